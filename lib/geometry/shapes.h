@@ -1,0 +1,68 @@
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "dynamics/model.h"
+
+namespace cb {
+
+enum class ShapeKind { sphere, box, half_space };
+
+/// A shape rigidly attached to a body, or to the world (body = -1).
+struct Shape {
+  ShapeKind kind = ShapeKind::sphere;
+  int body = -1;                     ///< index into Model::bodies, -1: fixed to the world
+  Pose local;                        ///< pose of the shape in the body's frame (in the world where fixed)
+  double radius = 0;                 ///< sphere, m
+  Vec3 half_extents = Vec3::Zero();  ///< box, m
+  // half_space: the solid is { x : n.(x - p) <= 0 } with n = local.q * y axis, p = local.p. Always fixed.
+  std::string name;
+
+  /// Radius of the sphere about the shape's origin that contains it (infinite for a half-space), m.
+  double bounding_radius() const;
+  /// Length that tolerances are a fraction of: the largest extent, m (infinite for a half-space).
+  double size() const;
+};
+
+/// One point of contact. `normal` points from shape b to shape a: a positive normal impulse pushes a along +normal.
+/// This is the only place where the direction of the normal is fixed.
+struct ContactPoint {
+  Vec3 position;  ///< world, midway between the two surfaces, m
+  Vec3 normal;    ///< unit
+  double gap;     ///< distance of the surfaces along the normal, m; negative: penetration
+  int shape_a, shape_b;
+};
+
+/// Tangents of a contact plane: t1 is the world x axis projected on the plane (the world z axis where that vanishes),
+/// turned about the normal by `angle` rad; t2 = normal x t1.
+void contact_tangents(const Vec3& normal, double angle, Vec3& t1, Vec3& t2);
+
+/// Appends the contact points of two shapes whose gap is at most `tolerance` (m): one for a sphere, the corners of the
+/// common patch for touching faces (a unit box on a unit box gives its four corner points), one for an edge across an
+/// edge. Exact for faces that touch. Order and content depend on the arguments only. Poses are of the *shapes* in the world.
+void contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape& b, const Pose& pose_b, int index_b,
+                    double tolerance, std::vector<ContactPoint>& out);
+
+/// A lower bound on the distance of two shapes that is exact where they touch, m; negative: penetration depth.
+double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b);
+
+/// A shape in steady motion: its pose now, velocity of the shape's origin and angular velocity (world).
+struct Motion {
+  Pose pose;
+  Vec3 v = Vec3::Zero();
+  Vec3 w = Vec3::Zero();
+};
+/// The pose after t seconds: translation with v, rotation by the exponential map of w t.
+Pose advance(const Motion& motion, double t);
+
+/// First time in [0, horizon] at which a feature (corner, face, edge, surface) of the pair that is open now (gap beyond
+/// `tolerance`) comes to a gap between 0 and `tolerance`; returns `horizon` where none does. Conservative: on the way
+/// there no open feature of the pair penetrates by more than `tolerance`. Features that are closed now are left aside, so
+/// that a box resting on one edge still finds the other edge. Never loops: gives up after a stated number of
+/// advancements and returns the safe time reached.
+double time_of_contact(const Shape& a, const Motion& motion_a, const Shape& b, const Motion& motion_b, double tolerance,
+                       double horizon);
+
+}  // namespace cb

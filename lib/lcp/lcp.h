@@ -1,0 +1,89 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <functional>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cb {
+
+using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
+
+/// Linear complementarity problem: find z >= 0 with w = M z + q >= 0 and z.w = 0. Two forms:
+///   dense     w = M z + q
+///   expanded  0 = A x + B z + a,   w = C x + D z + q,   x free, A invertible
+/// that is M = D - C A^-1 B and q_dense = q - C A^-1 a. The expanded form keeps what is sparse sparse.
+struct LcpProblem {
+  bool expanded = false;
+  Eigen::MatrixXd M;        ///< n x n, dense form
+  Eigen::VectorXd q;        ///< n
+  SparseMatrix A, B, C, D;  ///< nx x nx, nx x n, n x nx, n x n
+  Eigen::VectorXd a;        ///< nx
+
+  int n() const { return static_cast<int>(q.size()); }
+  int nx() const { return expanded ? static_cast<int>(a.size()) : 0; }
+};
+
+enum class LcpStatus {
+  solved,         ///< the solver believes that z solves the problem
+  inaccurate,     ///< an answer is returned, but the check on the original data is worse than the tolerance
+  ray,            ///< Lemke's secondary ray, checked on the original data
+  nonconverged,   ///< limit of pivots or iterations reached
+  cycling,        ///< a basis came back
+  singular,       ///< no usable factorisation of a basis
+  not_finite,     ///< NaN or infinity in the data or on the way
+  time_limit,
+  memory_limit,
+  unavailable     ///< the solver is not installed here
+};
+std::string_view name(LcpStatus status);
+
+struct LcpSolution {
+  LcpStatus status = LcpStatus::nonconverged;
+  std::string reason;        ///< one line where status is not solved; every rung of a recovery ladder that was used
+  Eigen::VectorXd z;         ///< n
+  Eigen::VectorXd x;         ///< nx, the free unknowns (expanded form)
+  int pivots = 0;            ///< pivots or iterations, summed over restarts
+  int factorisations = 0;
+  double residual = std::numeric_limits<double>::infinity();  ///< natural residual (below) as the solver finds it
+  double peak_memory_mb = 0; ///< of the solver's own tables, where it measures them (ynl)
+};
+
+/// What every LCP solver understands; a solver ignores what it has no use for.
+struct LcpOptions {
+  double tolerance = 1e-10;     ///< accepted natural residual, -; looser: more answers are believed
+  int pivot_limit = 0;          ///< 0: 50 (n + nx) + 1000
+  double time_limit_s = 0;      ///< 0: none
+  double memory_limit_mb = 1024;///< tables of a search; beyond: memory_limit
+  /// Largest n at which the dense kernel serves an expanded problem too (measured: bench/lcp).
+  int dense_limit = 100;
+};
+
+/// Natural residual of z on the original data, scaled row by row without letting a huge z hide an error:
+///   max_i | min(z_i s_i, w_i / s_i) | / scale,   s_i = sqrt(max(M_ii, typical)),   scale = max_i(|q_i| / s_i, tiny)
+/// See lcp.cpp for the exact scales. Dimensionless.
+double natural_residual(const LcpProblem& problem, const Eigen::VectorXd& z);
+
+/// A solver that owns its scratch; never throws.
+using LcpSolver = std::function<void(const LcpProblem& problem, LcpSolution& solution)>;
+
+struct LcpSolverRow {
+  std::string_view name;
+  std::string_view summary;
+  std::string_view source;
+  std::string_view unavailable;  ///< why it cannot be used here; empty where it can
+  LcpSolver (*make)(const LcpOptions& options);
+};
+
+/// All LCP solvers: the one table that `ap`, `solve`, `list` and the tests read.
+std::span<const LcpSolverRow> lcp_solvers();
+const LcpSolverRow* find_lcp_solver(std::string_view name);
+
+/// Rows, one a file (lcp/lemke.cpp, ...).
+LcpSolverRow lemke_row();
+
+}  // namespace cb

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dynamics/model.h"
+#include "geometry/shapes.h"
+
+namespace cb {
+
+/// amplitude cos(frequency t + phase) on one axis, added to the constant part.
+struct Harmonic {
+  double amplitude = 0;  ///< m/s^2
+  double frequency = 0;  ///< rad/s
+  double phase = 0;      ///< rad
+};
+struct Gravity {
+  Vec3 constant{0, -9.8, 0};  ///< m/s^2
+  Harmonic harmonic[3];
+  bool varies() const { return harmonic[0].amplitude != 0 || harmonic[1].amplitude != 0 || harmonic[2].amplitude != 0; }
+  Vec3 at(double t) const;
+};
+
+/// A constant force at a body's centre of mass in the steps that start in [from, to).
+struct Force {
+  int body = 0;
+  Vec3 force = Vec3::Zero();  ///< N, world
+  double from = 0, to = 0;    ///< s
+};
+
+/// Contact law of a declared pair of shapes.
+struct PairLaw {
+  double mu = 0;
+  double restitution = 0;
+};
+
+/// What the scene's errors are measured against.
+enum class ReferenceKind { analytic, certified, missing };
+struct Reference {
+  ReferenceKind kind = ReferenceKind::missing;
+  std::string name;  ///< analytic: which closed form (lib/evaluation), e.g. "sliding_box"
+};
+
+/// A scene, checked and complete: everything a run needs but the method.
+struct Scenario {
+  std::string name;         ///< the file's name without .xml
+  std::string file;         ///< as it was found
+  std::string title;        ///< one line
+  Model model;
+  State initial;
+  std::vector<Shape> shapes;
+  /// Law of each declared pair of shape indices (i < j).
+  std::map<std::pair<int, int>, PairLaw> pairs;
+  Gravity gravity;
+  std::vector<Force> forces;
+  double step = 1e-3;       ///< s
+  double duration = 1;      ///< s
+  double rotate_cone = 0;   ///< rad, turns t1, t2 about the normal
+  std::optional<int> k;     ///< ap: edges of the friction polygon this scene asks for
+  std::optional<bool> compression_bound;
+  Reference reference;
+  /// Values in force of the parameters the scenario declares, after --set, in the file's order (numbers or words as text).
+  std::vector<std::pair<std::string, std::string>> parameters;
+};
+
+/// Bad input: what() is the one message with file, line, column and remedy.
+struct InputError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// name=value pairs from --set; a name the scenario does not declare is an InputError.
+using Overrides = std::vector<std::pair<std::string, std::string>>;
+
+/// Reads, validates and completes a scenario. Throws InputError.
+Scenario load_scenario(const std::string& path, const Overrides& overrides);
+
+/// Finds a scenario: `name` as a path; else among the scenes that come with the program (beside the installed or built
+/// program). Throws InputError, which lists the scenes there are.
+std::string find_scenario(const std::string& name);
+/// The scenes that come with the program: file paths, sorted.
+std::vector<std::string> bundled_scenarios();
+
+}  // namespace cb
