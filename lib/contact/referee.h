@@ -37,13 +37,18 @@ class Referee {
 
  private:
   double coulomb(const ContactProblem& problem, std::span<const double> r, std::span<const double> u);
-  double anitescu_potra(const ContactProblem& problem, const ContactSolution& solution);
-  void convex(const ContactProblem& problem, const ContactSolution& solution, Residuals& out);
+  double anitescu_potra(const ContactProblem& problem, const ContactSolution& solution, bool elastic);
+  void convex(const ContactProblem& problem, const ContactSolution& solution, bool elastic, Residuals& out);
+  void least_sum(const ContactProblem& problem, const ContactSolution& solution, double& worst);
+  double impact_law(const ContactProblem& problem, const Residuals& residuals);
 
   BlockCholesky factor_;
   Islands islands_;
-  std::vector<double> u_plus_, u_minus_, y_, scratch_v_, scratch_u_, slack_, sum_, kappa_;
+  double size_ = 0;              // sqrt(J): what the event is about
+  std::vector<double> weight_;   // nc, w_i
   std::vector<Eigen::Matrix3d> W_;
+  std::vector<double> u_plus_, u_minus_, y_, u_dual_, scratch_v_, scratch_u_, difference_;
+  std::vector<double> slack_, sum_, kappa_, kappa_scale_;  // per island
 };
 
 }  // namespace cb

@@ -1,0 +1,41 @@
+#include "contact/islands.h"
+
+#include <algorithm>
+
+namespace cb {
+
+void find_islands(const ContactProblem& problem, Islands& islands) {
+  const BandMatrix& J = problem.J;
+  const int nc = problem.nc();
+  std::vector<int>& parent = islands.of_block;
+  parent.resize(problem.M.blocks());
+  for (int b = 0; b < problem.M.blocks(); ++b) parent[b] = b;
+  const auto root = [&](int b) {
+    while (parent[b] != b) b = parent[b] = parent[parent[b]];
+    return b;
+  };
+  for (int c = 0; c < nc; ++c)
+    for (int e = J.band[c] + 1; e < J.band[c + 1]; ++e) {
+      const int a = root(J.block[J.band[c]]), b = root(J.block[e]);
+      if (a != b) parent[std::max(a, b)] = std::min(a, b);
+    }
+
+  islands.of_contact.assign(nc, -1);
+  islands.count = 0;
+  // Roots are the smallest block of their island; number them in the order contacts meet them.
+  std::vector<int>& number = islands.scratch;
+  number.assign(problem.M.blocks(), -1);
+  for (int c = 0; c < nc; ++c) {
+    if (J.band[c] == J.band[c + 1]) {  // a contact between fixed bodies: an island of its own
+      islands.of_contact[c] = islands.count++;
+      continue;
+    }
+    int& island = number[root(J.block[J.band[c]])];
+    if (island < 0) island = islands.count++;
+    islands.of_contact[c] = island;
+  }
+  for (int b = 0; b < problem.M.blocks(); ++b) root(b);
+  for (int b = problem.M.blocks() - 1; b >= 0; --b) parent[b] = number[root(b)];
+}
+
+}  // namespace cb

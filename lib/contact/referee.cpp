@@ -1,0 +1,287 @@
+// The referee: what is true of an answer.
+//
+// Everything is recomputed from the problem's own data and the claimed impulses (spec: metrics.md). Impulse errors are
+// weighted by w_i = trace(W_ii) / 3 (1/kg), so that a residual is a ratio of square roots of energies and the units of
+// mass, length and time cancel. All sums run over the whole event: a contact that is idle, and whose velocity is only
+// round-off, is measured against what the event is about.
+
+#include "contact/referee.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cb {
+
+namespace {
+
+using Eigen::Vector3d;
+using ConstVec3 = Eigen::Map<const Vector3d>;
+
+/// Projection on the cone |x_t| <= mu x_n, rows n, t1, t2.
+Vector3d project_on_cone(const Vector3d& x, double mu) {
+  const double t = std::hypot(x[1], x[2]);
+  if (t <= mu * x[0]) return x;
+  if (mu * t <= -x[0]) return Vector3d::Zero();
+  const double n = (x[0] + mu * t) / (1 + mu * mu);
+  const double scale = t > 0 ? mu * n / t : 0;
+  return {n, scale * x[1], scale * x[2]};
+}
+
+double tangential(std::span<const double> x, int c) { return std::hypot(x[3 * c + 1], x[3 * c + 2]); }
+
+bool all_finite(std::span<const double> x) {
+  double sum = 0;
+  for (double value : x) sum += value * 0.0;
+  return sum == 0.0;
+}
+
+}  // namespace
+
+Residuals Referee::check(const ContactProblem& problem, const ContactSolution& solution, Law law,
+                         std::vector<double>& v_plus) {
+  Residuals out;
+  const int nc = problem.nc();
+  const auto& r = solution.impulse;
+  v_plus = problem.v_minus;
+  if (static_cast<int>(r.size()) != 3 * nc || !all_finite(r) || !factor_.factor(problem.M)) {
+    out.finite = false;
+    out.model = HUGE_VAL;
+    return out;
+  }
+  apply_impulse(problem, factor_, r, v_plus);
+  contact_velocity(problem, v_plus, u_plus_);
+  contact_velocity(problem, problem.v_minus, u_minus_);  // = q
+  diagonal_blocks(problem, factor_, W_);
+  if (!all_finite(u_plus_) || !all_finite(u_minus_)) {
+    out.finite = false;
+    out.model = HUGE_VAL;
+    return out;
+  }
+
+  // Weights and the size of the event.
+  weight_.resize(nc);
+  double size_r = 0, size_u = 0, size_q = 0;
+  bool elastic = false;
+  for (int c = 0; c < nc; ++c) {
+    // A joint limit has no tangential rows: its weight is W_nn.
+    const double wt = W_[c](1, 1) + W_[c](2, 2);
+    weight_[c] = wt > 0 ? (W_[c](0, 0) + wt) / 3 : W_[c](0, 0);
+    size_r += weight_[c] * ConstVec3(&r[3 * c]).squaredNorm();
+    size_u += ConstVec3(&u_plus_[3 * c]).squaredNorm() / weight_[c];
+    size_q += ConstVec3(&u_minus_[3 * c]).squaredNorm() / weight_[c];
+    elastic = elastic || problem.restitution[c] != 0;
+  }
+  size_ = std::sqrt(std::max({size_r, size_u, size_q}));
+
+  for (int c = 0; c < nc; ++c) {
+    const ConstVec3 rc(&r[3 * c]);
+    const double mu = problem.mu[c];
+    out.approach = std::max(out.approach, -u_plus_[3 * c]);
+    out.cone_violation = std::max(out.cone_violation, (rc - project_on_cone(rc, mu)).norm());
+    out.dissipation_gap =
+        std::max(out.dissipation_gap, mu * rc[0] * tangential(u_plus_, c) +
+                                          rc.tail<2>().dot(ConstVec3(&u_plus_[3 * c]).tail<2>()));
+    // r.u- + 1/2 r.W r, without the cancellation of a difference of two energies.
+    for (int i = 0; i < 3; ++i)
+      out.energy_gain += 0.5 * rc[i] * (u_plus_[3 * c + i] + u_minus_[3 * c + i] - 2 * problem.offset[3 * c + i]);
+  }
+  out.energy_before = 0.5 * quadratic_form(problem.M, problem.v_minus);
+
+  // M (v+ - v-) - J^T r, scaled as sqrt(J) through the largest diagonal entry of M.
+  scratch_v_.assign(problem.nv(), 0.0);
+  difference_.resize(problem.nv());
+  for (int i = 0; i < problem.nv(); ++i) difference_[i] = v_plus[i] - problem.v_minus[i];
+  multiply(problem.M, difference_, scratch_v_);
+  for (double& x : scratch_v_) x = -x;
+  multiply_transposed_add(problem.J, problem.M, r, scratch_v_);
+  for (int b = 0; b < problem.M.blocks(); ++b)
+    for (int i = 0; i < problem.M.block_size(b); ++i)
+      out.momentum = std::max(out.momentum, std::abs(scratch_v_[problem.M.first[b] + i]) /
+                                                std::sqrt(problem.M.block(b)(i, i)));
+
+  if (!elastic) out.law = coulomb(problem, r, u_plus_);
+  switch (law) {
+    case Law::anitescu_potra:
+      out.model = anitescu_potra(problem, solution, elastic);
+      break;
+    case Law::convex:
+      convex(problem, solution, elastic, out);
+      break;
+    case Law::newton:
+    case Law::mirtich:
+      out.model = impact_law(problem, out);
+      break;
+  }
+  return out;
+}
+
+bool Referee::holds(const Residuals& residuals, const ContactSolution& solution, Law law, double tolerance) {
+  if (!residuals.finite) return false;
+  if (law != Law::convex) return residuals.model <= tolerance;
+  return residuals.infeasibility.value_or(HUGE_VAL) <= 1e-9 &&
+         std::abs(residuals.gap.value_or(HUGE_VAL)) <= solution.epsilon + 1e-14 * residuals.energy_before;
+}
+
+double Referee::coulomb(const ContactProblem& problem, std::span<const double> r, std::span<const double> u) {
+  if (size_ == 0) return 0;
+  double sum = 0;
+  for (int c = 0; c < problem.nc(); ++c) {
+    const ConstVec3 rc(&r[3 * c]);
+    Vector3d changed = ConstVec3(&u[3 * c]);
+    changed[0] += problem.mu[c] * tangential(u, c);
+    sum += weight_[c] * (rc - project_on_cone(rc - changed / weight_[c], problem.mu[c])).squaredNorm();
+  }
+  return std::sqrt(sum) / size_;
+}
+
+// Natural map of the LCP, in impulses: rows of c_n and c_t divided by w_i; lam (m/s) divided by w_i too. What the
+// polygon's impulses do not add up to is an error of the answer as well.
+double Referee::anitescu_potra(const ContactProblem& problem, const ContactSolution& solution, bool elastic) {
+  const int nc = problem.nc(), k = solution.k;
+  if (elastic) return 0;  // replaced below once the phases are told apart
+  if (static_cast<int>(solution.z.size()) != (k + 2) * nc || !all_finite(solution.z)) return HUGE_VAL;
+  if (size_ == 0) return 0;
+  double sum = 0;
+  for (int c = 0; c < nc; ++c) {
+    const double w = weight_[c];
+    const double* u = &u_plus_[3 * c];
+    const double* r = &solution.impulse[3 * c];
+    const double c_n = solution.z[c], lam = solution.z[nc + k * nc + c];
+    double error = 0, c_sum = 0, t1 = 0, t2 = 0;
+    const auto add = [&](double e) { error += e * e; };
+    add(std::min(c_n, u[0] / w));
+    for (int i = 0; i < k; ++i) {
+      const double angle = 2 * M_PI * i / k, cosine = std::cos(angle), sine = std::sin(angle);
+      const double c_t = solution.z[nc + k * c + i];
+      add(std::min(c_t, (cosine * u[1] + sine * u[2] + lam) / w));
+      c_sum += c_t;
+      t1 += cosine * c_t;
+      t2 += sine * c_t;
+    }
+    add(std::min(lam / w, problem.mu[c] * c_n - c_sum));
+    add(c_n - r[0]);
+    add(t1 - r[1]);
+    add(t2 - r[2]);
+    sum += w * error;
+  }
+  return std::sqrt(sum) / size_;
+}
+
+void Referee::convex(const ContactProblem& problem, const ContactSolution& solution, bool elastic, Residuals& out) {
+  const int nc = problem.nc();
+  const auto& r = solution.impulse;
+  const auto& eta = solution.eta;
+  if (elastic) {  // Poisson's second phase moves the answer off the optimum of the first
+    out.model = out.approach;
+    return;
+  }
+  if (static_cast<int>(eta.size()) != nc || !all_finite(eta)) {
+    out.gap = out.infeasibility = out.model = HUGE_VAL;
+    return;
+  }
+  find_islands(problem, islands_);
+  double worst = 0;
+  const auto violated = [&](double x) { worst = std::max(worst, x); };
+  const double size = size_ > 0 ? size_ : 1;
+
+  // y = u - W_(:,n) eta.
+  scratch_u_.assign(3 * nc, 0.0);
+  for (int c = 0; c < nc; ++c) scratch_u_[3 * c] = eta[c];
+  scratch_v_.assign(problem.nv(), 0.0);
+  multiply_transposed_add(problem.J, problem.M, scratch_u_, scratch_v_);
+  factor_.solve_in_place(scratch_v_);
+  y_.resize(3 * nc);
+  multiply(problem.J, problem.M, scratch_v_, y_);
+  for (int i = 0; i < 3 * nc; ++i) y_[i] = u_plus_[i] - y_[i];
+
+  kappa_.assign(islands_.count, 0.0);
+  kappa_scale_.assign(islands_.count, 0.0);
+  if (solution.bounded) least_sum(problem, solution, worst);
+
+  // The least s that puts every y of an island into the dual cone mu |y_t| <= y_n.
+  slack_.assign(islands_.count, 0.0);
+  sum_.assign(islands_.count, 0.0);
+  for (int c = 0; c < nc; ++c) {
+    const int g = islands_.of_contact[c];
+    const double short_of = problem.mu[c] * tangential(y_, c) - y_[3 * c];
+    if (solution.bounded)
+      slack_[g] = std::max(slack_[g], short_of);
+    else if (short_of > 0)
+      violated(short_of / std::sqrt(weight_[c]) / size);
+    sum_[g] += r[3 * c];
+  }
+
+  double gap = 0;
+  for (int c = 0; c < nc; ++c) {
+    const double s = slack_[islands_.of_contact[c]];
+    const double root_w = std::sqrt(weight_[c]);
+    gap += eta[c] * u_plus_[3 * c] + ConstVec3(&r[3 * c]).dot(ConstVec3(&y_[3 * c])) + s * r[3 * c];
+    violated(-u_plus_[3 * c] / root_w / size);
+    violated(-r[3 * c] * root_w / size);
+    violated((tangential(r, c) - problem.mu[c] * r[3 * c]) * root_w / size);
+    violated(-eta[c] * root_w / size);
+  }
+  if (solution.bounded)
+    for (int g = 0; g < islands_.count; ++g) {
+      gap += slack_[g] * (kappa_[g] - sum_[g]);
+      if (sum_[g] > kappa_[g]) violated((sum_[g] - kappa_[g]) / kappa_scale_[g]);
+    }
+  out.gap = gap;
+  out.infeasibility = worst;
+  // One number for the law: the gap as a fraction of the energy that the event is about.
+  out.model = std::max(worst, std::abs(gap) / (size * size));
+}
+
+// kappa: the frictionless impulses must solve min 1/2 v.M v, N v + w_n >= 0, and z must prove that no other solution of
+// it has a smaller sum: N z <= 1 where contacts touch, f.(1 - N z) = 0 (duality of the linear program).
+void Referee::least_sum(const ContactProblem& problem, const ContactSolution& solution, double& worst) {
+  const int nc = problem.nc();
+  const auto& f = solution.frictionless;
+  const auto& z = solution.kappa_dual;
+  if (static_cast<int>(f.size()) != nc || static_cast<int>(z.size()) != problem.nv() || !all_finite(f) ||
+      !all_finite(z)) {
+    worst = HUGE_VAL;
+    kappa_scale_.assign(islands_.count, 1.0);
+    return;
+  }
+  const auto violated = [&](double x) { worst = std::max(worst, x); };
+  const double size = size_ > 0 ? size_ : 1;
+
+  scratch_u_.assign(3 * nc, 0.0);
+  for (int c = 0; c < nc; ++c) scratch_u_[3 * c] = f[c];
+  scratch_v_.assign(problem.nv(), 0.0);
+  multiply_transposed_add(problem.J, problem.M, scratch_u_, scratch_v_);
+  factor_.solve_in_place(scratch_v_);
+  for (int i = 0; i < problem.nv(); ++i) scratch_v_[i] += problem.v_minus[i];
+  contact_velocity(problem, scratch_v_, scratch_u_);  // u of the frictionless solution
+  u_dual_.resize(3 * nc);
+  multiply(problem.J, problem.M, z, u_dual_);
+
+  for (int c = 0; c < nc; ++c) {
+    const int g = islands_.of_contact[c];
+    const double root_w = std::sqrt(weight_[c]);
+    const double u_n = scratch_u_[3 * c], excess = u_dual_[3 * c] - 1;
+    violated(-f[c] * root_w / size);
+    violated(-u_n / root_w / size);
+    violated(std::min(f[c] * root_w, u_n / root_w) / size);             // f_i u_n,i = 0
+    violated(std::min(excess, std::max(0.0, u_n) / root_w / size));     // N z <= 1 where it touches
+    violated(std::min(-excess, f[c] * root_w / size));                  // f_i (1 - N z)_i = 0
+    kappa_[g] += f[c];
+    kappa_scale_[g] += std::abs(u_minus_[3 * c]) / weight_[c];
+  }
+  for (int g = 0; g < islands_.count; ++g) {
+    kappa_scale_[g] = std::max(kappa_scale_[g], std::abs(kappa_[g]));
+    if (kappa_scale_[g] == 0) kappa_scale_[g] = 1;
+  }
+}
+
+// Impact laws contact by contact: nothing may approach any more.
+double Referee::impact_law(const ContactProblem& problem, const Residuals&) {
+  if (size_ == 0) return 0;
+  double worst = 0;
+  for (int c = 0; c < problem.nc(); ++c)
+    worst = std::max(worst, -u_plus_[3 * c] / std::sqrt(weight_[c]) / size_);
+  return worst;
+}
+
+}  // namespace cb
