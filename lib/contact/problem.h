@@ -56,11 +56,11 @@ enum class Law { newton, mirtich, anitescu_potra, convex };
 
 /// What a method claims. All vectors are sized by the method; fields that a law does not use stay empty.
 struct ContactSolution {
-  Status status = Status::ok;  ///< what the solver says of itself
-  std::string reason;          ///< one line where status is not ok
-  int iterations = 0;          ///< pivots, interior point iterations, sweeps: summed over the solves of the event
-  int size = 0;                ///< unknowns of the problem handed to the solver
-  double claimed_residual = 0; ///< in the measure of the law, as the solver believes it
+  Status status = Status::ok;   ///< what the solver says of itself
+  std::string reason;           ///< one line where status is not ok
+  int iterations = 0;           ///< pivots, interior point iterations, sweeps: summed over the solves of the event
+  int size = 0;                 ///< unknowns of the problem handed to the solver
+  double claimed_residual = 0;  ///< in the measure of the law, as the solver believes it
 
   std::vector<double> impulse;  ///< 3 nc, r in N s (n, t1, t2 per contact)
 
@@ -71,11 +71,11 @@ struct ContactSolution {
   std::vector<double> z;
 
   // convex: multipliers of N v+ >= 0, and the bound with its certificate.
-  bool bounded = false;             ///< is the sum of normal impulses bounded per island?
-  std::vector<double> eta;          ///< nc, >= 0, in m/s-dual units (N s)
-  std::vector<double> frictionless; ///< nc, f >= 0: normal impulses of the frictionless problem with least sum
-  std::vector<double> kappa_dual;   ///< nv, z: proves the least sum: N z <= 1 on touching contacts, f.(1 - N z) = 0
-  double epsilon = 0;               ///< J, the suboptimality that the solver was allowed for this event
+  bool bounded = false;              ///< is the sum of normal impulses bounded per island?
+  std::vector<double> eta;           ///< nc, >= 0, in m/s-dual units (N s)
+  std::vector<double> frictionless;  ///< nc, f >= 0: normal impulses of the frictionless problem with least sum
+  std::vector<double> kappa_dual;    ///< nv, z: proves the least sum: N z <= 1 on touching contacts, f.(1 - N z) = 0
+  double epsilon = 0;                ///< J, the suboptimality that the solver was allowed for this event
 
   void clear();
 };

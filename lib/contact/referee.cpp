@@ -78,9 +78,8 @@ Residuals Referee::check(const ContactProblem& problem, const ContactSolution& s
     const double mu = problem.mu[c];
     out.approach = std::max(out.approach, -u_plus_[3 * c]);
     out.cone_violation = std::max(out.cone_violation, (rc - project_on_cone(rc, mu)).norm());
-    out.dissipation_gap =
-        std::max(out.dissipation_gap, mu * rc[0] * tangential(u_plus_, c) +
-                                          rc.tail<2>().dot(ConstVec3(&u_plus_[3 * c]).tail<2>()));
+    out.dissipation_gap = std::max(out.dissipation_gap, mu * rc[0] * tangential(u_plus_, c) +
+                                                            rc.tail<2>().dot(ConstVec3(&u_plus_[3 * c]).tail<2>()));
     // r.u- + 1/2 r.W r, without the cancellation of a difference of two energies.
     for (int i = 0; i < 3; ++i)
       out.energy_gain += 0.5 * rc[i] * (u_plus_[3 * c + i] + u_minus_[3 * c + i] - 2 * problem.offset[3 * c + i]);
@@ -96,8 +95,8 @@ Residuals Referee::check(const ContactProblem& problem, const ContactSolution& s
   multiply_transposed_add(problem.J, problem.M, r, scratch_v_);
   for (int b = 0; b < problem.M.blocks(); ++b)
     for (int i = 0; i < problem.M.block_size(b); ++i)
-      out.momentum = std::max(out.momentum, std::abs(scratch_v_[problem.M.first[b] + i]) /
-                                                std::sqrt(problem.M.block(b)(i, i)));
+      out.momentum =
+          std::max(out.momentum, std::abs(scratch_v_[problem.M.first[b] + i]) / std::sqrt(problem.M.block(b)(i, i)));
 
   if (!elastic) out.law = coulomb(problem, r, u_plus_);
   switch (law) {
@@ -263,9 +262,9 @@ void Referee::least_sum(const ContactProblem& problem, const ContactSolution& so
     const double u_n = scratch_u_[3 * c], excess = u_dual_[3 * c] - 1;
     violated(-f[c] * root_w / size);
     violated(-u_n / root_w / size);
-    violated(std::min(f[c] * root_w, u_n / root_w) / size);             // f_i u_n,i = 0
-    violated(std::min(excess, std::max(0.0, u_n) / root_w / size));     // N z <= 1 where it touches
-    violated(std::min(-excess, f[c] * root_w / size));                  // f_i (1 - N z)_i = 0
+    violated(std::min(f[c] * root_w, u_n / root_w) / size);          // f_i u_n,i = 0
+    violated(std::min(excess, std::max(0.0, u_n) / root_w / size));  // N z <= 1 where it touches
+    violated(std::min(-excess, f[c] * root_w / size));               // f_i (1 - N z)_i = 0
     kappa_[g] += f[c];
     kappa_scale_[g] += std::abs(u_minus_[3 * c]) / weight_[c];
   }
@@ -279,8 +278,7 @@ void Referee::least_sum(const ContactProblem& problem, const ContactSolution& so
 double Referee::impact_law(const ContactProblem& problem, const Residuals&) {
   if (size_ == 0) return 0;
   double worst = 0;
-  for (int c = 0; c < problem.nc(); ++c)
-    worst = std::max(worst, -u_plus_[3 * c] / std::sqrt(weight_[c]) / size_);
+  for (int c = 0; c < problem.nc(); ++c) worst = std::max(worst, -u_plus_[3 * c] / std::sqrt(weight_[c]) / size_);
   return worst;
 }
 

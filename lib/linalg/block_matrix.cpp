@@ -148,8 +148,8 @@ void multiply(const BandMatrix& J, const BlockDiagonalMatrix& columns, std::span
       const double* x = v.data() + columns.first[J.block[e]];
       by_size((J.offset[e + 1] - J.offset[e]) / 3,
               [&] {
-                sum.noalias() += Map<const Matrix<double, 3, 6>>(J.values.data() + J.offset[e]) *
-                                 Map<const Matrix<double, 6, 1>>(x);
+                sum.noalias() +=
+                    Map<const Matrix<double, 3, 6>>(J.values.data() + J.offset[e]) * Map<const Matrix<double, 6, 1>>(x);
               },
               [&] { sum.noalias() += J.entry(e) * ConstVec(x, J.entry(e).cols()); });
     }

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "contact/assemble.h"
 #include "contact/referee.h"
 #include "geometry/broad_phase.h"
 #include "methods/registry.h"
@@ -13,7 +14,7 @@ namespace cb {
 
 /// One event as it was solved; references hold until the next event.
 struct EventRecord {
-  double t;                             ///< s
+  double t;  ///< s
   const ContactProblem& problem;
   const ContactSolution& solution;
   const Residuals& residuals;
@@ -26,7 +27,8 @@ struct StepTimes {
   double dynamics_s = 0, collision_s = 0, assembly_s = 0, solve_s = 0, step_s = 0;
 };
 
-/// One row of steps.csv (spec: contract.md). Where a step has several events, counts add up and residuals are the worst.
+/// One row of steps.csv (spec: contract.md). Where a step has several events, counts add up and residuals are the
+/// worst.
 struct StepRecord {
   long step = 0;  ///< 1-based: the step that ends at t
   double t = 0;
@@ -34,23 +36,26 @@ struct StepRecord {
   Status status = Status::ok;
   double claimed_residual = 0, residual = 0;
   std::optional<double> law_residual, gap, infeasibility;
-  double event_energy_gain = 0;           ///< J
-  double event_energy_gain_relative = 0;  ///< worst over the events: gain / energy before
-  double max_penetration = 0;             ///< m
+  double event_energy_gain = 0;                     ///< J
+  double event_energy_gain_relative = 0;            ///< worst over the events: gain / energy before
+  double max_penetration = 0;                       ///< m
   double kinetic_energy = 0, potential_energy = 0;  ///< J
   int false_claims = 0;
   StepTimes times;
 };
 
 struct SimulationOptions {
-  double step = 1e-3;                 ///< s
-  double duration = 1;                ///< s
-  double accepted_residual = 1e-9;    ///< model residual beyond which an event counts as `inaccurate`, -
-  double closed_gap = 1e-9;           ///< fraction of the body's size below which a pair is closed
-  double same_event_window = 1e-9;    ///< fraction of the step within which times of contact are one event
-  int event_cap = 1000;               ///< events in one step; beyond: event_stall
-  double blowup_factor = 1e6;         ///< kinetic energy over the largest energy that was put in: energy_blowup
-  double penetration_limit = 0.1;     ///< fraction of the body's size; deeper: penetration
+  double step = 1e-3;               ///< s
+  double duration = 1;              ///< s
+  double accepted_residual = 1e-9;  ///< model residual beyond which an event counts as `inaccurate`, -
+  /// Fraction of the body's size below which a pair is closed. Also the window within which contacts are simultaneous:
+  /// at a time of contact every feature closer than this belongs to the event (closed_gap * size / approach speed, in
+  /// s).
+  double closed_gap = 1e-9;
+  double approach = 1e-13;         ///< an event needs u_n < -approach * (|g| h + speeds of the pair)
+  int event_cap = 1000;            ///< events in one step; beyond: event_stall
+  double blowup_factor = 1e6;      ///< kinetic energy over the largest energy that was put in: energy_blowup
+  double penetration_limit = 0.1;  ///< fraction of the body's size; deeper: penetration
 };
 
 /// The event-driven stepper (spec: methods.md, "The step"). Is handed a method and never asks which.
@@ -75,12 +80,14 @@ class Simulation {
 
  private:
   void apply_forces();
-  void find_contacts();
+  void update_motions();
+  void find_pairs(double horizon);
+  bool find_contacts();
   bool solve_event();
-  double first_contact(double horizon);
+  double first_contact(double horizon) const;
   void advance_positions(double dt);
-  void refresh_motions();
-  double h_at_step(long n) const;
+  double displacement_bound(double horizon) const;
+  void fail(Status status, std::string reason);
 
   const Scenario& scenario_;
   SimulationOptions options_;
@@ -90,20 +97,26 @@ class Simulation {
   long step_index_ = 0, steps_total_ = 0;
   StepRecord record_;
   std::string reason_;
+  double gravity_speed_ = 0;  // m/s, |g| h of the step
+  double energy_input_ = 0;   // J: initial kinetic energy and |work| of gravity and forces so far
 
+  Assembler assembler_;
+  Referee referee_;
   ContactProblem problem_;
   ContactSolution solution_;
   Residuals residuals_;
-  Referee referee_;
-  std::vector<double> v_plus_, contact_velocity_;
+  std::vector<double> v_plus_, u_minus_, mu_, restitution_;
   std::vector<ContactPoint> contacts_;
-  std::vector<PairLaw> contact_laws_;
-  std::vector<Motion> motions_;
-  std::vector<double> tolerance_;  ///< per shape, m
+  std::vector<int> body_of_block_;
+  std::vector<Vec3> external_;  // per body, N
+
+  // Collision: what the step looks at.
   BroadPhase broad_phase_;
-  std::vector<int> block_of_body_;
-  std::vector<std::pair<int, int>> candidate_pairs_;
-  std::vector<int> pair_law_index_;
+  std::vector<Motion> motions_;    // per shape
+  std::vector<double> tolerance_;  // per shape, m: gap below which it is closed
+  std::vector<double> radius_;     // per shape, m: how far its points are from the body's centre of mass
+  const std::vector<std::pair<int, int>>* pairs_ = nullptr;
+  double margin_ = 0;  // m, by which the pairs were widened
 };
 
 }  // namespace cb

@@ -1,0 +1,218 @@
+#include "contact/referee.h"
+
+#include <Eigen/LU>
+#include <catch2/catch.hpp>
+
+#include "problems.h"
+
+using namespace cb;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double g = 9.8, h = 1e-3;
+
+/// The exact answer of a solid sphere's impact (spec: scenarios.md): s = slip, v_n = approach.
+/// Sticks iff |s| <= 3.5 mu v_n with J_t = (2/7) m |s|, else J_t = mu m v_n; always J_n = m v_n.
+std::vector<double> sphere_impulse(const ContactProblem& p) {
+  const double m = p.M.block(0)(0, 0), mu = p.mu[0];
+  std::vector<double> u;
+  contact_velocity(p, p.v_minus, u);
+  const double slip = std::hypot(u[1], u[2]), v_n = -u[0];
+  const double J_t = slip <= 3.5 * mu * v_n ? 2.0 / 7.0 * m * slip : mu * m * v_n;
+  return {m * v_n, slip > 0 ? -J_t * u[1] / slip : 0, slip > 0 ? -J_t * u[2] / slip : 0};
+}
+
+double law_residual(const ContactProblem& p, const std::vector<double>& r) {
+  ContactSolution solution;
+  solution.impulse = r;
+  std::vector<double> v_plus;
+  Referee referee;
+  return referee.check(p, solution, Law::newton, v_plus).law.value();
+}
+
+/// A cube that slides along t1 at speed v on four corners during one step: each carries m g h / 4.
+struct SlidingBox {
+  ContactProblem problem;
+  ContactSolution solution;
+};
+SlidingBox sliding_box(double v, double mu) {
+  SlidingBox box{test::box(mu, {v, -g * h, 0}), {}};
+  // The friction at the base, 0.5 m below the centre, tips the box: torque mu m g h / 2 about -z is balanced by moving
+  // load to the front pair (x = +0.5): front + rear = m g h, (front - rear) / 2 = mu m g h / 2.
+  const double front = (g * h + mu * g * h) / 4, rear = (g * h - mu * g * h) / 4;
+  for (int c = 0; c < 4; ++c) {
+    const double n = c < 2 ? rear : front;
+    box.solution.impulse.insert(box.solution.impulse.end(), {n, -mu * n, 0});
+  }
+  return box;
+}
+
+}  // namespace
+
+TEST_CASE("the exact impact of a sphere satisfies Coulomb's law, sticking and sliding") {
+  for (const Vector3d& v : {Vector3d(5, -10, 0), Vector3d(20, -3, 0), Vector3d(3, -2, 1)}) {
+    const ContactProblem p = test::sphere(v, {0, 0, -0.3});
+    CHECK(law_residual(p, sphere_impulse(p)) < 1e-15);
+  }
+}
+
+TEST_CASE("friction that is 0.1 % too strong does not pass") {
+  const ContactProblem sphere = test::sphere({20, -3, 0}, {0, 0, 0});
+  std::vector<double> r = sphere_impulse(sphere);
+  r[1] *= 1.001;
+  CHECK(law_residual(sphere, r) > 1e-5);
+
+  SlidingBox box = sliding_box(0.05, 0.1);
+  CHECK(law_residual(box.problem, box.solution.impulse) < 1e-14);
+  for (int c = 0; c < 4; ++c) box.solution.impulse[3 * c + 1] *= 1.001;
+  CHECK(law_residual(box.problem, box.solution.impulse) > 1e-5);
+}
+
+TEST_CASE("any perturbed impulse is found out in proportion") {
+  const ContactProblem p = test::sphere({20, -3, 0}, {0, 0, 0});
+  const std::vector<double> exact = sphere_impulse(p);
+  for (int i = 0; i < 3; ++i)
+    for (double d : {1e-3, 1e-6, 1e-9}) {
+      std::vector<double> r = exact;
+      r[i] += d * exact[0];
+      const double residual = law_residual(p, r);
+      CHECK(residual > 0.02 * d);
+      CHECK(residual < 10 * d);
+    }
+}
+
+TEST_CASE("the law residual does not depend on the units of mass, length and time") {
+  const double mass = 1e3, length = 1e-3, time = 60;
+  ContactProblem p = test::sphere({20, -3, 0}, {0, 0, -0.3});
+  std::vector<double> r = sphere_impulse(p);
+  r[1] *= 1.01;
+  const double reference = law_residual(p, r);
+  auto M = p.M.block(0);
+  M.topLeftCorner<3, 3>() *= mass;
+  M.bottomRightCorner<3, 3>() *= mass * length * length;
+  p.J.entry(0).rightCols<3>() *= length;
+  for (int i = 0; i < 3; ++i) p.v_minus[i] *= length / time;
+  for (int i = 3; i < 6; ++i) p.v_minus[i] /= time;
+  for (double& x : r) x *= mass * length / time;
+  CHECK(law_residual(p, r) == Approx(reference).epsilon(1e-12));
+}
+
+TEST_CASE("energy change is the difference of the kinetic energies") {
+  ContactProblem p = test::stack(3, 0.5, {0.1, -1, 0.2}, 0.3);
+  ContactSolution solution;
+  std::mt19937 generator(3);
+  std::uniform_real_distribution<double> uniform(0, 0.1);
+  for (int i = 0; i < 3 * p.nc(); ++i) solution.impulse.push_back(uniform(generator));
+  std::vector<double> v_plus;
+  const Residuals out = Referee().check(p, solution, Law::newton, v_plus);
+  CHECK(out.energy_gain ==
+        Approx(0.5 * quadratic_form(p.M, v_plus) - 0.5 * quadratic_form(p.M, p.v_minus)).epsilon(1e-12));
+  CHECK(out.momentum < 1e-14);
+}
+
+TEST_CASE("a sliding box passes as the convex program's optimum, with its certificate, and fails when spoiled") {
+  const double mu = 0.1, v = 0.05;
+  SlidingBox box = sliding_box(v, mu);
+  ContactSolution& s = box.solution;
+  // y must vanish along the impulse: y_n = mu |y_t| on every corner. eta = 0, s = mu |u_t| does it, as u_n = 0.
+  s.bounded = true;
+  s.eta.assign(4, 0.0);
+  s.frictionless.assign(4, g * h / 4);
+  s.kappa_dual = {0, 1, 0, 0, 0, 0};  // lifting the box at 1 m/s: N z = 1, so every f has the same sum
+  s.epsilon = 1e-12;
+  std::vector<double> v_plus;
+  Referee referee;
+  Residuals out = referee.check(box.problem, s, Law::convex, v_plus);
+  CHECK(Referee::holds(out, s, Law::convex, 1e-9));
+  CHECK(std::abs(*out.gap) < 1e-17);
+  CHECK(*out.infeasibility < 1e-14);
+  CHECK(v_plus[0] == Approx(v - mu * g * h).epsilon(1e-12));
+
+  SECTION("frictionless impulses are feasible but not optimal: the gap is mu m g h |u_t|") {
+    ContactSolution frictionless = s;
+    for (int c = 0; c < 4; ++c) {
+      frictionless.impulse[3 * c] = g * h / 4;
+      frictionless.impulse[3 * c + 1] = 0;
+    }
+    out = referee.check(box.problem, frictionless, Law::convex, v_plus);
+    CHECK(*out.gap == Approx(mu * g * h * v).epsilon(1e-10));
+    CHECK_FALSE(Referee::holds(out, frictionless, Law::convex, 1e-9));
+  }
+  SECTION("friction beyond the cone is infeasible") {
+    for (int c = 0; c < 4; ++c) s.impulse[3 * c + 1] *= 1.001;
+    out = referee.check(box.problem, s, Law::convex, v_plus);
+    CHECK_FALSE(Referee::holds(out, s, Law::convex, 1e-9));
+  }
+  SECTION("more normal impulse than the frictionless sum is infeasible") {
+    for (int c = 0; c < 4; ++c) s.impulse[3 * c] *= 1.001;
+    out = referee.check(box.problem, s, Law::convex, v_plus);
+    CHECK(*out.infeasibility > 1e-5);
+  }
+  SECTION("a bound that is not the least sum is found out") {
+    s.frictionless.assign(4, 1.01 * g * h / 4);
+    out = referee.check(box.problem, s, Law::convex, v_plus);
+    CHECK(*out.infeasibility > 1e-5);
+  }
+  SECTION("NaN is never accepted") {
+    s.impulse[4] = std::nan("");
+    out = referee.check(box.problem, s, Law::convex, v_plus);
+    CHECK_FALSE(out.finite);
+    CHECK_FALSE(Referee::holds(out, s, Law::convex, 1e-9));
+  }
+}
+
+TEST_CASE("the polygon's answer of a sliding box passes, and 0.1 % more friction does not") {
+  const double mu = 0.1, v = 0.05;
+  SlidingBox box = sliding_box(v, mu);
+  ContactSolution& s = box.solution;
+  s.k = 8;
+  s.z.assign(10 * 4, 0.0);
+  for (int c = 0; c < 4; ++c) {
+    s.z[c] = s.impulse[3 * c];
+    s.z[4 + 8 * c + 4] = mu * s.impulse[3 * c];  // direction 4 of 8 is -t1
+    s.z[36 + c] = v - mu * g * h;                // lam = slip speed afterwards
+  }
+  std::vector<double> v_plus;
+  Referee referee;
+  Residuals out = referee.check(box.problem, s, Law::anitescu_potra, v_plus);
+  CHECK(out.model < 1e-14);
+  for (int c = 0; c < 4; ++c) {
+    s.z[4 + 8 * c + 4] *= 1.001;
+    s.impulse[3 * c + 1] *= 1.001;
+  }
+  out = referee.check(box.problem, s, Law::anitescu_potra, v_plus);
+  CHECK(out.model > 1e-5);
+}
+
+TEST_CASE("islands are the connected components, numbered by their first contact") {
+  ContactProblem p;
+  for (int b = 0; b < 5; ++b) test::add_body(p, 1, Vector3d::Ones(), Vector3d::Zero());
+  const auto axes = test::ground_axes();
+  test::add_contact(p, 3, {0, -1, 0}, -1, {}, axes, 0.5);
+  test::add_contact(p, 4, {0, -1, 0}, 1, {0, 1, 0}, axes, 0.5);
+  test::add_contact(p, 0, {0, -1, 0}, 3, {0, 1, 0}, axes, 0.5);
+  Islands islands;
+  find_islands(p, islands);
+  CHECK(islands.count == 2);
+  CHECK(islands.of_contact == std::vector<int>{0, 1, 0});
+  CHECK(islands.of_block == std::vector<int>{0, 1, -1, 0, 1});
+}
+
+TEST_CASE("the Delassus matrix and its diagonal blocks are J M^-1 J^T") {
+  const ContactProblem p = test::stack(3, 0.5, {0, -1, 0}, 0.1);
+  BlockCholesky factor;
+  REQUIRE(factor.factor(p.M));
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3 * p.nc(), p.nv()), M = Eigen::MatrixXd::Zero(p.nv(), p.nv());
+  for (int b = 0; b < p.M.blocks(); ++b) M.block(p.M.first[b], p.M.first[b], 6, 6) = p.M.block(b);
+  for (int c = 0; c < p.nc(); ++c)
+    for (int e = p.J.band[c]; e < p.J.band[c + 1]; ++e) J.block(3 * c, p.M.first[p.J.block[e]], 3, 6) = p.J.entry(e);
+  const Eigen::MatrixXd expected = J * M.inverse() * J.transpose();
+  Eigen::MatrixXd W;
+  delassus(p, factor, W);
+  CHECK((W - expected).norm() < 1e-13 * expected.norm());
+  std::vector<Eigen::Matrix3d> diagonal;
+  diagonal_blocks(p, factor, diagonal);
+  for (int c = 0; c < p.nc(); ++c)
+    CHECK((diagonal[c] - expected.block<3, 3>(3 * c, 3 * c)).norm() < 1e-13 * expected.norm());
+}
