@@ -1,6 +1,5 @@
 #pragma once
 
-#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -38,6 +37,21 @@ struct PairLaw {
   double restitution = 0;
 };
 
+/// Laws of the declared pairs of shapes. Kept by group, so that an array of n bodies costs n entries and not n^2:
+/// shapes that every pair element of the file treats alike (the same set of selectors matches them) share a group.
+struct PairLaws {
+  std::vector<int> group;  ///< per shape: index of its group
+  int groups = 0;
+  std::vector<int> index;     ///< groups x groups, symmetric: index into laws, -1 where no pair is declared
+  std::vector<PairLaw> laws;  ///< in the file's order; --friction and --restitution override all of them
+
+  /// The law of two shapes in either order, nullptr where they pass through each other. O(1).
+  const PairLaw* find(int shape_i, int shape_j) const {
+    const int law = index[group[shape_i] * groups + group[shape_j]];
+    return law < 0 ? nullptr : &laws[law];
+  }
+};
+
 /// What the scene's errors are measured against.
 enum class ReferenceKind { analytic, certified, missing };
 struct Reference {
@@ -47,23 +61,23 @@ struct Reference {
 
 /// A scene, checked and complete: everything a run needs but the method.
 struct Scenario {
-  std::string name;         ///< the file's name without .xml
-  std::string file;         ///< as it was found
-  std::string title;        ///< one line
+  std::string name;   ///< the file's name without .xml
+  std::string file;   ///< as it was found
+  std::string title;  ///< one line
   Model model;
   State initial;
   std::vector<Shape> shapes;
-  /// Law of each declared pair of shape indices (i < j).
-  std::map<std::pair<int, int>, PairLaw> pairs;
+  PairLaws pairs;
   Gravity gravity;
   std::vector<Force> forces;
-  double step = 1e-3;       ///< s
-  double duration = 1;      ///< s
-  double rotate_cone = 0;   ///< rad, turns t1, t2 about the normal
-  std::optional<int> k;     ///< ap: edges of the friction polygon this scene asks for
+  double step = 1e-3;      ///< s
+  double duration = 1;     ///< s
+  double rotate_cone = 0;  ///< rad, turns t1, t2 about the normal
+  std::optional<int> k;    ///< ap: edges of the friction polygon this scene asks for
   std::optional<bool> compression_bound;
   Reference reference;
-  /// Values in force of the parameters the scenario declares, after --set, in the file's order (numbers or words as text).
+  /// Values in force of the parameters the scenario declares, after --set, in the file's order (numbers or words as
+  /// text).
   std::vector<std::pair<std::string, std::string>> parameters;
 };
 

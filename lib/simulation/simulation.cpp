@@ -187,9 +187,8 @@ double Simulation::displacement_bound(double horizon) const {
 }
 
 void Simulation::find_pairs(double horizon) {
-  pairs_ = &broad_phase_.pairs(scenario_.shapes, motions_, margin_, horizon, [&](int i, int j) {
-    return scenario_.pairs.contains({i, j});
-  });
+  pairs_ = &broad_phase_.pairs(scenario_.shapes, motions_, margin_, horizon,
+                               [&](int i, int j) { return scenario_.pairs.find(i, j) != nullptr; });
 }
 
 // All closed features at the present configuration. Returns whether any of them approaches.
@@ -204,7 +203,7 @@ bool Simulation::find_contacts() {
     contact_points(scenario_.shapes[i], motions_[i].pose, i, scenario_.shapes[j], motions_[j].pose, j, tolerance,
                    contacts_);
     if (contacts_.size() == first) continue;
-    const PairLaw& law = scenario_.pairs.at({i, j});
+    const PairLaw& law = *scenario_.pairs.find(i, j);
     mu_.resize(contacts_.size(), law.mu);
     restitution_.resize(contacts_.size(), law.restitution);
     for (std::size_t c = first; c < contacts_.size(); ++c) {
