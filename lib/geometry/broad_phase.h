@@ -12,20 +12,26 @@ namespace cb {
 class BroadPhase {
  public:
   /// `allowed(i, j)` (i < j) says whether a pair of shapes is declared to collide; fixed with fixed is never asked.
-  /// Returns pairs (i, j), i < j, in ascending order, whose swept bounding boxes, widened by `margin` (m), overlap within
-  /// `horizon` seconds. Pairs with a half-space use the distance to its plane.
+  /// Returns pairs (i, j), i < j, in ascending order, whose swept bounding boxes, widened by `margin` (m), overlap
+  /// within `horizon` seconds. Pairs with a half-space use the distance to its plane.
   template <class Allowed>
   const std::vector<std::pair<int, int>>& pairs(const std::vector<Shape>& shapes, const std::vector<Motion>& motions,
                                                 double margin, double horizon, const Allowed& allowed);
 
  private:
   void sweep(const std::vector<Shape>& shapes, const std::vector<Motion>& motions, double margin, double horizon);
+  void sweep_finite(const std::vector<Shape>& shapes, const std::vector<Motion>& motions, double margin, double horizon,
+                    int swept);
 
+  /// Bounding box of a shape (no half-space) over the horizon, widened by half the margin.
   struct Interval {
     Vec3 low, high;
     int shape;
+    bool fixed;
   };
-  std::vector<Interval> intervals_;
+  std::vector<Interval> intervals_;  ///< in last call's order along axis_
+  int axis_ = 0;
+  int shape_count_ = -1;  ///< of the call that filled intervals_
   std::vector<std::pair<int, int>> candidates_, pairs_;
 };
 

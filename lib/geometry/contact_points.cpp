@@ -1,0 +1,199 @@
+// Contact points of two shapes and the distance between them.
+//
+// Problem: shapes a and b with their poses (m). Which points of the two surfaces are at most `tolerance` apart?
+// A point per touching feature: corners of a box on a half-space (in the order of their signs, x fastest), corners of
+// the patch that two faces share (in order around the incident face), the crossing of two edges, the nearest point of a
+// sphere. Reference face of two boxes: the face axis with the largest gap; of axes within the margin (1e-9 of the size,
+// at least the tolerance) the first of a's faces, then b's, then edge pairs. Tolerances are raised to 4 ulp of the
+// largest coordinate (resolved_tolerance). Does not fail: whenever the gap of the best axis is within the tolerance
+// there is at least one point.
+#include <cmath>
+
+#include "geometry/box_box.h"
+#include "geometry/shapes.h"
+
+namespace cb {
+
+namespace {
+
+Vec3 plane_normal(const Pose& pose) {
+  // Column y of the rotation matrix: R(q) (0, 1, 0).
+  const Quat& q = pose.q;
+  return {2 * (q.x() * q.y() - q.w() * q.z()), 1 - 2 * (q.x() * q.x() + q.z() * q.z()),
+          2 * (q.y() * q.z() + q.w() * q.x())};
+}
+
+// Where contact points go, with the sign that turns a normal that pushes the first shape of a routine away from the
+// second into one that pushes a away from b.
+struct Sink {
+  std::vector<ContactPoint>& out;
+  double sign;
+  int index_a, index_b;
+  void add(const Vec3& position, const Vec3& normal, double gap) const {
+    out.push_back({position, sign * normal, gap, index_a, index_b});
+  }
+};
+
+void box_on_plane(const Shape& box, const Pose& pose, const Pose& plane, double tolerance, const Sink& sink) {
+  const Vec3 n = plane_normal(plane);
+  const Mat3 R = pose.q.toRotationMatrix();
+  const Vec3& h = box.half_extents;
+  const double centre = n.dot(pose.p - plane.p);
+  const double gx = h.x() * n.dot(R.col(0)), gy = h.y() * n.dot(R.col(1)), gz = h.z() * n.dot(R.col(2));
+  if (centre - std::abs(gx) - std::abs(gy) - std::abs(gz) > tolerance) return;
+  const Vec3 x = h.x() * R.col(0), y = h.y() * R.col(1), z = h.z() * R.col(2);
+  for (int k = 0; k < 8; ++k) {
+    const double sx = k & 1 ? 1 : -1, sy = k & 2 ? 1 : -1, sz = k & 4 ? 1 : -1;
+    const double gap = centre + (sx * gx + sy * gy + sz * gz);
+    if (gap > tolerance) continue;
+    sink.add(pose.p + (sx * x + sy * y + sz * z) - (gap / 2) * n, n, gap);
+  }
+}
+
+// Nearest point of a box to a sphere: unit normal out of the box, gap of the surfaces, point on the box.
+struct NearestOnBox {
+  Vec3 normal, point;
+  double gap;
+};
+NearestOnBox nearest_on_box(const Shape& box, const Pose& pose, const Vec3& centre, double radius) {
+  const Mat3 R = pose.q.toRotationMatrix();
+  const Vec3& h = box.half_extents;
+  const Vec3 p = R.transpose() * (centre - pose.p);
+  const Vec3 q = p.cwiseMax(-h).cwiseMin(h);
+  const Vec3 d = p - q;
+  const double distance2 = d.squaredNorm();
+  if (distance2 > 0) {
+    const double distance = std::sqrt(distance2);
+    return {R * (d / distance), pose.p + R * q, distance - radius};
+  }
+  // The centre is inside: out through the nearest face, the first of equals.
+  const double margin = axis_margin(0, h, h);
+  const Vec3 depth = h - p.cwiseAbs();
+  int axis = 0;
+  for (int i = 1; i < 3; ++i)
+    if (depth[i] < depth[axis] - margin) axis = i;
+  const double sign = p[axis] < 0 ? -1 : 1;
+  Vec3 surface = p;
+  surface[axis] = sign * h[axis];
+  return {sign * R.col(axis), pose.p + R * surface, -depth[axis] - radius};
+}
+
+void sphere_on_box(const Shape& sphere, const Pose& pose, const Shape& box, const Pose& pose_box, double tolerance,
+                   const Sink& sink) {
+  const NearestOnBox nearest = nearest_on_box(box, pose_box, pose.p, sphere.radius);
+  if (nearest.gap > tolerance) return;
+  sink.add(nearest.point + (nearest.gap / 2) * nearest.normal, nearest.normal, nearest.gap);
+}
+
+void sphere_on_plane(const Shape& sphere, const Pose& pose, const Pose& plane, double tolerance, const Sink& sink) {
+  const Vec3 n = plane_normal(plane);
+  const double gap = n.dot(pose.p - plane.p) - sphere.radius;
+  if (gap > tolerance) return;
+  sink.add(pose.p - (sphere.radius + gap / 2) * n, n, gap);
+}
+
+void sphere_on_sphere(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double tolerance,
+                      const Sink& sink) {
+  const Vec3 d = pose_a.p - pose_b.p;
+  const double distance = d.norm(), gap = distance - a.radius - b.radius;
+  if (gap > tolerance) return;
+  // Concentric spheres have no direction of their own: up.
+  const Vec3 n = distance > 0 ? Vec3(d / distance) : Vec3(0, 1, 0);
+  sink.add(pose_b.p + (b.radius + gap / 2) * n, n, gap);
+}
+
+// The points of a patch that are at most `tolerance` above the reference face.
+int add_patch(const PlacedBox& a, const PlacedBox& b, const FacePatch& patch, double tolerance, const Sink& sink) {
+  const PlacedBox& reference = patch.reference_is_a ? a : b;
+  const Vec3 normal = patch.reference_is_a ? Vec3(-patch.n) : patch.n;
+  const int i = patch.axis;
+  const Vec3 u = reference.R.col((i + 1) % 3), v = reference.R.col((i + 2) % 3);
+  int added = 0;
+  for (int k = 0; k < patch.count; ++k) {
+    const PatchPoint& point = patch.point[k];
+    if (point.gap > tolerance) continue;
+    sink.add(reference.c + (point.u * u + point.v * v + (reference.h[i] + point.gap / 2) * patch.n), normal, point.gap);
+    ++added;
+  }
+  return added;
+}
+
+void box_on_box(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, const Pose& pose_b, double tolerance,
+                const Sink& sink) {
+  const double reach = shape_a.half_extents.norm() + shape_b.half_extents.norm() + tolerance;
+  if ((pose_b.p - pose_a.p).squaredNorm() > reach * reach) return;
+  const PlacedBox a(shape_a, pose_a), b(shape_b, pose_b);
+  const RelativeBox ab(a, b);
+  const double margin = axis_margin(tolerance, a.h, b.h);
+  const SeparatingAxis axis = separating_axis(a, b, ab, margin, tolerance);
+  if (axis.gap > tolerance) return;
+
+  const Vec3 normal = -(a.R * axis.normal_A);
+  if (axis.index < 6) {
+    FacePatch patch;
+    face_patch(a, b, ab, axis.index, margin, patch);
+    if (add_patch(a, b, patch, tolerance, sink) > 0) return;
+    // Faces that miss each other (corner past corner): the vertex of b that reaches furthest towards a.
+    Vec3 vertex = b.c;
+    for (int k = 0; k < 3; ++k) vertex += (normal.dot(b.R.col(k)) > 0 ? -b.h[k] : b.h[k]) * b.R.col(k);
+    sink.add(vertex + (axis.gap / 2) * normal, normal, axis.gap);
+    return;
+  }
+  sink.add(a.c + a.R * edge_crossing(a, b, ab, axis), normal, axis.gap);
+}
+
+}  // namespace
+
+void contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape& b, const Pose& pose_b, int index_b,
+                    double tolerance, std::vector<ContactPoint>& out) {
+  const double tol = resolved_tolerance(tolerance, pose_a.p, pose_b.p);
+  const Sink straight{out, 1, index_a, index_b}, turned{out, -1, index_a, index_b};
+  switch (a.kind) {
+    case ShapeKind::box:
+      if (b.kind == ShapeKind::half_space)
+        box_on_plane(a, pose_a, pose_b, tol, straight);
+      else if (b.kind == ShapeKind::box)
+        box_on_box(a, pose_a, b, pose_b, tol, straight);
+      else
+        sphere_on_box(b, pose_b, a, pose_a, tol, turned);
+      break;
+    case ShapeKind::sphere:
+      if (b.kind == ShapeKind::half_space)
+        sphere_on_plane(a, pose_a, pose_b, tol, straight);
+      else if (b.kind == ShapeKind::box)
+        sphere_on_box(a, pose_a, b, pose_b, tol, straight);
+      else
+        sphere_on_sphere(a, pose_a, b, pose_b, tol, straight);
+      break;
+    case ShapeKind::half_space:
+      if (b.kind == ShapeKind::box)
+        box_on_plane(b, pose_b, pose_a, tol, turned);
+      else if (b.kind == ShapeKind::sphere)
+        sphere_on_plane(b, pose_b, pose_a, tol, turned);
+      break;
+  }
+}
+
+double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  if (a.kind == ShapeKind::half_space) {
+    if (b.kind == ShapeKind::half_space) return std::numeric_limits<double>::infinity();
+    return separation(b, pose_b, a, pose_a);
+  }
+  if (b.kind == ShapeKind::half_space) {
+    const Vec3 n = plane_normal(pose_b);
+    const double centre = n.dot(pose_a.p - pose_b.p);
+    if (a.kind == ShapeKind::sphere) return centre - a.radius;
+    const Mat3 R = pose_a.q.toRotationMatrix();
+    return centre - (R.transpose() * n).cwiseAbs().dot(a.half_extents);
+  }
+  if (a.kind == ShapeKind::box && b.kind == ShapeKind::box) {
+    const PlacedBox box_a(a, pose_a), box_b(b, pose_b);
+    return separating_axis(box_a, box_b, RelativeBox(box_a, box_b), 0).gap;
+  }
+  if (a.kind == ShapeKind::sphere && b.kind == ShapeKind::sphere)
+    return (pose_a.p - pose_b.p).norm() - a.radius - b.radius;
+  if (a.kind == ShapeKind::box) return nearest_on_box(a, pose_a, pose_b.p, b.radius).gap;
+  return nearest_on_box(b, pose_b, pose_a.p, a.radius).gap;
+}
+
+}  // namespace cb
