@@ -1,0 +1,510 @@
+// Reads a scenario file into a Scenario: docs/scenarios.md is the reference of the format.
+// What is not written down there is refused: one message with file, line, column and what would be right.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <string_view>
+
+#include "scenario/near_name.h"
+#include "scenario/scenario.h"
+#include "scenario/values.h"
+#include "scenario/xml_tree.h"
+
+namespace cb {
+
+namespace {
+
+constexpr long array_limit = 100000;       // bodies of one array
+constexpr std::size_t group_limit = 2000;  // groups of bodies that pairs treat alike; the table has its square
+constexpr int edge_limit = 4096;           // edges of a friction polygon
+
+/// Does `name` match a pattern, in which one * stands for any characters?
+bool matches(std::string_view pattern, std::string_view name) {
+  const std::size_t star = pattern.find('*');
+  if (star == std::string_view::npos) return pattern == name;
+  const std::string_view head = pattern.substr(0, star), tail = pattern.substr(star + 1);
+  return name.size() >= head.size() + tail.size() && name.substr(0, head.size()) == head &&
+         name.substr(name.size() - tail.size()) == tail;
+}
+
+class Loader {
+ public:
+  Loader(const SourceText& source, const Overrides& overrides) : source_(source), values_(source, overrides) {}
+
+  Scenario load(const XmlElement& root) {
+    if (root.name != "scenario")
+      source_.fail(root.at,
+                   fmt::format("the root element is <{}>; a scenario starts with <scenario title=\"...\">", root.name));
+    check_attributes(source_, root, {"title"}, {});
+    scenario_.file = source_.file;
+    scenario_.name = std::filesystem::path(source_.file).stem().string();
+    scenario_.title = root.find("title")->value;
+
+    find_sections(root);
+    values_.declare(section("parameters"));
+    read_simulation(*section("simulation"));
+    read_reference(*section("reference"));
+    read_gravity(*section("gravity"));
+    read_bodies(*section("bodies"));
+    read_contacts(section("contacts"));
+    if (const XmlElement* forces = section("forces")) read_forces(*forces);
+    values_.check_all_used();
+    scenario_.parameters = values_.in_force();
+    return std::move(scenario_);
+  }
+
+ private:
+  /// A body as it was declared; its index is that of its shape.
+  struct Declared {
+    std::string name;
+    std::size_t at = 0;  ///< offset of the name
+    int array = -1;      ///< which array it belongs to, -1: none
+  };
+
+  // Sections --------------------------------------------------------------------------------------------------------
+
+  void find_sections(const XmlElement& root) {
+    static const std::vector<std::string> known{"parameters", "simulation", "reference", "gravity",
+                                                "bodies",     "contacts",   "forces"};
+    for (const XmlElement& child : root.children) {
+      if (std::find(known.begin(), known.end(), child.name) == known.end())
+        source_.fail(child.at,
+                     fmt::format("<{}> in <scenario>; {}", child.name, suggest(child.name, known, "it holds:")));
+      if (const XmlElement* first = section(child.name))
+        source_.fail(child.at, fmt::format("a second <{}> (first at {}); put both into one", child.name,
+                                           source_.where(first->at)));
+      sections_.push_back(&child);
+    }
+    for (const char* needed : {"simulation", "reference", "gravity", "bodies"})
+      if (section(needed) == nullptr)
+        source_.fail(root.at, fmt::format("<scenario> needs the element <{}>; it holds: {}", needed, join(known)));
+  }
+
+  const XmlElement* section(std::string_view name) const {
+    for (const XmlElement* candidate : sections_)
+      if (candidate->name == name) return candidate;
+    return nullptr;
+  }
+
+  void read_simulation(const XmlElement& element) {
+    check_attributes(source_, element, {"step", "duration"}, {"k", "compression_bound", "rotate_cone"});
+    check_empty(source_, element);
+    scenario_.step = values_.number(*element.find("step"), positive);
+    scenario_.duration = values_.number(*element.find("duration"), not_negative);
+    if (const XmlAttribute* k = element.find("k")) {
+      scenario_.k = static_cast<int>(values_.integer(*k, 4, edge_limit));
+      if (*scenario_.k % 2 != 0)
+        values_.fail(
+            *k, fmt::format("k is {}; the friction polygon has an even number of edges, at least 4", *scenario_.k));
+    }
+    if (const XmlAttribute* bound = element.find("compression_bound"))
+      scenario_.compression_bound = one_of(*bound, {"on", "off"}) == "on";
+    if (const XmlAttribute* turn = element.find("rotate_cone"))
+      scenario_.rotate_cone = values_.number(*turn, any_number);
+  }
+
+  void read_reference(const XmlElement& element) {
+    check_empty(source_, element);
+    check_attributes(source_, element, {"kind"}, {"name"});
+    const std::string kind = one_of(*element.find("kind"), {"analytic", "certified", "missing"});
+    const XmlAttribute* name = element.find("name");
+    if (kind == "analytic") {
+      scenario_.reference.kind = ReferenceKind::analytic;
+      check_attributes(source_, element, {"kind", "name"}, {});
+      scenario_.reference.name = name->value;
+      if (!is_name(name->value))
+        source_.fail(name->value_at,
+                     fmt::format("\"{}\" is no name of a reference; see `contactbench list references`", name->value));
+    } else {
+      scenario_.reference.kind = kind == "certified" ? ReferenceKind::certified : ReferenceKind::missing;
+      if (name != nullptr)
+        source_.fail(name->name_at,
+                     fmt::format("a {} reference has no name; remove it, or set kind=\"analytic\"", kind));
+    }
+  }
+
+  void read_gravity(const XmlElement& element) {
+    check_attributes(source_, element, {"constant"}, {});
+    scenario_.gravity.constant = vector(*element.find("constant"), "x y z in m/s^2");
+    std::size_t seen[3] = {0, 0, 0};
+    for (const XmlElement& child : element.children) {
+      if (child.name != "harmonic")
+        source_.fail(child.at,
+                     fmt::format("<{}> in <gravity>; {}", child.name, suggest(child.name, {"harmonic"}, "it holds:")));
+      check_attributes(source_, child, {"axis", "amplitude", "frequency"}, {"phase"});
+      check_empty(source_, child);
+      const int axis = one_of(*child.find("axis"), {"x", "y", "z"})[0] - 'x';
+      if (seen[axis] != 0)
+        source_.fail(child.at, fmt::format("a second <harmonic> for this axis (first at {}); keep one",
+                                           source_.where(seen[axis])));
+      seen[axis] = child.at;
+      Harmonic& harmonic = scenario_.gravity.harmonic[axis];
+      harmonic.amplitude = values_.number(*child.find("amplitude"), any_number);
+      harmonic.frequency = values_.number(*child.find("frequency"), not_negative);
+      if (const XmlAttribute* phase = child.find("phase")) harmonic.phase = values_.number(*phase, any_number);
+    }
+  }
+
+  // Bodies ----------------------------------------------------------------------------------------------------------
+
+  void read_bodies(const XmlElement& element) {
+    check_attributes(source_, element, {}, {});
+    for (const XmlElement& child : element.children) {
+      if (child.name == "half_space")
+        read_half_space(child);
+      else if (child.name == "box" || child.name == "sphere")
+        read_body(child, Vec3::Zero(), {}, -1);
+      else if (child.name == "array")
+        read_array(child);
+      else
+        source_.fail(child.at, fmt::format("<{}> in <bodies>; {}", child.name,
+                                           suggest(child.name, {"half_space", "box", "sphere", "array"}, "it holds:")));
+    }
+    if (scenario_.model.bodies.empty())
+      source_.fail(element.at, "no body that can move; add a <box> or a <sphere> with a mass");
+  }
+
+  void read_array(const XmlElement& element) {
+    check_attributes(source_, element, {"count", "offset"}, {});
+    const XmlAttribute& count_attribute = *element.find("count");
+    const long count = values_.integer(count_attribute, 1, array_limit);
+    const Vec3 offset = vector(*element.find("offset"), "x y z in m");
+    if (offset.isZero(0) && count > 1)
+      values_.fail(*element.find("offset"),
+                   "offset is 0 0 0: all bodies would be in one place; write the step from one to the next");
+    if (element.children.empty()) source_.fail(element.at, "an empty <array>; put one <box> or <sphere> into it");
+    const XmlElement& child = element.children.front();
+    if (child.name != "box" && child.name != "sphere")
+      source_.fail(child.at, fmt::format("<{}> in <array>; {}", child.name,
+                                         suggest(child.name, {"box", "sphere"}, "it repeats:")));
+    if (element.children.size() > 1)
+      source_.fail(element.children[1].at, "a second element in <array>; write one <array> for each");
+    const int array = arrays_++;
+    for (long i = 0; i < count; ++i)
+      read_body(child, static_cast<double>(i) * offset, fmt::format("_{}", i + 1), array);
+  }
+
+  void read_half_space(const XmlElement& element) {
+    check_attributes(source_, element, {"name", "point"}, {"normal", "axis", "angle", "quaternion"});
+    check_empty(source_, element);
+    Shape shape;
+    shape.kind = ShapeKind::half_space;
+    shape.local.p = vector(*element.find("point"), "x y z in m");
+    const XmlAttribute* normal = element.find("normal");
+    const bool turned =
+        element.find("axis") != nullptr || element.find("angle") != nullptr || element.find("quaternion") != nullptr;
+    if (normal == nullptr && !turned)
+      source_.fail(element.at,
+                   "<half_space> needs a normal, or axis and angle (or a quaternion) that turn the y axis into it");
+    if (normal != nullptr && turned)
+      source_.fail(normal->name_at,
+                   "normal beside an orientation; the orientation turns the y axis into the normal: keep one");
+    if (normal != nullptr)
+      shape.local.q = Quat::FromTwoVectors(Vec3::UnitY(), direction(*normal)).normalized();
+    else
+      shape.local.q = orientation(element);
+    declare_body(element, {}, -1, std::move(shape));
+  }
+
+  void read_body(const XmlElement& element, const Vec3& offset, const std::string& suffix, int array) {
+    check_empty(source_, element);
+    const std::string extent = element.name == "box" ? "size" : "radius";
+    check_attributes(source_, element, {"name", extent, "position"},
+                     {"mass", "density", "fixed", "axis", "angle", "quaternion", "velocity", "angular_velocity"});
+    Shape shape;
+    Body body;
+    double volume = 0;
+    Vec3 inertia_per_mass;  // of the solid, about its centre, m^2
+    if (element.name == "box") {
+      const XmlAttribute& attribute = *element.find("size");
+      const Vec3 size = vector(attribute, "x y z in m");
+      if (size.minCoeff() <= 0)
+        values_.fail(attribute,
+                     fmt::format("size has the edge {}; all three edges have to be more than 0", size.minCoeff()));
+      shape.kind = ShapeKind::box;
+      shape.half_extents = size / 2;
+      volume = size.prod();
+      const Vec3 square = size.cwiseAbs2();
+      inertia_per_mass = Vec3(square[1] + square[2], square[2] + square[0], square[0] + square[1]) / 12;
+    } else {
+      shape.kind = ShapeKind::sphere;
+      shape.radius = values_.number(*element.find("radius"), positive);
+      volume = 4 * std::numbers::pi / 3 * shape.radius * shape.radius * shape.radius;
+      inertia_per_mass.setConstant(0.4 * shape.radius * shape.radius);
+    }
+    Pose pose;
+    pose.p = vector(*element.find("position"), "x y z in m") + offset;
+    pose.q = orientation(element);
+
+    if (is_fixed(element)) {
+      shape.local = pose;
+      declare_body(element, suffix, array, std::move(shape));
+      return;
+    }
+
+    const XmlAttribute& weight = mass_or_density(element);
+    body.mass = values_.number(weight, positive) * (weight.name == "density" ? volume : 1);
+    body.inertia = body.mass * inertia_per_mass;
+    if (!std::isnormal(body.mass) || !body.inertia.allFinite() || !(body.inertia.minCoeff() > 0))
+      values_.fail(weight,
+                   fmt::format("the mass comes to {} kg and the least moment of inertia to {} kg m^2; both have "
+                               "to be more than 0 and finite",
+                               body.mass, body.inertia.minCoeff()));
+    shape.body = static_cast<int>(scenario_.model.bodies.size());
+    body.name = element.find("name")->value + suffix;
+    scenario_.model.bodies.push_back(std::move(body));
+    scenario_.initial.pose.push_back(pose);
+    Vec3 v = Vec3::Zero(), w = Vec3::Zero();
+    if (const XmlAttribute* velocity = element.find("velocity")) v = vector(*velocity, "x y z in m/s");
+    if (const XmlAttribute* spin = element.find("angular_velocity")) w = vector(*spin, "x y z in rad/s");
+    for (const Vec3& part : {v, w}) scenario_.initial.v.insert(scenario_.initial.v.end(), part.data(), part.data() + 3);
+    declare_body(element, suffix, array, std::move(shape));
+  }
+
+  bool is_fixed(const XmlElement& element) const {
+    const XmlAttribute* fixed = element.find("fixed");
+    if (fixed == nullptr || one_of(*fixed, {"yes", "no"}) == "no") return false;
+    for (const char* name : {"mass", "density", "velocity", "angular_velocity"})
+      if (const XmlAttribute* attribute = element.find(name))
+        source_.fail(attribute->name_at, fmt::format("a fixed body has no {}; remove it, or fixed=\"yes\"", name));
+    return true;
+  }
+
+  const XmlAttribute& mass_or_density(const XmlElement& element) const {
+    const XmlAttribute *mass = element.find("mass"), *density = element.find("density");
+    if (mass != nullptr && density != nullptr)
+      source_.fail(density->name_at, "mass and density; one follows from the other: keep one");
+    if (mass == nullptr && density == nullptr)
+      source_.fail(element.at, fmt::format("<{}> needs a mass or a density (or fixed=\"yes\")", element.name));
+    return mass != nullptr ? *mass : *density;
+  }
+
+  void declare_body(const XmlElement& element, const std::string& suffix, int array, Shape shape) {
+    const XmlAttribute& name = *element.find("name");
+    if (!is_name(name.value))
+      source_.fail(name.value_at, fmt::format("\"{}\" is no name for a body; a name is a letter, then letters, digits "
+                                              "and underscores",
+                                              name.value));
+    shape.name = name.value + suffix;
+    const int index = static_cast<int>(declared_.size());
+    const auto [first, is_new] = index_.try_emplace(shape.name, index);
+    if (!is_new)
+      source_.fail(name.value_at, fmt::format("a second body named {} (first at {}); rename one", shape.name,
+                                              source_.where(declared_[first->second].at)));
+    declared_.push_back({shape.name, name.value_at, array});
+    scenario_.shapes.push_back(std::move(shape));
+  }
+
+  // Contacts and forces -----------------------------------------------------------------------------------------------
+
+  /// A <pair>: the bodies that its two sides select.
+  struct Pair {
+    const XmlElement* element;
+    std::vector<int> a, b;  ///< groups
+  };
+
+  void read_contacts(const XmlElement* element) {
+    const std::size_t count = declared_.size();
+    std::vector<std::vector<int>> selectors(count);  // per body: the sides that select it; ascending
+    std::vector<Pair> pairs;
+    if (element != nullptr) {
+      check_attributes(source_, *element, {}, {});
+      for (const XmlElement& child : element->children) {
+        if (child.name != "pair")
+          source_.fail(child.at,
+                       fmt::format("<{}> in <contacts>; {}", child.name, suggest(child.name, {"pair"}, "it holds:")));
+        const auto [a, b] = read_pair(child);
+        const int side = 2 * static_cast<int>(pairs.size());
+        for (const int i : a) selectors[i].push_back(side);
+        for (const int i : b) selectors[i].push_back(side + 1);
+        pairs.push_back({&child, {}, {}});
+      }
+    }
+
+    // Bodies that the same sides select, and that are alike fixed or free, are one group.
+    std::map<std::pair<bool, std::vector<int>>, int> group_of;
+    std::vector<int> first_of, size_of;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto [group, is_new] =
+          group_of.try_emplace({is_free(static_cast<int>(i)), selectors[i]}, static_cast<int>(first_of.size()));
+      if (is_new) {
+        if (first_of.size() == group_limit)
+          source_.fail(element->at, fmt::format("more than {} kinds of bodies by their pairs; name arrays by patterns "
+                                                "(box_*) in place of single bodies",
+                                                group_limit));
+        first_of.push_back(static_cast<int>(i));
+        size_of.push_back(0);
+        for (const int side : selectors[i])
+          (side % 2 == 0 ? pairs[side / 2].a : pairs[side / 2].b).push_back(group->second);
+      }
+      scenario_.pairs.group.push_back(group->second);
+      ++size_of[group->second];
+    }
+
+    const int groups = scenario_.pairs.groups = static_cast<int>(first_of.size());
+    std::vector<int>& index = scenario_.pairs.index;
+    index.assign(first_of.size() * first_of.size(), -1);
+    for (int law = 0; law < static_cast<int>(pairs.size()); ++law) {
+      for (const int g : pairs[law].a) {
+        for (const int h : pairs[law].b) {
+          if (!is_free(first_of[g]) && !is_free(first_of[h])) continue;
+          if (g == h && size_of[g] == 1) continue;  // a pattern on both sides that only one body matches
+          const int known = index[g * groups + h];
+          if (known >= 0 && known != law)
+            source_.fail(pairs[law].element->at,
+                         fmt::format("{} and {} are a pair already (at {}); keep one", declared_[first_of[g]].name,
+                                     declared_[g == h ? next_of_group(h) : first_of[h]].name,
+                                     source_.where(pairs[known].element->at)));
+          index[g * groups + h] = index[h * groups + g] = law;
+        }
+      }
+    }
+  }
+
+  /// The second body of a group.
+  int next_of_group(int group) const {
+    const auto first = std::find(scenario_.pairs.group.begin(), scenario_.pairs.group.end(), group);
+    return static_cast<int>(std::find(first + 1, scenario_.pairs.group.end(), group) - scenario_.pairs.group.begin());
+  }
+
+  bool is_free(int body) const { return scenario_.shapes[body].body >= 0; }
+
+  std::pair<std::vector<int>, std::vector<int>> read_pair(const XmlElement& element) {
+    check_attributes(source_, element, {"a", "b", "mu"}, {"restitution"});
+    check_empty(source_, element);
+    const XmlAttribute &a = *element.find("a"), &b = *element.find("b");
+    PairLaw law;
+    law.mu = values_.number(*element.find("mu"), not_negative);
+    if (const XmlAttribute* restitution = element.find("restitution"))
+      law.restitution = values_.number(*restitution, {0, 1, false});
+    scenario_.pairs.laws.push_back(law);
+    std::vector<int> first = find_bodies(a), second = find_bodies(b);
+
+    // By name, what cannot collide is a mistake; of a pattern those pairs are taken that can.
+    if (is_name(a.value) && a.value == b.value)
+      source_.fail(b.value_at, fmt::format("{} does not collide with itself; name another body", b.value));
+    const auto is_free_body = [&](int i) { return is_free(i); };
+    if (std::none_of(first.begin(), first.end(), is_free_body) &&
+        std::none_of(second.begin(), second.end(), is_free_body))
+      source_.fail(a.value_at, fmt::format("{} and {} are both fixed to the world; one of a pair has to be free",
+                                           a.value, b.value));
+    return {std::move(first), std::move(second)};
+  }
+
+  std::vector<int> find_bodies(const XmlAttribute& attribute) const {
+    const auto found = index_.find(attribute.value);
+    if (found != index_.end()) return {found->second};
+    std::vector<int> bodies;
+    if (std::count(attribute.value.begin(), attribute.value.end(), '*') > 1)
+      source_.fail(attribute.value_at, fmt::format("\"{}\" has more than one *; write one", attribute.value));
+    if (attribute.value.find('*') != std::string::npos)
+      for (std::size_t i = 0; i < declared_.size(); ++i)
+        if (matches(attribute.value, declared_[i].name)) bodies.push_back(static_cast<int>(i));
+    if (bodies.empty()) fail_no_body(attribute);
+    return bodies;
+  }
+
+  [[noreturn]] void fail_no_body(const XmlAttribute& attribute) const {
+    std::vector<std::string> names;
+    for (const Declared& body : declared_) {
+      if (body.array >= 0 && body.name.compare(0, body.name.rfind('_'), attribute.value) == 0)
+        source_.fail(attribute.value_at, fmt::format("there is no body \"{0}\" but an array of them; write {0}_1 for "
+                                                     "the first, {0}_* for all",
+                                                     attribute.value));
+      names.push_back(body.name);
+    }
+    source_.fail(attribute.value_at, fmt::format("there is no body \"{}\"; {}", attribute.value,
+                                                 suggest(attribute.value, names, "the bodies are:")));
+  }
+
+  void read_forces(const XmlElement& element) {
+    check_attributes(source_, element, {}, {});
+    for (const XmlElement& child : element.children) {
+      if (child.name != "force")
+        source_.fail(child.at,
+                     fmt::format("<{}> in <forces>; {}", child.name, suggest(child.name, {"force"}, "it holds:")));
+      check_attributes(source_, child, {"body", "force", "from", "to"}, {});
+      check_empty(source_, child);
+      const XmlAttribute& body = *child.find("body");
+      if (body.value.find('*') != std::string::npos)
+        source_.fail(body.value_at, "a force acts on one body; write one <force> for each");
+      Force force;
+      force.body = scenario_.shapes[find_bodies(body).front()].body;
+      if (force.body < 0)
+        source_.fail(body.value_at, fmt::format("{} is fixed to the world; a force needs a free body", body.value));
+      force.force = vector(*child.find("force"), "x y z in N");
+      force.from = values_.number(*child.find("from"), not_negative);
+      force.to = values_.number(*child.find("to"), not_negative);
+      if (force.to < force.from)
+        values_.fail(*child.find("to"),
+                     fmt::format("the force ends at {} s, before it begins at {} s; swap them", force.to, force.from));
+      scenario_.forces.push_back(force);
+    }
+  }
+
+  // Values ------------------------------------------------------------------------------------------------------------
+
+  Vec3 vector(const XmlAttribute& attribute, std::string_view meaning) {
+    const std::vector<double> x = values_.numbers(attribute, 3, meaning);
+    return {x[0], x[1], x[2]};
+  }
+
+  Vec3 direction(const XmlAttribute& attribute) {
+    const Vec3 x = vector(attribute, "x y z, of any length but 0");
+    const double largest = x.cwiseAbs().maxCoeff();
+    if (largest == 0) values_.fail(attribute, fmt::format("{} is 0 0 0; it has to point somewhere", attribute.name));
+    return (x / largest).normalized();
+  }
+
+  /// From `quaternion`, or from `axis` and `angle`; none: as the world.
+  Quat orientation(const XmlElement& element) {
+    const XmlAttribute *axis = element.find("axis"), *angle = element.find("angle");
+    const XmlAttribute* quaternion = element.find("quaternion");
+    if (quaternion != nullptr) {
+      if (axis != nullptr || angle != nullptr)
+        source_.fail(quaternion->name_at, "a quaternion beside axis and angle; keep one of the two");
+      const std::vector<double> q = values_.numbers(*quaternion, 4, "w x y z");
+      const Eigen::Vector4d x(q[0], q[1], q[2], q[3]);
+      const double largest = x.cwiseAbs().maxCoeff();
+      if (largest == 0) values_.fail(*quaternion, "quaternion is 0 0 0 0; no turn at all is 1 0 0 0");
+      const Eigen::Vector4d unit = (x / largest).normalized();
+      return {unit[0], unit[1], unit[2], unit[3]};
+    }
+    if (axis == nullptr && angle == nullptr) return Quat::Identity();
+    if (axis == nullptr) source_.fail(angle->name_at, "an angle without an axis; add axis=\"x y z\"");
+    if (angle == nullptr) source_.fail(axis->name_at, "an axis without an angle; add angle=\"...\" in rad");
+    const Vec3 unit = direction(*axis);
+    Quat q = Quat(Eigen::AngleAxisd(values_.number(*angle, any_number), unit)).normalized();
+    q.coeffs().array() += 0.0;  // -0 becomes 0
+    return q;
+  }
+
+  std::string one_of(const XmlAttribute& attribute, const std::vector<std::string>& words) const {
+    if (std::find(words.begin(), words.end(), attribute.value) == words.end())
+      source_.fail(attribute.value_at, fmt::format("{} is \"{}\"; {}", attribute.name, attribute.value,
+                                                   suggest(attribute.value, words, "it is one of:")));
+    return attribute.value;
+  }
+
+  const SourceText& source_;
+  Values values_;
+  Scenario scenario_;
+  std::vector<const XmlElement*> sections_;
+  std::vector<Declared> declared_;
+  std::map<std::string, int> index_;  ///< of a body's name in declared_
+  int arrays_ = 0;
+};
+
+}  // namespace
+
+Scenario load_scenario(const std::string& path, const Overrides& overrides) {
+  const SourceText source = read_text(path);
+  const XmlElement root = parse_xml(source);
+  return Loader(source, overrides).load(root);
+}
+
+}  // namespace cb
