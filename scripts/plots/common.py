@@ -1,0 +1,226 @@
+"""What the figures share: the tidy table, the look of a method, and how a file is written.
+
+A figure reads result files only. Every method keeps its colour, marker and line in all figures (Okabe and Ito's colours;
+line and marker tell the curves apart in grey), and a method that is added later gets a look of its own by itself.
+"""
+import argparse
+import csv
+import json
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+
+BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE = (
+    "#000000", "#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7")
+
+# (method, solver or variant): name in legends, colour, marker.
+LOOKS = {
+    ("newton", "uncapped"): ("Newton, uncapped", VERMILION, "v"),
+    ("newton", "stick-tested"): ("Newton, stick-tested", ORANGE, "^"),
+    ("mirtich", ""): ("Mirtich", PURPLE, "D"),
+    ("ap", "lemke"): ("A-P, Lemke", BLUE, "o"),
+    ("ap", "path"): ("A-P, PATH", SKY, "s"),
+    ("ap", "ynl"): ("A-P, YNL", GREEN, "P"),
+    ("convex", "ipm"): ("convex", BLACK, "d"),
+}
+LATER = [(c, m) for m in "<>p*hX" for c in (PURPLE, ORANGE, GREEN, VERMILION, SKY, BLUE)]
+
+plt.rcParams.update({
+    "font.size": 9, "axes.titlesize": 10, "axes.titlelocation": "left", "axes.grid": True, "grid.color": "0.9",
+    "grid.linewidth": 0.6, "axes.spines.top": False, "axes.spines.right": False, "axes.axisbelow": True,
+    "legend.frameon": False, "legend.fontsize": 8, "lines.linewidth": 1.3, "lines.markersize": 4.5,
+    "lines.markeredgewidth": 0.6, "figure.dpi": 100, "savefig.dpi": 150, "svg.hashsalt": "contactbench",
+    "svg.fonttype": "path", "path.simplify": True, "axes.formatter.use_mathtext": True,
+})
+
+
+class Cell:
+    """One method on one scene with one choice of knobs: its repeats, and how it is drawn."""
+
+    def __init__(self, rows, runs):
+        self.rows = rows
+        self.runs = runs
+        self.key = (rows[0]["method"], rows[0]["solver"] or rows[0]["variant"])
+        # Files are read from the repeat with the median time, so that no single disturbance of the machine shows.
+        timed = sorted(rows, key=lambda r: float(r["processing_s"] or "inf"))
+        self.row = timed[(len(timed) - 1) // 2]
+        self.folder = runs / self.row["run"]
+
+    def __getitem__(self, column):
+        return self.row[column]
+
+    @property
+    def finished(self):
+        return all(r["finished"] == "true" for r in self.rows)
+
+    @property
+    def seconds(self):
+        """Median processing time of the finished repeats, s; nan where there is none."""
+        times = [float(r["processing_s"]) for r in self.rows if r["finished"] == "true" and r["processing_s"]]
+        return float(np.median(times)) if times else float("nan")
+
+    @property
+    def how_it_ended(self):
+        """Empty for a run that reached its end; else what stopped it and when."""
+        bad = next((r for r in self.rows if r["finished"] != "true"), None)
+        if bad is None:
+            return "" if self["status"] == "ok" else self["status"]
+        return bad["status"] + (f" at {float(bad['t_reached']):.3g} s" if bad["t_reached"] else "")
+
+    def series(self, file, *columns):
+        """Columns of a file of the run as arrays; empty arrays where there is no file or no row."""
+        return series(self.folder / file, *columns)
+
+
+def series(path, *columns):
+    try:
+        lines = path.read_text().splitlines(keepends=True)
+    except OSError:
+        return np.empty((len(columns), 0))
+    if lines and not lines[-1].endswith("\n"):
+        lines.pop()  # a run that was killed can leave half a row
+    if len(lines) < 2:
+        return np.empty((len(columns), 0))
+    head = lines[0].strip().split(",")
+    return np.loadtxt(lines[1:], delimiter=",", usecols=[head.index(c) for c in columns], ndmin=2).T
+
+
+def arguments():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--results", required=True, type=Path, help="folder with runs.csv; figures go to figures/ in it")
+    parser.add_argument("--runs", required=True, type=Path, help="folder with one folder a run")
+    return parser.parse_args()
+
+
+def cells(options, scene, **wanted):
+    """The cells of a scene in the order of the table, e.g. cells(options, "stack", parameters="boxes=4")."""
+    groups = {}
+    with open(options.results / "runs.csv", newline="") as file:
+        for row in csv.DictReader(file):
+            if row["scene"] == scene and all(row[c] == v for c, v in wanted.items()):
+                key = tuple(row[c] for c in ("parameters", "method", "variant", "solver", "k", "epsilon"))
+                groups.setdefault(key, []).append(row)
+    return [Cell(rows, options.runs) for rows in groups.values()]
+
+
+def styles(some):
+    """A look for each cell: colour and marker by method and solver, line by knob (k, epsilon)."""
+    looks, knobs, later = {}, {}, iter(LATER)
+    for cell in some:
+        if cell.key not in looks:
+            known = LOOKS.get(cell.key) or LOOKS.get((cell.key[0], ""))
+            looks[cell.key] = known or (" ".join(p for p in cell.key if p), *next(later))
+        knob = (cell["k"], cell["epsilon"])
+        if knob not in knobs.setdefault(cell.key, []):
+            knobs[cell.key].append(knob)
+    out = []
+    for number, cell in enumerate(some):
+        name, colour, marker = looks[cell.key]
+        line = ["-", (0, (4, 1.6)), (0, (1, 1.4)), (0, (5, 1.4, 1, 1.4))][knobs[cell.key].index((cell["k"], cell["epsilon"])) % 4]
+        if cell["k"]:
+            name += f", k = {cell['k']}"
+        if cell["epsilon"]:
+            name += rf", $\epsilon$ = {power(cell['epsilon'])} J"
+        out.append({"label": name, "color": colour, "marker": marker, "linestyle": line,
+                    "markeredgecolor": "white", "zorder": 3 + 0.01 * number})
+    return out
+
+
+def power(number):
+    """1e-12 as 10 to the -12."""
+    mantissa, exponent = f"{float(number):.6e}".split("e")
+    mantissa = f"{float(mantissa):g}"
+    return ("" if mantissa == "1" else mantissa + r" $\times$ ") + rf"$10^{{{int(exponent)}}}$"
+
+
+def thin(t, y, points=600):
+    """At most about `points` points that keep every extreme: the least and the greatest of each interval."""
+    if len(t) <= points:
+        return t, y
+    edges = np.linspace(0, len(t), points // 2 + 1).astype(int)
+    keep = {0, len(t) - 1}
+    for a, b in zip(edges[:-1], edges[1:]):
+        keep.add(a + int(np.argmin(y[a:b])))
+        keep.add(a + int(np.argmax(y[a:b])))
+    keep = np.array(sorted(keep))
+    return t[keep], y[keep]
+
+
+def curve(axes, t, y, style, number, count, ended="", points=600, markers=8):
+    """Draws one curve with its markers staggered against those of the others, and a cross where the run stopped."""
+    if len(t) == 0:
+        return
+    x, z = thin(np.asarray(t), np.asarray(y), points)
+    line = axes.plot(x, z, **{**style, "marker": ""})[0]
+    # Markers at even places along the axis, shifted from curve to curve.
+    places = x[0] + (x[-1] - x[0]) * (np.arange(markers) + (number + 0.5) / max(count, 1)) / markers
+    at = np.unique(np.clip(np.searchsorted(x, places), 0, len(x) - 1))
+    axes.plot(x[at], z[at], **{**style, "linestyle": "", "label": "_", "zorder": line.get_zorder() + 0.5})
+    if ended and " at " in ended:
+        axes.plot(x[-1:], z[-1:], linestyle="", marker="x", color=style["color"], markersize=8, markeredgewidth=1.8,
+                  zorder=9, clip_on=False)
+
+
+def ending(cell):
+    """What a legend adds to the name of a run that did not end well."""
+    ended = cell.how_it_ended
+    return rf" ($\bf{{\times}}$ {ended})" if " at " in ended else f" ({ended})" if ended else ""
+
+
+def legend(figure, handles, columns=3):
+    """One legend for the whole figure, below it."""
+    figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, 0.0), borderaxespad=0.2, ncol=columns,
+                  columnspacing=1.6, handlelength=3.2)
+
+
+def handles(some, looks):
+    return [plt.Line2D([], [], **{**look, "label": look["label"] + ending(cell)}) for cell, look in zip(some, looks)]
+
+
+def cumulative(cell):
+    """Simulated time and processing time up to it, s."""
+    t, step = cell.series("steps.csv", "t", "step_s")
+    return t, np.cumsum(step)
+
+
+def timing_panel(axes, some, looks, title):
+    """Processing time up to each moment; a log scale where the methods are far apart."""
+    most = []
+    for number, (cell, look) in enumerate(zip(some, looks)):
+        t, used = cumulative(cell)
+        curve(axes, t, used, look, number, len(some), cell.how_it_ended)
+        if len(used):
+            most.append(used[-1])
+    if most and max(most) > 20 * min(most):
+        axes.set_yscale("log")
+        axes.set_ylim(bottom=min(most) / 100)
+    axes.set(title=title, xlabel="simulated time (s)", ylabel="processing time (s)")
+
+
+def save(figure, options, name):
+    folder = options.results / "figures"
+    folder.mkdir(parents=True, exist_ok=True)
+    figure.savefig(folder / f"{name}.png", bbox_inches="tight", metadata={"Software": None})
+    figure.savefig(folder / f"{name}.svg", bbox_inches="tight", metadata={"Date": None, "Creator": None})
+    plt.close(figure)
+
+
+def parameter(cell, name, default):
+    """A scene parameter of the run, as its summary.json has it."""
+    try:
+        summary = json.loads((cell.folder / "summary.json").read_text())
+        return type(default)((summary.get("parameters") or {}).get(name, default))
+    except (OSError, ValueError, AttributeError):
+        return default
+
+
+def nothing(options, name, scene):
+    """Says so in the picture where no run of the scene is there."""
+    figure, axes = plt.subplots(figsize=(7, 1.5))
+    axes.axis("off")
+    axes.text(0.5, 0.5, f"no run of {scene} in runs.csv", ha="center", va="center")
+    save(figure, options, name)

@@ -1,0 +1,71 @@
+#!/usr/bin/env bash
+# Installs from Debian's packages what the program, its tests and its figures need, and only what is missing.
+#   scripts/setup.sh           install what is missing (Debian 12; asks sudo where not root)
+#   scripts/setup.sh --check   print what is missing, install nothing; exit code 1 where a needed package is missing
+set -euo pipefail
+
+needed=(
+  cmake g++ ninja-build pkg-config   # build
+  libeigen3-dev libsuitesparse-dev   # linear algebra
+  libpugixml-dev libcli11-dev libfmt-dev nlohmann-json3-dev  # scene files, flags, output
+  catch2                             # tests
+  python3 python3-numpy python3-matplotlib  # figures and tables
+)
+# The build leaves out what these serve where a release does not carry them.
+optional=(
+  libhdf5-dev libfclib-dev           # stored contact problems
+  libbenchmark-dev                   # bench/
+  git                                # the commit in the manifest
+)
+
+check=no
+case "${1:-}" in
+  "") ;;
+  --check) check=yes ;;
+  *) sed -n '2,4p' "$0" | sed 's/^# \{0,1\}//'; exit 2 ;;
+esac
+
+if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
+  echo "setup: no apt-get here. Install these (Debian's names) by hand: ${needed[*]}; optional: ${optional[*]}" >&2
+  exit 1
+fi
+
+installed() { [ "$(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null)" = installed ]; }
+missing() { local p; for p in "$@"; do installed "$p" || echo "$p"; done; }
+
+mapfile -t lacking < <(missing "${needed[@]}")
+mapfile -t lacking_optional < <(missing "${optional[@]}")
+
+if [ "$check" = yes ]; then
+  for p in "${lacking[@]}"; do echo "missing: $p"; done
+  for p in "${lacking_optional[@]}"; do echo "missing (optional): $p"; done
+  [ ${#lacking[@]} -eq 0 ] || exit 1
+  [ ${#lacking_optional[@]} -ne 0 ] || echo "nothing is missing"
+  exit 0
+fi
+if [ $((${#lacking[@]} + ${#lacking_optional[@]})) -eq 0 ]; then
+  exit 0
+fi
+
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+  if ! command -v sudo >/dev/null; then
+    echo "setup: not root, and no sudo. As root: apt-get install ${lacking[*]} ${lacking_optional[*]}" >&2
+    # Without the optional packages the program still builds.
+    [ ${#lacking[@]} -eq 0 ] && exit 0 || exit 1
+  fi
+  as_root=(sudo)
+fi
+apt() { "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get "$@"; }
+
+echo "setup: installing ${lacking[*]} ${lacking_optional[*]}"
+apt update -qq
+wanted=("${lacking[@]}")
+for p in "${lacking_optional[@]}"; do
+  if apt-cache show "$p" >/dev/null 2>&1; then
+    wanted+=("$p")
+  else
+    echo "setup: $p is not in this release's packages; left out"
+  fi
+done
+[ ${#wanted[@]} -eq 0 ] || apt install -y -qq --no-install-recommends "${wanted[@]}"

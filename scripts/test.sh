@@ -1,0 +1,44 @@
+#!/usr/bin/env bash
+# Installs what is missing, builds, and runs every test. The exit code is 0 only if all of it went well.
+#   scripts/test.sh              the program as it is released
+#   scripts/test.sh --sanitize   the same tests under the address and undefined-behaviour sanitizers (build-sanitize/)
+#   scripts/test.sh --long       besides, the tests marked [.long]
+#   scripts/test.sh --tidy       besides, clang-tidy over the sources (needs clang-tidy)
+#   scripts/test.sh --no-setup   without looking for missing packages
+set -euo pipefail
+. "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+cd "$root"
+
+preset=release folder=build long=no tidy=no setup=yes
+for flag in "$@"; do
+  case "$flag" in
+    --sanitize) preset=sanitize folder=build-sanitize ;;
+    --long) long=yes ;;
+    --tidy) tidy=yes ;;
+    --no-setup) setup=no ;;
+    *) sed -n '2,7p' "$0" | sed 's/^# \{0,1\}//'; exit 2 ;;
+  esac
+done
+
+[ "$setup" = no ] || scripts/setup.sh
+build_preset "$preset"
+
+# Leaks are looked for too; a report of undefined behaviour comes with its stack.
+export ASAN_OPTIONS=${ASAN_OPTIONS:-detect_leaks=1:strict_string_checks=1}
+export UBSAN_OPTIONS=${UBSAN_OPTIONS:-print_stacktrace=1}
+
+failed=0
+if [ "$tidy" = yes ]; then
+  sources=$(find app lib -name '*.cpp' | sort)
+  # shellcheck disable=SC2086
+  printf '%s\n' $sources | xargs -P "$(jobs)" -n 4 clang-tidy --quiet -p "$folder" || { echo "clang-tidy: see above"; failed=1; }
+fi
+if [ "$long" = yes ]; then
+  for program in "$folder"/bin/test_*; do
+    [ -x "$program" ] || continue
+    echo "$(basename "$program") [long]"
+    "$program" "[long]" || failed=1
+  done
+fi
+ctest --test-dir "$folder" --output-on-failure --parallel "$(jobs)" || failed=1
+exit "$failed"
