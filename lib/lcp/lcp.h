@@ -29,44 +29,50 @@ struct LcpProblem {
 };
 
 enum class LcpStatus {
-  solved,         ///< the solver believes that z solves the problem
-  inaccurate,     ///< an answer is returned, but the check on the original data is worse than the tolerance
-  ray,            ///< Lemke's secondary ray, checked on the original data
-  nonconverged,   ///< limit of pivots or iterations reached
-  cycling,        ///< a basis came back
-  singular,       ///< no usable factorisation of a basis
-  not_finite,     ///< NaN or infinity in the data or on the way
+  solved,        ///< the solver believes that z solves the problem
+  inaccurate,    ///< an answer is returned, but the check on the original data is worse than the tolerance
+  ray,           ///< Lemke's secondary ray, checked on the original data
+  nonconverged,  ///< limit of pivots or iterations reached
+  cycling,       ///< a basis came back
+  singular,      ///< no usable factorisation of a basis
+  not_finite,    ///< NaN or infinity in the data or on the way
   time_limit,
   memory_limit,
-  unavailable     ///< the solver is not installed here
+  unavailable  ///< the solver is not installed here
 };
 std::string_view name(LcpStatus status);
 
 struct LcpSolution {
   LcpStatus status = LcpStatus::nonconverged;
-  std::string reason;        ///< one line where status is not solved; every rung of a recovery ladder that was used
-  Eigen::VectorXd z;         ///< n
-  Eigen::VectorXd x;         ///< nx, the free unknowns (expanded form)
-  int pivots = 0;            ///< pivots or iterations, summed over restarts
+  std::string reason;  ///< one line where status is not solved; every rung of a recovery ladder that was used
+  Eigen::VectorXd z;   ///< n
+  Eigen::VectorXd x;   ///< nx, the free unknowns (expanded form)
+  int pivots = 0;      ///< pivots or iterations, summed over restarts
   int factorisations = 0;
   double residual = std::numeric_limits<double>::infinity();  ///< natural residual (below) as the solver finds it
-  double peak_memory_mb = 0; ///< of the solver's own tables, where it measures them (ynl)
+  double peak_memory_mb = 0;  ///< of the solver's own tables, where it measures them (ynl)
 };
 
 /// What every LCP solver understands; a solver ignores what it has no use for.
 struct LcpOptions {
-  double tolerance = 1e-10;     ///< accepted natural residual, -; looser: more answers are believed
-  int pivot_limit = 0;          ///< 0: 50 (n + nx) + 1000
-  double time_limit_s = 0;      ///< 0: none
-  double memory_limit_mb = 1024;///< tables of a search; beyond: memory_limit
+  double tolerance = 1e-10;       ///< accepted natural residual, -; looser: more answers are believed
+  int pivot_limit = 0;            ///< 0: 50 (n + nx) + 1000
+  double time_limit_s = 0;        ///< 0: none
+  double memory_limit_mb = 1024;  ///< tables of a search; beyond: memory_limit
   /// Largest n at which the dense kernel serves an expanded problem too (measured: bench/lcp).
   int dense_limit = 100;
 };
 
 /// Natural residual of z on the original data, scaled row by row without letting a huge z hide an error:
-///   max_i | min(z_i s_i, w_i / s_i) | / scale,   s_i = sqrt(max(M_ii, typical)),   scale = max_i(|q_i| / s_i, tiny)
-/// See lcp.cpp for the exact scales. Dimensionless.
+///   max_i | min(z_i s_i, w_i / s_i) | / max_i(|q_i| / s_i),   s_i = sqrt(rho_i), rho_i = |M_ii| or, where that is
+///   zero,
+/// from the coupling (lcp/scaling.h). Dimensionless, unchanged by a change of units; see lcp.cpp.
 double natural_residual(const LcpProblem& problem, const Eigen::VectorXd& z);
+
+/// The dense form of an expanded problem; `dense` keeps its storage. False where A is singular.
+bool condense(const LcpProblem& problem, LcpProblem& dense);
+/// x = -A^-1 (B z + a), refined once. False where A is singular.
+bool recover_free(const LcpProblem& problem, const Eigen::VectorXd& z, Eigen::VectorXd& x);
 
 /// A solver that owns its scratch; never throws.
 using LcpSolver = std::function<void(const LcpProblem& problem, LcpSolution& solution)>;

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace cb {
+
+/// Variables of a tableau of n pairs: w_i is i, z_i is n + i, the artificial z_0 is 2 n.
+/// w_i and z_i are complements; the complement of z_0 does not exist.
+constexpr int complement(int variable, int n) { return variable < n ? variable + n : variable - n; }
+
+/// The dictionary of w = q + M z + c z_0 at a basis, dense and kept up to date pivot by pivot:
+///   basic = rhs + T nonbasic,   n rows (padded to whole vector registers), n + 1 columns.
+/// Storage is kept between problems. Cost of a pivot: 2 n (n + 1) flops, less where columns have a zero in the pivot
+/// row; one pass over the table.
+class DenseTableau {
+ public:
+  /// Takes a problem: pair scales S (n). Both are referred to until the next start.
+  void start(const Eigen::MatrixXd& M, const Eigen::VectorXd& scale);
+  /// Basis of all w: T = S M S, rhs = 0, covering column 0.
+  void restart();
+  /// w = M z, in the problem's own units.
+  void multiply(const Eigen::VectorXd& z, Eigen::VectorXd& w) const;
+
+  int n() const { return n_; }
+  /// Rows including the padding, whose entries stay zero; a multiple of lanes.
+  int padded() const { return padded_; }
+  int basic(int row) const { return basic_[row]; }
+  bool is_basic(int variable) const { return slot_[variable] < 0; }
+  int row_of(int variable) const { return -1 - slot_[variable]; }
+
+  /// Values of the basic variables (padded), owned by the caller's use: set, then carried along by pivot().
+  double* rhs() { return rhs_.data(); }
+  /// d basic / d variable for a nonbasic variable (padded); valid until the next pivot.
+  const double* column(int variable) { return table_.data() + std::size_t(slot_[variable]) * padded_; }
+  /// Sets the column of the (nonbasic) artificial variable, in the present dictionary.
+  void set_cover(const double* values);
+  /// Exchanges the basic variable of `row` with the nonbasic `entering`. False where the pivot is zero or not finite.
+  bool pivot(int row, int entering);
+  /// values of the basic variables where all nonbasic ones are zero and q is `q` (length n; out is padded).
+  void transform(const double* q, double* out) const;
+  /// x <- M_aa^-1 x on the active set a = {i: z_i basic}: reads and writes x[i], i in a; `scratch` padded.
+  void solve_active(const std::vector<int>& active, double* x, double* scratch) const;
+
+  static constexpr int lanes = 8;
+
+ private:
+  const Eigen::MatrixXd* M_ = nullptr;
+  const Eigen::VectorXd* scale_ = nullptr;
+  int n_ = 0, padded_ = 0;
+  Eigen::VectorXd table_, rhs_;
+  std::vector<int> basic_;     // n: variable of each row
+  std::vector<int> nonbasic_;  // n + 1: variable of each column
+  std::vector<int> slot_;      // 2 n + 1: column of a nonbasic variable, -1 - row of a basic one
+};
+
+}  // namespace cb

@@ -1,0 +1,18 @@
+#include <array>
+
+#include "lcp/lcp.h"
+
+namespace cb {
+
+std::span<const LcpSolverRow> lcp_solvers() {
+  static const std::array<LcpSolverRow, 1> rows{lemke_row()};
+  return rows;
+}
+
+const LcpSolverRow* find_lcp_solver(std::string_view name) {
+  for (const LcpSolverRow& row : lcp_solvers())
+    if (row.name == name) return &row;
+  return nullptr;
+}
+
+}  // namespace cb

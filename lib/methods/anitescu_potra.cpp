@@ -1,0 +1,309 @@
+// Anitescu and Potra's time-stepping contact model as a linear complementarity problem.
+//
+// Problem (nc contacts, k directions d_i = cos(2 pi i / k) t1 + sin(2 pi i / k) t2 each, e = 0):
+//   0 <= c_n  _|_  N v+ + w_n          >= 0      c_n: nc, N s
+//   0 <= c_t  _|_  D v+ + w_t + E lam  >= 0      c_t: k nc, N s, contact by contact
+//   0 <= lam  _|_  mu c_n - E^T c_t    >= 0      lam: nc, m/s
+//   v+ = v- + M^-1 (N^T c_n + D^T c_t)
+// (k + 2) nc unknowns in the order c_n, c_t, lam.
+//
+// Source: M. Anitescu, F. A. Potra, Formulating dynamic multi-rigid-body contact problems with friction as solvable
+// linear complementarity problems, Nonlinear Dynamics 14 (1997): the one-step LCP, and for e > 0 their compression and
+// decompression phases with Poisson's hypothesis: the first LCP gives c (compression); then e c_n acts at each contact,
+// and a second LCP of the same matrix, its friction bounded by mu (e c_n + c_n'), keeps contacts from approaching
+// again.
+//
+// Differences from the source:
+//  1. Impulses and velocities of one event only: forces have acted before (spec: methods.md, "The step").
+//  2. No joint constraints: joints are inside M.
+//  3. Small problems eliminate v+ (matrix of order (k + 2) nc from the Delassus matrix); larger ones keep it as free
+//     unknowns, so that what is sparse stays sparse. dense_limit decides, by the number of unknowns.
+//  4. Optional regularisation: E is added to the diagonal of all rows of the LCP, in the unit of each row.
+//
+// Fails as the LCP solver fails; its ending and reason are passed on. With e > 0, z holds both phases, one after the
+// other, 2 (k + 2) nc numbers.
+
+#include <array>
+#include <cmath>
+#include <memory>
+
+#include "lcp/lcp.h"
+#include "methods/registry.h"
+
+namespace cb {
+
+namespace {
+
+Status to_status(LcpStatus status) {
+  switch (status) {
+    case LcpStatus::solved:
+      return Status::ok;
+    case LcpStatus::inaccurate:
+      return Status::inaccurate;
+    case LcpStatus::ray:
+      return Status::ray;
+    case LcpStatus::nonconverged:
+      return Status::nonconverged;
+    case LcpStatus::cycling:
+      return Status::cycling;
+    case LcpStatus::singular:
+      return Status::singular;
+    case LcpStatus::not_finite:
+      return Status::not_finite;
+    case LcpStatus::time_limit:
+      return Status::time_limit;
+    case LcpStatus::memory_limit:
+      return Status::memory_limit;
+    case LcpStatus::unavailable:
+      return Status::unavailable;
+  }
+  return Status::nonconverged;
+}
+
+class AnitescuPotra {
+ public:
+  explicit AnitescuPotra(const MethodOptions& options);
+  void solve(const ContactProblem& problem, ContactSolution& solution);
+
+ private:
+  void build_dense(const ContactProblem& problem);
+  void build_expanded(const ContactProblem& problem);
+  void set_load(const ContactProblem& problem, const std::vector<double>& v);
+  bool solve_phase(ContactSolution& solution);
+  void add_impulses(ContactSolution& solution) const;
+
+  int k_;
+  double regularise_;
+  LcpOptions lcp_options_;
+  LcpSolver solver_;
+  std::string solver_failure_;
+  std::vector<double> cosine_, sine_;  // k
+
+  int nc_ = 0;
+  BlockCholesky factor_;
+  Eigen::MatrixXd W_;
+  LcpProblem lcp_;
+  LcpSolution answer_;
+  std::vector<double> u_, v_, restored_, scratch_;
+};
+
+AnitescuPotra::AnitescuPotra(const MethodOptions& options) : k_(options.k), regularise_(options.regularise) {
+  const std::string_view solver = options.solver.empty() ? std::string_view("lemke") : options.solver;
+  const LcpSolverRow* row = find_lcp_solver(solver);
+  if (row == nullptr)
+    solver_failure_ = "no LCP solver named " + std::string(solver);
+  else if (!row->unavailable.empty())
+    solver_failure_ = std::string(row->unavailable);
+  else
+    solver_ = row->make(lcp_options_);
+  for (int i = 0; i < k_; ++i) {
+    // Exact zeros and ones on the axes, and exactly opposite pairs: a box that slides along t1 stays on its line.
+    const int half = k_ / 2, j = i % half;
+    double c = std::cos(2 * M_PI * j / k_), s = std::sin(2 * M_PI * j / k_);
+    if (4 * j == k_) c = 0, s = 1;
+    cosine_.push_back(i < half ? c : -c);
+    sine_.push_back(i < half ? s : -s);
+  }
+}
+
+// The matrix of the LCP from W = J M^-1 J^T, v+ eliminated.
+void AnitescuPotra::build_dense(const ContactProblem& problem) {
+  const int nc = nc_, k = k_, n = (k + 2) * nc;
+  delassus(problem, factor_, W_);
+  lcp_.expanded = false;
+  lcp_.M.resize(n, n);
+  lcp_.M.setZero();
+  auto& M = lcp_.M;
+  for (int j = 0; j < nc; ++j) {
+    for (int b = -1; b < k; ++b) {
+      const int column = b < 0 ? j : nc + k * j + b;
+      double* m = M.data() + std::size_t(column) * n;
+      const double* Wn = W_.data() + std::size_t(3 * j) * (3 * nc);
+      const double *W1 = Wn + 3 * nc, *W2 = W1 + 3 * nc;
+      const double c = b < 0 ? 0 : cosine_[b], s = b < 0 ? 0 : sine_[b];
+      for (int i = 0; i < nc; ++i) {
+        const double un = b < 0 ? Wn[3 * i] : c * W1[3 * i] + s * W2[3 * i];
+        const double u1 = b < 0 ? Wn[3 * i + 1] : c * W1[3 * i + 1] + s * W2[3 * i + 1];
+        const double u2 = b < 0 ? Wn[3 * i + 2] : c * W1[3 * i + 2] + s * W2[3 * i + 2];
+        m[i] = un;
+        for (int a = 0; a < k; ++a) m[nc + k * i + a] = cosine_[a] * u1 + sine_[a] * u2;
+      }
+      m[nc + k * nc + j] = b < 0 ? problem.mu[j] : -1;
+    }
+    for (int a = 0; a < k; ++a) M(nc + k * j + a, nc + k * nc + j) = 1;
+  }
+  if (regularise_ != 0) M.diagonal().array() += regularise_;
+}
+
+// v+ stays: A = M, B = -[N^T D^T 0], C = [N; D; 0].
+void AnitescuPotra::build_expanded(const ContactProblem& problem) {
+  const int nc = nc_, k = k_, n = (k + 2) * nc, nv = problem.nv();
+  lcp_.expanded = true;
+  lcp_.A.resize(nv, nv);
+  lcp_.A.setZero();
+  for (int b = 0; b < problem.M.blocks(); ++b)
+    for (int j = 0; j < problem.M.block_size(b); ++j) {
+      const int first = problem.M.first[b];
+      lcp_.A.startVec(first + j);
+      for (int i = 0; i < problem.M.block_size(b); ++i)
+        lcp_.A.insertBack(first + i, first + j) = problem.M.block(b)(i, j);
+    }
+  lcp_.A.finalize();
+
+  lcp_.B.resize(nv, n);
+  lcp_.B.setZero();
+  lcp_.D.resize(n, n);
+  lcp_.D.setZero();
+  const auto diagonal = [&](int row, int column) {
+    if (regularise_ != 0 || row != column) lcp_.D.insertBack(row, column) = regularise_;
+  };
+  const auto band = [&](int c, int column, double n_part, double t1_part, double t2_part) {
+    lcp_.B.startVec(column);
+    for (int e = problem.J.band[c]; e < problem.J.band[c + 1]; ++e) {
+      const auto entry = problem.J.entry(e);
+      const int first = problem.M.first[problem.J.block[e]];
+      for (int i = 0; i < entry.cols(); ++i)
+        lcp_.B.insertBack(first + i, column) = -(n_part * entry(0, i) + t1_part * entry(1, i) + t2_part * entry(2, i));
+    }
+  };
+  for (int c = 0; c < nc; ++c) {
+    band(c, c, 1, 0, 0);
+    lcp_.D.startVec(c);
+    diagonal(c, c);
+    lcp_.D.insertBack(nc + k * nc + c, c) = problem.mu[c];
+  }
+  for (int c = 0; c < nc; ++c)
+    for (int b = 0; b < k; ++b) {
+      const int column = nc + k * c + b;
+      band(c, column, 0, cosine_[b], sine_[b]);
+      lcp_.D.startVec(column);
+      diagonal(column, column);
+      lcp_.D.insertBack(nc + k * nc + c, column) = -1;
+    }
+  for (int c = 0; c < nc; ++c) {
+    const int column = nc + k * nc + c;
+    lcp_.B.startVec(column);
+    lcp_.D.startVec(column);
+    for (int a = 0; a < k; ++a) lcp_.D.insertBack(nc + k * c + a, column) = 1;
+    diagonal(column, column);
+  }
+  lcp_.B.finalize();
+  lcp_.D.finalize();
+  lcp_.C = -lcp_.B.transpose();
+}
+
+// The vectors of the LCP for velocity v before the phase; the slack of the friction bound is restored_ (mu e c_n).
+void AnitescuPotra::set_load(const ContactProblem& problem, const std::vector<double>& v) {
+  const int nc = nc_, k = k_;
+  lcp_.q.resize((k + 2) * nc);
+  if (lcp_.expanded) {
+    u_ = problem.offset;
+    scratch_.resize(problem.nv());
+    multiply(problem.M, v, scratch_);
+    lcp_.a = -Eigen::Map<const Eigen::VectorXd>(scratch_.data(), problem.nv());
+  } else {
+    contact_velocity(problem, v, u_);
+  }
+  for (int c = 0; c < nc; ++c) {
+    lcp_.q[c] = u_[3 * c];
+    for (int a = 0; a < k; ++a) lcp_.q[nc + k * c + a] = cosine_[a] * u_[3 * c + 1] + sine_[a] * u_[3 * c + 2];
+    lcp_.q[nc + k * nc + c] = restored_[c];
+  }
+}
+
+bool AnitescuPotra::solve_phase(ContactSolution& solution) {
+  solver_(lcp_, answer_);
+  solution.iterations += answer_.pivots;
+  solution.claimed_residual = std::max(solution.claimed_residual, answer_.residual);
+  const Status status = to_status(answer_.status);
+  if (status > solution.status) {
+    solution.status = status;
+    solution.reason = answer_.reason;
+  }
+  const bool usable = answer_.z.size() == lcp_.q.size() && answer_.z.allFinite();
+  solution.z.insert(solution.z.end(), answer_.z.data(), answer_.z.data() + (usable ? answer_.z.size() : 0));
+  return usable;
+}
+
+void AnitescuPotra::add_impulses(ContactSolution& solution) const {
+  const double* z = answer_.z.data();
+  for (int c = 0; c < nc_; ++c) {
+    double t1 = 0, t2 = 0;
+    for (int a = 0; a < k_; ++a) {
+      t1 += cosine_[a] * z[nc_ + k_ * c + a];
+      t2 += sine_[a] * z[nc_ + k_ * c + a];
+    }
+    solution.impulse[3 * c] += z[c];
+    solution.impulse[3 * c + 1] += t1;
+    solution.impulse[3 * c + 2] += t2;
+  }
+}
+
+void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& solution) {
+  solution.clear();
+  nc_ = problem.nc();
+  solution.k = k_;
+  solution.regularisation = regularise_;
+  solution.size = (k_ + 2) * nc_;
+  solution.impulse.assign(3 * nc_, 0.0);
+  if (nc_ == 0) return;
+  if (!solver_) {
+    solution.status = Status::unavailable;
+    solution.reason = solver_failure_;
+    return;
+  }
+  if (!factor_.factor(problem.M)) {
+    solution.status = Status::singular;
+    solution.reason = "the mass matrix is not positive definite";
+    return;
+  }
+
+  if (solution.size <= lcp_options_.dense_limit)
+    build_dense(problem);
+  else
+    build_expanded(problem);
+
+  // Compression (all of it where e = 0).
+  restored_.assign(nc_, 0.0);
+  set_load(problem, problem.v_minus);
+  if (!solve_phase(solution)) return;
+  add_impulses(solution);
+
+  bool elastic = false;
+  for (const double e : problem.restitution) elastic = elastic || e != 0;
+  if (!elastic) return;
+
+  // Decompression: e c_n is given back, and what would approach again is kept from it.
+  for (int c = 0; c < nc_; ++c) {
+    const double given_back = problem.restitution[c] * answer_.z[c];
+    solution.impulse[3 * c] += given_back;
+    restored_[c] = problem.mu[c] * given_back;
+  }
+  apply_impulse(problem, factor_, solution.impulse, v_);
+  set_load(problem, v_);
+  if (solve_phase(solution)) add_impulses(solution);
+}
+
+}  // namespace
+
+MethodRow anitescu_potra_row() {
+  MethodRow row{"ap",
+                "Anitescu and Potra: friction polygon, linear complementarity problem",
+                "Anitescu and Potra, Nonlinear Dynamics 14 (1997)",
+                Law::anitescu_potra,
+                {},
+                {},
+                {{"k", "-", "4", "edges of the friction polygon, even, at least 4"},
+                 {"regularise", "unit of each row", "0", "added to the diagonal of the LCP"}},
+                [](const MethodOptions& options) -> ContactMethod {
+                  auto method = std::make_shared<AnitescuPotra>(options);
+                  return [method](const ContactProblem& problem, ContactSolution& solution) {
+                    method->solve(problem, solution);
+                  };
+                }};
+  for (const LcpSolverRow& solver : lcp_solvers())
+    row.solvers.push_back({solver.name, solver.summary, solver.source, solver.unavailable});
+  return row;
+}
+
+}  // namespace cb
