@@ -53,7 +53,7 @@ class Loader {
     read_contacts(section("contacts"));
     if (const XmlElement* forces = section("forces")) read_forces(*forces);
     values_.check_all_used();
-    scenario_.parameters = values_.in_force();
+    values_.report(scenario_);
     return std::move(scenario_);
   }
 

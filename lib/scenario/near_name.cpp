@@ -21,19 +21,22 @@ int edit_distance(std::string_view a, std::string_view b) {
 }
 
 std::string suggest(std::string_view unknown, const std::vector<std::string>& names, std::string_view list) {
+  // Near: a third of the letters wrong at most, one in short names, and never all of them.
   constexpr std::size_t longest = 100;  // nobody mistypes a name into something longer
-  const std::string* nearest = nullptr;
-  int least = static_cast<int>(std::max<std::size_t>(1, unknown.size() / 3)) + 1;
-  if (unknown.size() <= longest) {
+  const int bound = static_cast<int>(std::min(std::max<std::size_t>(1, unknown.size() / 3), unknown.size() - 1));
+  std::vector<std::string> nearest;
+  int least = bound;
+  if (!unknown.empty() && unknown.size() <= longest) {
     for (const std::string& name : names) {
       const int distance = edit_distance(unknown, name);
-      if (distance < least) {
-        least = distance;
-        nearest = &name;
-      }
+      if (distance > least) continue;
+      if (distance < least) nearest.clear();
+      least = distance;
+      nearest.push_back('"' + name + '"');
     }
   }
-  if (nearest != nullptr) return "did you mean \"" + *nearest + "\"?";
+  constexpr std::size_t few = 3;
+  if (!nearest.empty() && nearest.size() <= few) return "did you mean " + join(nearest, " or ") + "?";
   constexpr std::size_t shown = 20;
   if (names.size() <= shown) return std::string(list) + " " + join(names);
   return std::string(list) + " " + join({names.begin(), names.begin() + shown}) + ", ...";

@@ -59,6 +59,14 @@ struct Reference {
   std::string name;  ///< analytic: which closed form (lib/evaluation), e.g. "sliding_box"
 };
 
+/// What a scenario says of a parameter, for people: `check` prints it.
+struct ParameterNote {
+  std::string takes;          ///< "a number, at least 0", "one of: steady, rest"
+  std::string unit;           ///< empty where it has none
+  std::string default_value;  ///< as text
+  std::string description;
+};
+
 /// A scene, checked and complete: everything a run needs but the method.
 struct Scenario {
   std::string name;   ///< the file's name without .xml
@@ -79,6 +87,7 @@ struct Scenario {
   /// Values in force of the parameters the scenario declares, after --set, in the file's order (numbers or words as
   /// text).
   std::vector<std::pair<std::string, std::string>> parameters;
+  std::vector<ParameterNote> parameter_notes;  ///< one for each of `parameters`
 };
 
 /// Bad input: what() is the one message with file, line, column and remedy.

@@ -136,6 +136,8 @@ void Values::declare_parameter(const XmlElement& element) {
                              parameter.name, parameter.range.low));
 
   set_default(parameter, *element.find("default"));
+  parameter.note = {parameter.takes(), {}, text_in_force(parameter), element.find("description")->value};
+  if (const XmlAttribute* unit = element.find("unit")) parameter.note.unit = unit->value;
   for (const auto& [name, text] : overrides_)
     if (name == parameter.name) override_parameter(parameter, text);
   parameters_.push_back(std::move(parameter));
@@ -232,14 +234,17 @@ void Values::check_all_used() const {
                                              parameter.name));
 }
 
-std::vector<std::pair<std::string, std::string>> Values::in_force() const {
-  std::vector<std::pair<std::string, std::string>> list;
+std::string Values::text_in_force(const Parameter& parameter) const {
+  const NamedValue& value = scope_.at(parameter.name);
+  return value.is_word ? value.word : number_text(value.number);
+}
+
+void Values::report(Scenario& scenario) const {
   for (const Parameter& parameter : parameters_) {
     if (parameter.derived) continue;
-    const NamedValue& value = scope_.at(parameter.name);
-    list.emplace_back(parameter.name, value.is_word ? value.word : number_text(value.number));
+    scenario.parameters.emplace_back(parameter.name, text_in_force(parameter));
+    scenario.parameter_notes.push_back(parameter.note);
   }
-  return list;
 }
 
 // Values of attributes ----------------------------------------------------------------------------------------------

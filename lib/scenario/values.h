@@ -44,7 +44,8 @@ class Values {
   /// Something is wrong with the value of this attribute: adds which overrides had a hand in it.
   [[noreturn]] void fail(const XmlAttribute& attribute, const std::string& message) const;
   void check_all_used() const;
-  std::vector<std::pair<std::string, std::string>> in_force() const;
+  /// Fills `parameters` and `parameter_notes`.
+  void report(Scenario& scenario) const;
 
  private:
   enum class Type { number, integer, word };
@@ -55,6 +56,7 @@ class Values {
     std::vector<std::string> choices;
     std::size_t at = 0;  ///< offset of the name
     bool derived = false;
+    ParameterNote note;
 
     std::string takes() const;  ///< "a number, at least 0"
   };
@@ -63,6 +65,7 @@ class Values {
   void declare_derived(const XmlElement& element);
   void claim_name(const XmlElement& element, Parameter& parameter);
   void set_default(const Parameter& parameter, const XmlAttribute& attribute);
+  std::string text_in_force(const Parameter& parameter) const;
   void override_parameter(const Parameter& parameter, const std::string& text);
   void check_overrides() const;
   std::vector<double> tokens(const XmlAttribute& attribute, const Scope& scope, std::set<std::string>& used) const;

@@ -100,11 +100,13 @@ std::vector<OpenElement> open_elements(const std::string& text, std::size_t end)
     case pugi::status_bad_attribute:
       source.fail(at, "an attribute that is not well formed; write name=\"value\" with both quotes");
     case pugi::status_bad_start_element:
-      source.fail(at, "a start tag that is not well formed; write <name attribute=\"value\"> or <name/>");
+      source.fail(at,
+                  "a start tag that is not well formed; write <name attribute=\"value\"> with each value between two "
+                  "quotes");
     case pugi::status_bad_end_element:
       source.fail(at, "an end tag that is not well formed; write </name>");
     case pugi::status_bad_comment:
-      source.fail(at, "a comment that does not end; write <!-- ... -->");
+      source.fail(std::min(at, text.rfind("<!--")), "a comment that does not end; write <!-- ... -->");
     case pugi::status_bad_doctype:
       source.fail(at, "a document type that does not end; scenarios have none: remove it");
     case pugi::status_out_of_memory:
@@ -236,6 +238,7 @@ XmlElement parse_xml(const SourceText& source) {
 
   std::vector<XmlElement> roots;
   read_children(source, document, 0, roots);
+  if (source.text.empty()) source.fail(0, "the file is empty; a scenario starts with <scenario title=\"...\">");
   if (roots.empty()) source.fail(0, "no element in this file; a scenario starts with <scenario title=\"...\">");
   if (roots.size() > 1) source.fail(roots[1].at, "a second root element; a file holds one scenario");
   return std::move(roots.front());
