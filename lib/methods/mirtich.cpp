@@ -1,0 +1,450 @@
+// Stronge's energetic restitution, integrated in impulse space (Mirtich).
+//
+// Problem (nc contacts, nv velocities; contact/problem.h). While a contact approaches, the fastest one suffers an
+// impact of its own (a resting contact is a sequence of such micro-impacts), until none has u_n < -tolerance.
+//
+// One impact, with K = W_cc (3 x 3, 1/kg), r the impulse so far (N s; rows n, t1, t2), p = r_n, u = u- + K r (m/s):
+//     dr/dp = xi,   du/dp = K xi,   dW/dp = u_n,                                                             (1)
+//     sliding  (s = |u_t| > 0)   xi = (1, -mu u_t / s)
+//     sticking (s = 0)           xi = K^-1 e_n / (K^-1)_nn = (1, -x),  x = K_tt^-1 K_tn,  stable iff |x| <= mu
+//     else the diverging ray     xi = (1, -mu t),  |t| = 1,  K_tn = mu K_tt t + f t,  f > 0                  (2)
+// Compression stores the work -W done while u_n < 0; restitution (u_n > 0) takes e^2 times the stored work back and
+// the impact ends when none is left. Should u_n fall below zero again on the way, it stores again.
+//
+// (2) has exactly one root when sticking is not stable: |(mu K_tt + f I)^-1 K_tn| falls from |x| / mu > 1 at f = 0 to
+// below 1 at f = |K_tn|, and strictly. On that ray, and where sticking is stable, xi stays what it is to the end.
+//
+// Wherever xi is constant u is linear and W quadratic in p: these stretches (mu = 0, sticking, diverging, and sliding
+// along a direction that K does not turn: spheres, motion in a plane) are taken in closed form. The others are
+// integrated over sigma, dp = s dsigma, in which
+//     dr_n = s,   dr_t = -mu u_t,   dW = s u_n,   dF = -mu s^2      (F: work of friction, J)                 (3)
+// is smooth although the direction of sliding turns infinitely fast in p as s -> 0, and which does not care whether
+// u_n is monotone (self-locking: friction drives u_n further down until the slip has stopped). Dormand-Prince 5(4);
+// u_n = 0 and the end of the stored work are met by Newton's method on the length of the last step. The slip stops
+// only as sigma -> infinity, along a direction that no longer turns: that last stretch is the closed form again.
+//
+// Energy: the kinetic energy changes by W + F (an identity of (1)), W = -(1 - e^2) stored <= 0 and F <= 0, so no
+// impact gains any for e <= 1.
+//
+// Source: B. Mirtich, Impulse-based Dynamic Simulation of Rigid Body Systems, PhD thesis, Berkeley 1996, ch. 3;
+// W. J. Stronge, Rigid body collisions with friction, Proc. R. Soc. A 431 (1990). Equations after spec methods.md.
+// Differences: 1. the variable sigma in place of u_n (compression) and W (restitution); 2. the diverging ray from (2)
+// rather than from a quartic; 3. repeated compression stores again.
+//
+// Fails: impact_limit or step_limit reached -> nonconverged, with the impulses so far; NaN or infinity in the data or
+// on the way -> not_finite, no impulse; M not positive definite -> singular, no impulse.
+
+#include "methods/mirtich.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+namespace cb {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+/// Sliding that K turns by less than this (relative, per unit of impulse) does not turn: round-off of K.
+constexpr double round_off = 1e-14;
+
+/// xi once the slip has stopped: sticking where that is stable, else the diverging ray.
+Vector3d direction_from_rest(const Matrix3d& K, double mu, bool& sticks) {
+  // Principal axes of K_tt, lambda_0 >= lambda_1 >= 0, and K_tn in them.
+  const double half = 0.5 * (K(1, 1) - K(2, 2)), mean = 0.5 * (K(1, 1) + K(2, 2));
+  const double radius = std::hypot(half, K(1, 2));
+  const double angle = 0.5 * std::atan2(K(1, 2), half);
+  const double c = std::cos(angle), s = std::sin(angle);
+  const double lambda[2] = {mean + radius, std::max(mean - radius, 0.0)};
+  const double q[2] = {c * K(1, 0) + s * K(2, 0), -s * K(1, 0) + c * K(2, 0)};
+  const auto in_world = [&](double a, double b) { return Vector3d(1, -(c * a - s * b), -(s * a + c * b)); };
+
+  // A direction that impulses cannot move (lambda_1 = 0) has K_tn = 0 too, K being positive semidefinite.
+  double x[2];
+  for (int i = 0; i < 2; ++i) x[i] = lambda[i] > round_off * lambda[0] ? q[i] / lambda[i] : 0;
+  sticks = std::hypot(x[0], x[1]) <= mu;
+  if (sticks) return in_world(x[0], x[1]);
+
+  // (2) by Newton's method on 1 - 1/|x(f)| between bounds.
+  double low = 0, high = std::hypot(q[0], q[1]), f = 0;
+  for (int i = 0; i < 100 && high - low > 1e-16 * high; ++i) {
+    double size2 = 0, slope = 0;
+    for (int k = 0; k < 2; ++k) {
+      const double d = mu * lambda[k] + f;
+      x[k] = d > 0 ? q[k] / d : 0;
+      size2 += x[k] * x[k];
+      slope += d > 0 ? x[k] * x[k] / d : 0;
+    }
+    (size2 > 1 ? low : high) = f;
+    const double size = std::sqrt(size2);
+    const double next = slope > 0 ? f + size2 * (size - 1) / slope : low;
+    if (next == f) break;
+    f = next > low && next < high ? next : 0.5 * (low + high);
+  }
+  const double size = std::hypot(x[0], x[1]);
+  return in_world(mu * x[0] / size, mu * x[1] / size);
+}
+
+class Path {
+ public:
+  Path(const Matrix3d& K, const Vector3d& u, double mu, double e, const MirtichOptions& options, Impact& impact)
+      : K_(K),
+        u0_(u),
+        mu_(mu),
+        e2_(e * e),
+        approach_(-u[0]),
+        energy_(0.5 * u[0] * u[0] / K(0, 0)),
+        options_(options),
+        impact_(impact) {}
+
+  void follow(double no_slip) {
+    double slip = std::hypot(u0_[1], u0_[2]);
+    bool resting = !(slip > no_slip);
+    if (mu_ == 0) {
+      follow_ray(Vector3d(1, 0, 0));
+      return;
+    }
+    while (!resting && !ended_) {
+      if (impact_.steps++ >= options_.step_limit) {
+        fail(Status::nonconverged);
+        return;
+      }
+      const Vector3d u = velocity(y_);
+      slip = std::hypot(u[1], u[2]);
+      if (!(slip > no_slip)) break;
+      impact_.slid = true;
+      const double t1 = u[1] / slip, t2 = u[2] / slip;
+      const Vector3d xi(1, -mu_ * t1, -mu_ * t2);
+      const Vector3d a = K_ * xi;
+      const double along = t1 * a[1] + t2 * a[2], turn = std::abs(t1 * a[2] - t2 * a[1]);
+      if (loading_ && a[0] < 0) impact_.locked = true;
+      const double stop = along < 0 ? -slip / along : infinite;
+      const bool straight =
+          turn <= round_off * std::hypot(a[1], a[2]) || turn * stop <= 1e-2 * options_.integration * approach_;
+      if (straight)
+        resting = straight_stretch(u, xi, a, stop);
+      else
+        curved_step(u, slip, a);
+    }
+    if (ended_) return;
+    bool sticks = false;
+    const Vector3d xi = direction_from_rest(K_, mu_, sticks);
+    (sticks ? impact_.stuck : impact_.diverged) = true;
+    follow_ray(xi);
+  }
+
+ private:
+  /// r, the normal work since the phase began, the work of friction.
+  struct Point {
+    Vector3d r = Vector3d::Zero();
+    double work = 0, friction = 0;
+  };
+
+  Vector3d velocity(const Point& y) const { return u0_ + K_ * y.r; }
+
+  void follow_ray(const Vector3d& xi) {
+    const Vector3d a = K_ * xi;
+    while (!ended_ && impact_.steps++ < options_.step_limit) straight_stretch(velocity(y_), xi, a, infinite);
+    if (!ended_) fail(Status::nonconverged);
+  }
+
+  /// Goes on along a constant xi to the end of the phase, or over the normal impulse `stop`; true where `stop` came
+  /// first.
+  bool straight_stretch(const Vector3d& u, const Vector3d& xi, const Vector3d& a, double stop) {
+    double p = infinite;
+    bool end = false;
+    if (loading_) {
+      if (u[0] >= 0)
+        p = 0;
+      else if (a[0] > 0)
+        p = -u[0] / a[0];
+    } else {
+      // u_n p + a_n p^2 / 2 = what is left; without a root u_n returns to zero first.
+      const double left = e2_ * stored_ - y_.work, un = std::max(u[0], 0.0);
+      const double d = un * un + 2 * a[0] * left;
+      end = d >= 0 && un + std::sqrt(d) > 0;
+      if (end)
+        p = 2 * left / (un + std::sqrt(d));
+      else
+        p = -un / a[0];
+    }
+    const bool stops = stop < p;
+    if (stops) p = stop;
+    if (!std::isfinite(p)) {
+      fail(Status::singular);
+      return true;
+    }
+    y_.r += p * xi;
+    y_.work += p * (u[0] + 0.5 * p * a[0]);
+    y_.friction += p * (xi[1] * (u[1] + 0.5 * p * a[1]) + xi[2] * (u[2] + 0.5 * p * a[2]));
+    if (!stops) end_phase(end);
+    return stops;
+  }
+
+  /// One step of (3), shortened to the end of the phase where that comes first.
+  void curved_step(const Vector3d& u, double slip, const Vector3d& a) {
+    if (step_ == 0) step_ = 1.1 * std::min(0.3, approach_ / slip) / std::max(std::abs(a[0]), std::hypot(a[1], a[2]));
+    const Slope k1 = slope(u);
+    Point y;
+    const double error = dormand_prince(k1, step_, y);
+    const double next = step_ * std::clamp(0.9 * std::pow(error + 1e-30, -0.2), 0.2, 5.0);
+    if (!(error <= 1)) {
+      step_ = std::isfinite(next) ? next : 0.1 * step_;
+      return;
+    }
+    const double un = velocity(y)[0];
+    if (loading_ && un >= 0) {
+      land(k1, y, false);
+      end_phase(false);
+    } else if (!loading_ && y.work >= e2_ * stored_) {
+      land(k1, y, true);
+      end_phase(true);
+    } else if (!loading_ && un < 0) {
+      if (u[0] <= 1e-12 * approach_) {  // rose and fell within the step: take it apart
+        step_ *= 0.5;
+        return;
+      }
+      land(k1, y, false);
+      end_phase(false);
+    } else {
+      y_ = y;
+      step_ = next;
+    }
+  }
+
+  /// Where u_n passes zero (`by_work` false) or the stored work is spent, within the step that led to y.
+  void land(const auto& k1, const Point& last, bool by_work) {
+    const double sign = by_work || loading_ ? 1 : -1;
+    double low = 0, high = step_, h = step_;
+    Point y = last;
+    for (int i = 0; i < 60; ++i) {
+      const Vector3d u = velocity(y);
+      const double slip = std::hypot(u[1], u[2]);
+      double miss = 0, rate = 0;
+      if (by_work) {
+        miss = y.work - e2_ * stored_;
+        rate = slip * u[0];
+        if (std::abs(miss) <= 4e-16 * e2_ * stored_) break;
+      } else {
+        miss = u[0];
+        rate = slip * K_(0, 0) - mu_ * (K_(0, 1) * u[1] + K_(0, 2) * u[2]);
+        if (std::abs(miss) <= 4e-16 * approach_) break;
+      }
+      (sign * miss > 0 ? high : low) = h;
+      double next = sign * rate > 0 ? h - miss / rate : 0.5 * (low + high);
+      if (!(next > low && next < high)) next = 0.5 * (low + high);
+      if (next == h || !(high - low > 1e-16 * step_)) break;
+      h = next;
+      dormand_prince(k1, h, y);
+    }
+    y_ = y;
+  }
+
+  /// Compression to restitution, restitution to the end, or (u_n back at zero before) to compression again.
+  void end_phase(bool spent) {
+    if (loading_) {
+      impact_.compression_work += y_.work;
+      stored_ -= y_.work;
+      loading_ = false;
+      ended_ = !(e2_ * stored_ > 0);
+    } else {
+      impact_.restitution_work += y_.work;
+      stored_ -= y_.work / e2_;
+      loading_ = true;
+      ended_ = spent;
+    }
+    y_.work = 0;
+    impact_.r = y_.r;
+    impact_.friction_work = y_.friction;
+  }
+
+  void fail(Status status) {
+    impact_.status = status;
+    impact_.r = y_.r;
+    ended_ = true;
+  }
+
+  // (3): derivatives of the five unknowns.
+  using Slope = Eigen::Array<double, 5, 1>;
+  Slope slope(const Vector3d& u) const {
+    const double s = std::sqrt(u[1] * u[1] + u[2] * u[2]);
+    Slope k;
+    k << s, -mu_ * u[1], -mu_ * u[2], s * u[0], -mu_ * s * s;
+    return k;
+  }
+
+  /// One step of length h from y_ into y; returns the local error over what is allowed.
+  double dormand_prince(const Slope& k1, double h, Point& y) const {
+    const auto at = [&](const Slope& k) {
+      const Vector3d r = y_.r + h * k.head<3>().matrix();
+      return slope(u0_ + K_ * r);
+    };
+    const Slope k2 = at(k1 / 5);
+    const Slope k3 = at(3.0 / 40 * k1 + 9.0 / 40 * k2);
+    const Slope k4 = at(44.0 / 45 * k1 - 56.0 / 15 * k2 + 32.0 / 9 * k3);
+    const Slope k5 = at(19372.0 / 6561 * k1 - 25360.0 / 2187 * k2 + 64448.0 / 6561 * k3 - 212.0 / 729 * k4);
+    const Slope k6 =
+        at(9017.0 / 3168 * k1 - 355.0 / 33 * k2 + 46732.0 / 5247 * k3 + 49.0 / 176 * k4 - 5103.0 / 18656 * k5);
+    const Slope k = 35.0 / 384 * k1 + 500.0 / 1113 * k3 + 125.0 / 192 * k4 - 2187.0 / 6784 * k5 + 11.0 / 84 * k6;
+    const Slope k7 = at(k);
+    y.r = y_.r + h * k.head<3>().matrix();
+    y.work = y_.work + h * k[3];
+    y.friction = y_.friction + h * k[4];
+
+    const Slope e = h * (71.0 / 57600 * k1 - 71.0 / 16695 * k3 + 71.0 / 1920 * k4 - 17253.0 / 339200 * k5 +
+                         22.0 / 525 * k6 - 1.0 / 40 * k7);
+    // The direction of sliding must be known too, to the end: without that bound the step outgrows what is stable.
+    const Vector3d du = K_ * e.head<3>().matrix(), u = velocity(y);
+    const double turn = std::hypot(du[1], du[2]) / std::hypot(u[1], u[2]) * options_.integration / options_.turn;
+    const double velocities = std::max(du.cwiseAbs().maxCoeff() / approach_, turn);
+    const double works = std::max(std::abs(e[3]) / energy_, std::abs(e[4]) / (energy_ + std::abs(y.friction)));
+    return std::max(velocities, works) / options_.integration;
+  }
+
+  const Matrix3d& K_;
+  const Vector3d u0_;
+  const double mu_, e2_, approach_, energy_;  // -, -, m/s, J
+  const MirtichOptions& options_;
+  Impact& impact_;
+  Point y_;
+  double stored_ = 0;  // J
+  double step_ = 0;    // of sigma, kg m/s per m/s
+  bool loading_ = true, ended_ = false;
+};
+
+class Mirtich {
+ public:
+  explicit Mirtich(const MirtichOptions& options) : options_(options) {}
+
+  void solve(const ContactProblem& problem, ContactSolution& solution) {
+    solution.clear();
+    const int nc = problem.nc();
+    solution.size = 3 * nc;
+    solution.impulse.assign(3 * nc, 0.0);
+    solution.compression_work.assign(nc, 0.0);
+    solution.restitution_work.assign(nc, 0.0);
+    solution.friction_work.assign(nc, 0.0);
+    solution.status = state_.start(problem, options_.tolerances, solution.reason);
+    if (solution.status != Status::ok) return;
+
+    refresh_normal_velocities();
+    const long limit = static_cast<long>(options_.impact_limit) * nc;
+    bool fresh = true;
+    int c = fastest_approach();
+    while (c >= 0 && solution.iterations < limit) {
+      ++solution.iterations;
+      fresh = false;
+      if (!impact(problem, c, solution)) break;
+      c = fastest_approach();
+      if (c < 0) {  // take round-off out of v before believing it
+        state_.restart(solution.impulse);
+        refresh_normal_velocities();
+        fresh = true;
+        c = fastest_approach();
+      }
+    }
+    if (!fresh) state_.restart(solution.impulse);
+
+    if (!state_.finite()) {
+      solution.status = Status::not_finite;
+      solution.reason = "the impulses grew beyond all bounds";
+      solution.impulse.assign(3 * nc, 0.0);
+    } else if (solution.status == Status::ok && c >= 0) {
+      solution.status = Status::nonconverged;
+      solution.reason = "contacts still approach after " + std::to_string(solution.iterations) + " micro-impacts";
+    }
+    solution.claimed_residual = residual(problem, solution);
+  }
+
+ private:
+  bool impact(const ContactProblem& problem, int c, ContactSolution& solution) {
+    integrate_impact(state_.K(c), state_.velocity(c), problem.mu[c], problem.restitution[c], state_.slip_rounding(c),
+                     options_, impact_);
+    if (impact_.status != Status::ok) {
+      solution.status = impact_.status;
+      solution.reason = impact_.status == Status::singular ? "an impact without end: the contact's inertia is singular"
+                                                           : "one impact took more steps than the limit";
+      return false;
+    }
+    state_.apply(c, impact_.r);
+    for (int i = 0; i < 3; ++i) solution.impulse[3 * c + i] += impact_.r[i];
+    solution.compression_work[c] += impact_.compression_work;
+    solution.restitution_work[c] += impact_.restitution_work;
+    solution.friction_work[c] += impact_.friction_work;
+    for (int i : state_.neighbours(c)) normal_velocity_[i] = state_.normal_velocity(i);
+    return true;
+  }
+
+  void refresh_normal_velocities() {
+    normal_velocity_.resize(state_.nc());
+    for (int c = 0; c < state_.nc(); ++c) normal_velocity_[c] = state_.normal_velocity(c);
+  }
+
+  /// The contact with the least u_n of those that approach, or -1. The first of equals, up to round-off, so that the
+  /// choice does not hang on the last bit.
+  int fastest_approach() const {
+    int fastest = -1;
+    double least = 0;
+    for (int c = 0; c < state_.nc(); ++c)
+      if (normal_velocity_[c] < -state_.approach_tolerance(c) && normal_velocity_[c] < least) {
+        fastest = c;
+        least = normal_velocity_[c] * (1 + 1e-12);
+      }
+    return fastest;
+  }
+
+  /// The fastest remaining approach as a fraction of the fastest before the event, or the worst work returned in
+  /// excess or want of e^2 times the work stored as a fraction of the latter, -.
+  double residual(const ContactProblem& problem, const ContactSolution& solution) const {
+    double worst = 0;
+    for (int c = 0; c < problem.nc(); ++c) {
+      if (state_.approach_before() > 0) worst = std::max(worst, -state_.normal_velocity(c) / state_.approach_before());
+      const double stored = -solution.compression_work[c], e = problem.restitution[c];
+      if (stored > 0) worst = std::max(worst, std::abs(solution.restitution_work[c] - e * e * stored) / stored);
+    }
+    return worst;
+  }
+
+  MirtichOptions options_;
+  ImpactState state_;
+  Impact impact_;
+  std::vector<double> normal_velocity_;  // nc, m/s
+};
+
+ContactMethod make(const MethodOptions&) { return make_mirtich({}); }
+
+}  // namespace
+
+void integrate_impact(const Matrix3d& K, const Vector3d& u, double mu, double e, double no_slip,
+                      const MirtichOptions& options, Impact& impact) {
+  impact = {};
+  if (!(K(0, 0) > 0)) {
+    impact.status = Status::singular;
+    return;
+  }
+  if (u[0] < 0) Path(K, u, mu, e, options, impact).follow(no_slip);
+}
+
+ContactMethod make_mirtich(const MirtichOptions& options) {
+  return [mirtich = std::make_shared<Mirtich>(options)](const ContactProblem& problem, ContactSolution& solution) {
+    mirtich->solve(problem, solution);
+  };
+}
+
+MethodRow mirtich_row() {
+  return {.name = "mirtich",
+          .summary = "Stronge's energetic restitution integrated in impulse space, the fastest approach first",
+          .source = "Mirtich 1996, Impulse-based Dynamic Simulation, ch. 3",
+          .law = Law::mirtich,
+          .solvers = {},
+          .variants = {},
+          .options = {},
+          .make = make};
+}
+
+}  // namespace cb

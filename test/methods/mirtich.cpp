@@ -1,0 +1,368 @@
+#include "methods/mirtich.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "contact/referee.h"
+#include "methods/impacts.h"
+
+using namespace cb;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double g = 9.8, h = 1e-3;
+
+ContactSolution solve(const ContactProblem& problem, const MirtichOptions& options = {}) {
+  ContactSolution solution;
+  make_mirtich(options)(problem, solution);
+  return solution;
+}
+
+Vector3d vec(const nlohmann::json& j) { return {j[0].get<double>(), j[1].get<double>(), j[2].get<double>()}; }
+
+/// K of a body with K_nt and a turned K_tt.
+Matrix3d corner(const Vector3d& arm, double mass, const Vector3d& inertia) {
+  Matrix3d cross;
+  cross << 0, -arm[2], arm[1], arm[2], 0, -arm[0], -arm[1], arm[0], 0;
+  const Matrix3d world = Matrix3d::Identity() / mass - cross * inertia.cwiseInverse().asDiagonal() * cross;
+  const Matrix3d axes = test::ground_axes();
+  return axes * world * axes.transpose();
+}
+
+}  // namespace
+
+TEST_CASE("all 90 reference impacts are met to 1e-9: velocities, spins, impulse, works and modes") {
+  std::ifstream file(TEST_DATA "/stronge.json");
+  const nlohmann::json cases = nlohmann::json::parse(file);
+  REQUIRE(cases.size() == 90);
+  int stuck = 0, from_rest = 0;
+  for (const auto& c : cases) {
+    CAPTURE(c["name"].get<std::string>(), c["mu"].get<double>(), c["e"].get<double>());
+    ContactProblem p;
+    test::add_body(p, c["m"].get<double>(), Vector3d::Ones(), vec(c["v0"]), vec(c["w0"]));
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k < 3; ++k) p.M.block(0)(3 + i, 3 + k) = c["I"][i][k].get<double>();
+    test::add_contact(p, 0, vec(c["r"]), -1, {}, test::ground_axes(), c["mu"].get<double>(), c["e"].get<double>());
+    const ContactSolution solution = solve(p);
+    REQUIRE(solution.status == Status::ok);
+    const test::Outcome out = test::outcome(p, solution.impulse);
+    CHECK((test::linear(out.v) - vec(c["v"])).norm() <= 1e-9 * vec(c["v"]).norm());
+    CHECK((test::angular(out.v) - vec(c["w"])).norm() <= 1e-9 * vec(c["w"]).norm());
+    const Vector3d r = solution.impulse[0] * vec(c["n"]) +
+                       test::ground_axes().transpose() * Vector3d(0, solution.impulse[1], solution.impulse[2]);
+    CHECK((r - vec(c["impulse"])).norm() <= 1e-9 * vec(c["impulse"]).norm());
+    const double stored = -c["Wc"].get<double>();
+    CHECK(std::abs(solution.compression_work[0] + stored) <= 1e-9 * stored);
+    CHECK(std::abs(solution.restitution_work[0] - c["Wr"].get<double>()) <= 1e-9 * stored);
+    CHECK(std::abs(out.energy_change - c["dKE"].get<double>()) <= 1e-9 * stored);
+
+    Impact impact;
+    BlockCholesky factor;
+    factor.factor(p.M);
+    std::vector<Matrix3d> K;
+    diagonal_blocks(p, factor, K);
+    integrate_impact(K[0], Vector3d(out.u_minus[0], out.u_minus[1], out.u_minus[2]), p.mu[0], p.restitution[0], 1e-14,
+                     {}, impact);
+    const auto passed = [&](const char* mode) {
+      return std::find(c["modes"].begin(), c["modes"].end(), mode) != c["modes"].end();
+    };
+    CHECK(impact.slid == (passed("slide-c") || passed("slide-r")));
+    CHECK(impact.stuck == passed("stick"));
+    CHECK(impact.diverged == passed("slip-from-stick"));
+    stuck += impact.stuck;
+    from_rest += impact.diverged;
+  }
+  CHECK(stuck > 20);
+  CHECK(from_rest > 5);
+}
+
+TEST_CASE("a sphere sticks exactly where its slip is at most 3.5 mu (1 + e) times its speed of approach") {
+  // K is diagonal: sliding ends after J_t = (2/7) m s, if mu m (1 + e) v_n reaches that.
+  for (double e : {0.0, 0.5, 1.0})
+    for (double share : {0.2, 0.999, 1.001, 3.0}) {
+      const double mu = 0.3, v_n = 4, s = share * 3.5 * mu * (1 + e) * v_n, m = 4.0 / 3.0 * M_PI;
+      const ContactProblem p = test::sphere({0.6 * s, -v_n, 0.8 * s}, Vector3d::Zero(), mu, e);
+      const test::Outcome out = test::outcome(p, solve(p).impulse);
+      const double j_t = std::min(2.0 / 7.0 * m * s, mu * m * (1 + e) * v_n);
+      CHECK(out.u[0] == Approx(e * v_n).margin(1e-13));
+      CHECK(std::hypot(out.u[1], out.u[2]) == Approx(s - 3.5 * j_t / m).margin(1e-12));
+      if (share < 1) CHECK(std::hypot(out.u[1], out.u[2]) < 1e-12);
+    }
+}
+
+TEST_CASE("a frictionless impact returns e times the approach, whatever the arms") {
+  // mu = 0: u_n linear in p, W = -u_n^2 / (2 K_nn): u_n+ = -e u_n-, r_n = (1 + e) |u_n| / K_nn, K_nn = 3.04.
+  for (double e : {0.0, 0.25, 1.0}) {
+    ContactProblem p;
+    test::add_body(p, 1, Vector3d::Constant(1.0 / 6), {1, -2, 0.5});
+    test::add_contact(p, 0, {0.5, -0.5, 0.3}, -1, {}, test::ground_axes(), 0, e);
+    const ContactSolution solution = solve(p);
+    CHECK(solution.impulse[0] == Approx((1 + e) * 2 / 3.04).epsilon(1e-14));
+    CHECK(solution.compression_work[0] == Approx(-4 / (2 * 3.04)).epsilon(1e-14));
+    CHECK(solution.friction_work[0] == 0);
+  }
+}
+
+TEST_CASE("spheres that meet centrally exchange velocities as Stronge's law says") {
+  for (double e : {0.0, 0.5, 1.0}) {
+    ContactProblem p;
+    test::add_body(p, 1, Vector3d::Constant(0.4), {0, 1, 0});
+    test::add_body(p, 3, Vector3d::Constant(1.2), {0, -1, 0});
+    test::add_contact(p, 1, {0, -1, 0}, 0, {0, 1, 0}, test::ground_axes(), 0.5, e);
+    const test::Outcome out = test::outcome(p, solve(p).impulse);
+    CHECK(out.v[1] == Approx(1 - 1.5 * (1 + e)).margin(1e-14));
+    CHECK(out.v[7] == Approx(-1 + 0.5 * (1 + e)).margin(1e-14));
+  }
+}
+
+TEST_CASE("1000 random impacts return e^2 of the work stored, lose what friction takes, and never gain energy") {
+  std::mt19937 generator(11);
+  const ContactMethod method = mirtich_row().make({});
+  ContactSolution solution;
+  int curved = 0, diverged = 0, locked = 0;
+  for (int i = 0; i < 1000; ++i) {
+    CAPTURE(i);
+    const ContactProblem p = test::random_impact(generator);
+    method(p, solution);
+    REQUIRE(solution.status == Status::ok);
+    CHECK(solution.iterations == 1);
+    const test::Outcome out = test::outcome(p, solution.impulse);
+    const double stored = -solution.compression_work[0], e = p.restitution[0];
+    CHECK(stored > 0);
+    CHECK(out.u[0] >= -1e-12 * -out.u_minus[0]);
+    CHECK(std::hypot(solution.impulse[1], solution.impulse[2]) <= p.mu[0] * solution.impulse[0] * (1 + 1e-12));
+    CHECK(std::abs(solution.restitution_work[0] - e * e * stored) <= 1e-12 * stored);
+    CHECK(solution.friction_work[0] <= 1e-12 * stored);
+    const double works = solution.compression_work[0] + solution.restitution_work[0] + solution.friction_work[0];
+    CHECK(std::abs(out.energy_change - works) <= 1e-9 * (stored - solution.friction_work[0]));
+    CHECK(out.energy_change <= 1e-13 * out.energy_before);
+
+    Impact impact;
+    BlockCholesky factor;
+    factor.factor(p.M);
+    std::vector<Matrix3d> K;
+    diagonal_blocks(p, factor, K);
+    integrate_impact(K[0], Vector3d(out.u_minus[0], out.u_minus[1], out.u_minus[2]), p.mu[0], e, 1e-13, {}, impact);
+    curved += impact.steps > 3;
+    diverged += impact.diverged;
+    locked += impact.locked;
+  }
+  CHECK(curved > 300);
+  CHECK(diverged > 0);
+  CHECK(locked > 20);
+}
+
+TEST_CASE("a tighter tolerance of the integration does not change the impact beyond the looser one") {
+  std::mt19937 generator(3);
+  MirtichOptions loose, tight;
+  loose.integration = 1e-8;
+  tight.integration = 1e-13;
+  for (int i = 0; i < 100; ++i) {
+    CAPTURE(i);
+    const ContactProblem p = test::random_impact(generator);
+    const test::Outcome a = test::outcome(p, solve(p, loose).impulse), b = test::outcome(p, solve(p, tight).impulse);
+    for (int k = 0; k < 3; ++k) CHECK(std::abs(a.u[k] - b.u[k]) < 1e-5 * std::abs(a.u_minus[0]) + 1e-6);
+  }
+}
+
+TEST_CASE("friction that drives the contact further in stores until the slip has stopped") {
+  // Planar self-locking, slip along the axis with K_n + mu K_t < 0: u_n falls at rate a_n = K_nn - mu |K_nt| while the
+  // slip falls at a_t; then it sticks. All of it is linear: closed form.
+  const Matrix3d K = corner({-0.25, -0.6, 0}, 1, {0.05, 1, 0.02});
+  const double sign = K(0, 1) > 0 ? 1 : -1;  // slip for which friction pulls u_n down: -mu sign K_nt < 0
+  const double mu = 3, k = std::abs(K(0, 1));
+  const double a_n = K(0, 0) - mu * k, a_t = k - mu * K(1, 1);
+  REQUIRE(a_n < 0);
+  REQUIRE(a_t < 0);
+  REQUIRE(k / K(1, 1) < mu);
+  const double u_n = -1, slip = 2, p_1 = -slip / a_t;
+  const double u_1 = u_n + a_n * p_1;  // where the slip stops
+  const double stick = K(0, 0) - k * k / K(1, 1);
+  const double p_2 = -u_1 / stick;  // from there to the end of compression
+  const double stored = -(0.5 * (u_n + u_1) * p_1 + 0.5 * u_1 * p_2);
+  for (double e : {0.0, 0.7, 1.0}) {
+    const double p_3 = std::sqrt(2 * e * e * stored / stick);
+    Impact impact;
+    integrate_impact(K, {u_n, sign * slip, 0}, mu, e, 1e-14, {}, impact);
+    CHECK(impact.status == Status::ok);
+    CHECK(impact.locked);
+    CHECK(impact.stuck);
+    CHECK(impact.r[0] == Approx(p_1 + p_2 + p_3).epsilon(1e-12));
+    CHECK(-impact.compression_work == Approx(stored).epsilon(1e-12));
+    const Vector3d u = Vector3d(u_n, sign * slip, 0) + K * impact.r;
+    CHECK(std::abs(u[0] - stick * p_3) < 1e-12);
+    CHECK(std::abs(u[1]) < 1e-12);
+  }
+}
+
+TEST_CASE("where sticking is not stable the contact slides off along the one diverging ray") {
+  // From rest u+ = K xi p with xi = (1, -mu t): the slip must point along t, and friction against it at full strength.
+  std::mt19937 generator(5);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  int found = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Matrix3d K = corner({uniform(generator), uniform(generator), uniform(generator)}, 1,
+                              Vector3d(0.05, 0.1, 0.08) + 0.04 * Vector3d(uniform(generator), uniform(generator), 0));
+    const Vector3d x = K.inverse().col(0) / K.inverse()(0, 0);
+    const double mu = 0.7 * x.tail<2>().norm();  // the cone is too narrow to stick
+    Impact impact;
+    integrate_impact(K, {-1, 0, 0}, mu, 0.5, 1e-14, {}, impact);
+    if (!(mu > 1e-6)) continue;
+    ++found;
+    REQUIRE(impact.diverged);
+    const Vector3d u = Vector3d(-1, 0, 0) + K * impact.r;
+    const double slip = u.tail<2>().norm();
+    CHECK(slip > 0);
+    CHECK((impact.r.tail<2>() + mu * impact.r[0] * u.tail<2>() / slip).norm() < 1e-10 * mu * impact.r[0]);
+    // and just inside a cone that is wide enough it sticks
+    integrate_impact(K, {-1, 0, 0}, x.tail<2>().norm() * (1 + 1e-9), 0.5, 1e-14, {}, impact);
+    CHECK(impact.stuck);
+    CHECK((K * impact.r).tail<2>().norm() < 1e-12);
+  }
+  CHECK(found > 250);
+}
+
+TEST_CASE("slip that reverses in the plane stops, and slides off the other way, in closed form") {
+  // Planar: K_tn pulls the slip back harder than friction can hold: after the stop the ray diverges the other way.
+  const Matrix3d K = corner({-0.35, -0.35, 0}, 1, {0.05, 1, 1.0 / 12});
+  const double k = std::abs(K(0, 1)), mu = 0.3;
+  const double sign = K(0, 1) > 0 ? -1 : 1;  // slip against the drift that the normal impulse brings
+  REQUIRE(k / K(1, 1) > mu);
+  const double slip = 0.1, u_n = -1;
+  const double a_t = k + mu * K(1, 1), a_n = K(0, 0) + mu * k;  // before: friction and coupling both against the slip
+  const double b_t = k - mu * K(1, 1), b_n = K(0, 0) - mu * k;  // after the reversal
+  const double p_1 = slip / a_t, u_1 = u_n + a_n * p_1;
+  REQUIRE(u_1 < 0);
+  REQUIRE(b_n > 0);
+  const double p_2 = -u_1 / b_n;
+  Impact impact;
+  integrate_impact(K, {u_n, sign * slip, 0}, mu, 0, 1e-14, {}, impact);
+  const Vector3d u = Vector3d(u_n, sign * slip, 0) + K * impact.r;
+  CHECK(impact.diverged);
+  CHECK(impact.r[0] == Approx(p_1 + p_2).epsilon(1e-12));
+  CHECK(u[1] == Approx(-sign * b_t * p_2).epsilon(1e-12));
+}
+
+TEST_CASE("a contact without tangential rows is a joint limit that bounces as Stronge says") {
+  ContactProblem p;
+  test::add_body(p, 2, Vector3d::Ones(), {0, -3, 0});
+  test::add_contact(p, 0, {0, -1, 0}, -1, {}, test::ground_axes(), 0, 0.5);
+  p.J.entry(0).bottomRows<2>().setZero();
+  for (double mu : {0.0, 0.4}) {
+    p.mu[0] = mu;
+    const ContactSolution solution = solve(p);
+    CHECK(solution.status == Status::ok);
+    CHECK(solution.impulse[0] == Approx(9).epsilon(1e-14));
+  }
+}
+
+TEST_CASE("resting stacks stop approaching through micro-impacts, and what they claim of works adds up") {
+  for (int n : {1, 2, 4}) {
+    const ContactProblem p = test::stack(n, 0.5, {0.01, -g * h, 0});
+    const ContactSolution solution = solve(p);
+    CHECK(solution.status == Status::ok);
+    Referee referee;
+    std::vector<double> v_plus;
+    const Residuals residuals = referee.check(p, solution, Law::mirtich, v_plus);
+    CHECK(residuals.approach <= 1.1e-10 * g * h);
+    CHECK(residuals.cone_violation <= 1e-14);
+    CHECK(residuals.energy_gain <= 0);
+    double works = 0;
+    for (int c = 0; c < p.nc(); ++c)
+      works += solution.compression_work[c] + solution.restitution_work[c] + solution.friction_work[c];
+    CHECK(works == Approx(residuals.energy_gain).epsilon(1e-8));
+  }
+}
+
+TEST_CASE("tumbling stacks with restitution lose energy and return e^2 of the work stored at each contact") {
+  for (double e : {0.0, 0.5, 0.9})
+    for (unsigned seed : {1u, 2u, 3u}) {
+      ContactProblem p = test::stack(4, 0.5, {0, -1, 0}, 1, seed);
+      std::fill(p.restitution.begin(), p.restitution.end(), e);
+      const ContactSolution solution = solve(p);
+      CHECK(solution.status == Status::ok);
+      const test::Outcome out = test::outcome(p, solution.impulse);
+      CHECK(out.energy_change <= 0);
+      for (int c = 0; c < p.nc(); ++c) {
+        CHECK(out.u[3 * c] > -1e-8);
+        CHECK(std::abs(solution.restitution_work[c] + e * e * solution.compression_work[c]) <=
+              -1e-9 * solution.compression_work[c]);
+      }
+    }
+}
+
+TEST_CASE("limits on micro-impacts and on steps are nonconverged endings and say so") {
+  MirtichOptions options;
+  options.impact_limit = 2;
+  const ContactProblem stack = test::stack(4, 0.5, {0, -g * h, 0});
+  const ContactSolution few = solve(stack, options);
+  CHECK(few.status == Status::nonconverged);
+  CHECK(few.iterations == 2 * stack.nc());
+  CHECK_FALSE(few.reason.empty());
+
+  options = {};
+  options.step_limit = 2;
+  ContactProblem p;
+  test::add_body(p, 1, Vector3d::Constant(1.0 / 6), {1, -2, 0.5});
+  test::add_contact(p, 0, {0.5, -0.5, 0.3}, -1, {}, test::ground_axes(), 0.5, 0.5);
+  const ContactSolution cut = solve(p, options);
+  CHECK(cut.status == Status::nonconverged);
+  CHECK_FALSE(cut.reason.empty());
+  for (double r : cut.impulse) CHECK(std::isfinite(r));
+}
+
+TEST_CASE("no contact, a separating contact and a resting one ask Mirtich for no impulse") {
+  ContactProblem none;
+  test::add_body(none, 1, Vector3d::Ones(), {0, -1, 0});
+  CHECK(solve(none).status == Status::ok);
+  for (const Vector3d& v : {Vector3d(3, 1, 0), Vector3d(3, 0, 1)}) {
+    const ContactSolution solution = solve(test::sphere(v, Vector3d::Zero()));
+    CHECK(solution.status == Status::ok);
+    CHECK(solution.impulse == std::vector<double>(3, 0.0));
+    CHECK(solution.compression_work == std::vector<double>(1, 0.0));
+  }
+}
+
+TEST_CASE("NaN or infinity anywhere in the data ends Mirtich's impacts as not_finite without an impulse") {
+  for (double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
+    for (int place = 0; place < 6; ++place) {
+      ContactProblem p = test::sphere({1, -10, 0}, Vector3d::Zero());
+      (place == 0   ? p.M.values[0]
+       : place == 1 ? p.J.values[0]
+       : place == 2 ? p.v_minus[1]
+       : place == 3 ? p.offset[0]
+       : place == 4 ? p.mu[0]
+                    : p.restitution[0]) = bad;
+      const ContactSolution solution = solve(p);
+      CHECK(solution.status == Status::not_finite);
+      CHECK(solution.impulse == std::vector<double>(3, 0.0));
+    }
+}
+
+TEST_CASE("Mirtich's answer does not change with the units or with a turn of the tangents") {
+  const ContactProblem p = test::stack(3, 0.3, {0.02, -g * h, 0.01}, 0.02, 5);
+  const test::Outcome out = test::outcome(p, solve(p).impulse);
+
+  ContactProblem grams = p;
+  for (double& m : grams.M.values) m *= 1000;
+  for (double& v : grams.v_minus) v /= 10;
+  const test::Outcome other = test::outcome(grams, solve(grams).impulse);
+  for (int i = 0; i < p.nv(); ++i) CHECK(std::abs(10 * other.v[i] - out.v[i]) < 1e-9);
+
+  ContactProblem turned = p;
+  const double c = std::cos(0.7), s = std::sin(0.7);
+  for (int e = 0; e < static_cast<int>(turned.J.block.size()); ++e) {
+    auto J = turned.J.entry(e);
+    const Eigen::RowVectorXd t1 = J.row(1), t2 = J.row(2);
+    J.row(1) = c * t1 + s * t2;
+    J.row(2) = c * t2 - s * t1;
+  }
+  const test::Outcome rotated = test::outcome(turned, solve(turned).impulse);
+  for (int i = 0; i < p.nv(); ++i) CHECK(std::abs(rotated.v[i] - out.v[i]) < 1e-8);
+}
