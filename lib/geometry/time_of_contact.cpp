@@ -144,23 +144,19 @@ struct TurningExtent {
   double at(double s) const { return h.dot((alpha + s * beta).cwiseAbs()); }
 };
 
-// Longest step for which a concave function (above zero at 0, below zero at `rest`) surely stays above zero: the chord
-// lies below the function, so its root is safe; halving the other end keeps the chord short.
+// Longest step for which a concave function, above zero at 0 and below it at `rest`, surely stays above -`enough`: the
+// chord lies below the function, so its root is safe; halving the other end keeps the chord short.
 template <class Concave>
 double safe_step(const Concave& f, double f_low, double rest, double f_high, double enough) {
   double low = 0, high = rest;
   for (int i = 0; i < max_refinements && f_low > enough; ++i) {
     const double s = low + (high - low) * f_low / (f_low - f_high);
-    if (s <= low) break;
     const double f_s = f(s);
-    if (f_s > 0) {
-      low = s;
-      f_low = f_s;
-    } else {  // round-off: the root is here
-      break;
-    }
+    if (f_s < -enough) break;  // only by round-off
+    low = s;
+    f_low = f_s;
     const double middle = 0.5 * (low + high), f_middle = f(middle);
-    if (f_middle > 0) {
+    if (f_middle >= 0) {
       low = middle;
       f_low = f_middle;
     } else {

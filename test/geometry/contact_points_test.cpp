@@ -1,0 +1,299 @@
+#include <catch2/catch.hpp>
+
+#include "geometry/placed_shapes.h"
+
+using namespace cb;
+using namespace cb::test;
+
+namespace {
+
+// Every given position is a contact point, and there are no others.
+void check_positions(const std::vector<ContactPoint>& found, const std::vector<Vec3>& expected, double tolerance) {
+  REQUIRE(found.size() == expected.size());
+  for (const Vec3& x : expected) {
+    double best = 1e9;
+    for (const ContactPoint& p : found) best = std::min(best, (p.position - x).norm());
+    CHECK(best <= tolerance);
+  }
+}
+
+// Turns the diagonal (1, 1, 1) upright: about (1, 1, 1) x (0, 1, 0) by the angle between them.
+Quat corner_down() { return turn(std::acos(std::sqrt(1.0 / 3)), Vec3(-1, 0, 1)); }
+
+}  // namespace
+
+TEST_CASE("A cube at rest on the ground touches with its four lower corners, exactly and in a fixed order") {
+  const auto found = points(box(1, 1, 1), at(0, 0.5, 0), half_space(), at(0, 0, 0));
+  REQUIRE(found.size() == 4);
+  CHECK(found[0].position == Vec3(-0.5, 0, -0.5));
+  CHECK(found[1].position == Vec3(0.5, 0, -0.5));
+  CHECK(found[2].position == Vec3(-0.5, 0, 0.5));
+  CHECK(found[3].position == Vec3(0.5, 0, 0.5));
+  for (const ContactPoint& p : found) {
+    CHECK(p.gap == 0);
+    CHECK(p.normal == Vec3(0, 1, 0));
+    CHECK(p.shape_a == 0);
+    CHECK(p.shape_b == 1);
+  }
+}
+
+TEST_CASE("A corner just beyond the tolerance is no contact, one just inside is, halfway between the surfaces") {
+  CHECK(points(box(1, 1, 1), at(0, 0.5 + 1.1e-9, 0), half_space(), at(0, 0, 0)).empty());
+  const auto found = points(box(1, 1, 1), at(0, 0.5 + 0.8e-9, 0), half_space(), at(0, 0, 0));
+  REQUIRE(found.size() == 4);
+  CHECK(found[0].gap == Approx(0.8e-9).margin(1e-16));
+  CHECK(found[0].position.y() == Approx(0.4e-9).margin(1e-16));
+}
+
+TEST_CASE("A box balanced on its corner, its edge or its face touches with one, two or four points") {
+  const Shape cube = box(1, 1, 1);
+  const double r2 = std::sqrt(0.5), r3 = std::sqrt(0.75);
+  // Standing on an edge: turned by 45 degrees about x. On a corner: the diagonal (1, 1, 1) turned upright.
+  const Quat on_corner = corner_down();
+  CHECK(points(cube, at(Vec3(3, r2, 1), turn(pi / 4, Vec3(1, 0, 0))), half_space(), at(0, 0, 0)).size() == 2);
+  check_positions(points(cube, at(Vec3(3, r3, 1), on_corner), half_space(), at(0, 0, 0)), {Vec3(3, 0, 1)}, 1e-15);
+}
+
+TEST_CASE("A cube on a slope of 30 degrees touches with gaps at round-off") {
+  const Quat tilt = turn(-pi / 6, Vec3(0, 0, 1));
+  const auto found = points(box(1, 1, 1), at(tilt * Vec3(2, 0.5, 0), tilt), half_space(), at(Vec3::Zero(), tilt));
+  REQUIRE(found.size() == 4);
+  for (const ContactPoint& p : found) {
+    CHECK(std::abs(p.gap) < 4e-16);
+    CHECK((p.normal - Vec3(0.5, std::sqrt(3) / 2, 0)).norm() < 2e-16);
+  }
+}
+
+TEST_CASE("Stacked unit cubes share their four corners, gaps at round-off, whichever is named first") {
+  for (int level = 0; level < 1000; level += 37) {
+    const auto found = points(box(1, 1, 1), at(0, level + 1.5, 0), box(1, 1, 1), at(0, level + 0.5, 0));
+    check_positions(found,
+                    {Vec3(0.5, level + 1, 0.5), Vec3(-0.5, level + 1, 0.5), Vec3(-0.5, level + 1, -0.5),
+                     Vec3(0.5, level + 1, -0.5)},
+                    0);
+    for (const ContactPoint& p : found) {
+      CHECK(p.gap == 0);
+      CHECK(p.normal == Vec3(0, 1, 0));
+    }
+    const auto turned = points(box(1, 1, 1), at(0, level + 0.5, 0), box(1, 1, 1), at(0, level + 1.5, 0));
+    CHECK(set_difference(found, turned, -1) == 0);
+  }
+}
+
+TEST_CASE("A cube shifted or turned on a larger one touches on the patch that the two faces share") {
+  // Shifted by (0.3, 0.2): the patch is [-0.2, 0.5] x [-0.3, 0.5].
+  auto found = points(box(1, 1, 1), at(0.3, 1, 0.2), box(1, 1, 1), at(0, 0, 0));
+  check_positions(found, {Vec3(-0.2, 0.5, -0.3), Vec3(0.5, 0.5, -0.3), Vec3(0.5, 0.5, 0.5), Vec3(-0.2, 0.5, 0.5)},
+                  1e-15);
+  // Turned by 45 degrees on its like: a regular octagon at distance 1/2, corners at 1/2 tan 22.5 from the middle of a
+  // side.
+  found = points(box(1, 1, 1), at(Vec3(0, 1, 0), turn(pi / 4, Vec3(0, 1, 0))), box(1, 1, 1), at(0, 0, 0));
+  const double c = 0.5 * std::tan(pi / 8);
+  std::vector<Vec3> octagon;
+  for (const double s : {-1.0, 1.0})
+    for (const double r : {-1.0, 1.0}) {
+      octagon.emplace_back(0.5 * s, 0.5, c * r);
+      octagon.emplace_back(c * r, 0.5, 0.5 * s);
+    }
+  check_positions(found, octagon, 1e-15);
+  // Half its size, turned on a larger one: its own four corners.
+  found = points(box(1, 1, 1), at(Vec3(0, 1.5, 0), turn(0.3, Vec3(0, 1, 0))), box(4, 2, 4), at(0, 0, 0));
+  REQUIRE(found.size() == 4);
+  for (const ContactPoint& p : found) {
+    CHECK((p.position - Vec3(0, 1, 0)).norm() == Approx(std::sqrt(0.5)).epsilon(1e-14));
+    CHECK(std::abs(p.gap) < 4e-16);
+  }
+  // The larger one on top: the same four corners, with the reference face its own.
+  found = points(box(4, 2, 4), at(0, 2, 0), box(2, 2, 2), at(Vec3(0, 0, 0), turn(0.3, Vec3(0, 1, 0))));
+  REQUIRE(found.size() == 4);
+  for (const ContactPoint& p : found) CHECK(p.normal == Vec3(0, 1, 0));
+}
+
+TEST_CASE("Two crossed beams share the square where they cross") {
+  const auto found = points(box(4, 1, 0.5), at(0, 1, 0), box(0.5, 1, 4), at(0, 0, 0));
+  check_positions(
+      found, {Vec3(0.25, 0.5, 0.25), Vec3(-0.25, 0.5, 0.25), Vec3(-0.25, 0.5, -0.25), Vec3(0.25, 0.5, -0.25)}, 1e-16);
+}
+
+TEST_CASE("A box on its edge or corner touches a box's face with two points or one") {
+  const double r2 = std::sqrt(0.5), r3 = std::sqrt(0.75);
+  auto found = points(box(1, 1, 1), at(Vec3(0, 0.5 + r2, 0), turn(pi / 4, Vec3(1, 0, 0))), box(3, 1, 3), at(0, 0, 0));
+  check_positions(found, {Vec3(0.5, 0.5, 0), Vec3(-0.5, 0.5, 0)}, 1e-15);
+  found = points(box(1, 1, 1), at(Vec3(0, 0.5 + r3, 0), corner_down()), box(3, 1, 3), at(0, 0, 0));
+  check_positions(found, {Vec3(0, 0.5, 0)}, 1e-15);
+  CHECK((found[0].normal - Vec3(0, 1, 0)).norm() < 1e-15);
+}
+
+TEST_CASE("Two edges that cross touch in one point, along their common normal") {
+  // Ridge of a along x at height 0, ridge of b above it along a direction at angle `turned` to x.
+  const double r2 = std::sqrt(0.5);
+  const Quat ridge = turn(pi / 4, Vec3(1, 0, 0));
+  for (const double turned : {pi / 2, 0.7, 0.1, 1e-3}) {
+    const Quat about_y = turn(turned, Vec3(0, 1, 0));
+    const Pose low = at(Vec3(0, -r2, 0), ridge), high = at(Vec3(0.125, r2 + 1e-10, 0), about_y * ridge);
+    const auto found = points(box(1, 1, 1), high, box(1, 1, 1), low);
+    REQUIRE(found.size() == 1);
+    CHECK((found[0].position - Vec3(0.125, 0.5e-10, 0)).norm() < 1e-15 / turned);
+    CHECK((found[0].normal - Vec3(0, 1, 0)).norm() < 1e-15 / turned);
+    CHECK(found[0].gap == Approx(1e-10).margin(1e-15));
+  }
+}
+
+TEST_CASE("Face axes that separate equally do not flip with round-off") {
+  // Touching along an edge only: x and z separate equally. The first is taken, with round-off either way.
+  for (const double noise : {0.0, 1e-16, -1e-16, 3e-12, -3e-12}) {
+    const auto found = points(box(1, 1, 1), at(1, 0, 1 + noise), box(1, 1, 1), at(0, 0, 0));
+    REQUIRE(found.size() == 2);
+    CHECK(found[0].normal == Vec3(1, 0, 0));
+  }
+}
+
+TEST_CASE("A sphere touches each kind of surface at its nearest point") {
+  auto found = points(sphere(1), at(3, 1, -2), half_space(), at(0, 0, 0));
+  REQUIRE(found.size() == 1);
+  CHECK(found[0].position == Vec3(3, 0, -2));
+  CHECK(found[0].gap == 0);
+  CHECK(found[0].normal == Vec3(0, 1, 0));
+
+  found = points(sphere(1), at(3, 0, 0), sphere(2), at(0, 0, 0));
+  REQUIRE(found.size() == 1);
+  CHECK(found[0].position == Vec3(2, 0, 0));
+  CHECK(found[0].normal == Vec3(1, 0, 0));
+
+  found = points(sphere(1), at(0.25, 1.5, 0), box(1, 1, 1), at(0, 0, 0));  // on a face
+  REQUIRE(found.size() == 1);
+  CHECK(found[0].position == Vec3(0.25, 0.5, 0));
+  CHECK(found[0].normal == Vec3(0, 1, 0));
+  CHECK(found[0].gap == 0);
+
+  const double r2 = std::sqrt(0.5), r3 = std::sqrt(1.0 / 3);
+  found = points(sphere(1), at(0.5 + r2, 0.5 + r2, 0.1), box(1, 1, 1), at(0, 0, 0));  // on an edge
+  REQUIRE(found.size() == 1);
+  CHECK((found[0].position - Vec3(0.5, 0.5, 0.1)).norm() < 4e-16);
+  CHECK((found[0].normal - Vec3(r2, r2, 0)).norm() < 4e-16);
+  found = points(sphere(1), at(0.5 + r3, 0.5 + r3, -0.5 - r3), box(1, 1, 1), at(0, 0, 0));  // on a corner
+  REQUIRE(found.size() == 1);
+  CHECK((found[0].position - Vec3(0.5, 0.5, -0.5)).norm() < 4e-16);
+}
+
+TEST_CASE("A sphere whose centre is inside a box is pushed out through the nearest face") {
+  const auto found = points(sphere(0.25), at(0.1, -0.4, 0.2), box(1, 1, 1), at(0, 0, 0));
+  REQUIRE(found.size() == 1);
+  CHECK(found[0].normal == Vec3(0, -1, 0));
+  CHECK(found[0].gap == Approx(-0.35));
+  // Sphere's surface at -0.4 + 0.25 = -0.15, box's at -0.5: halfway is -0.325.
+  CHECK((found[0].position - Vec3(0.1, -0.325, 0.2)).norm() < 1e-15);
+  // In the middle of the cube all faces are equal: the first axis.
+  CHECK(points(sphere(0.25), at(0, 0, 0), box(1, 1, 1), at(0, 0, 0))[0].normal == Vec3(1, 0, 0));
+}
+
+namespace {
+
+struct Pair {
+  Shape a, b;
+  Pose pose_a, pose_b;
+};
+
+// Random pairs that overlap a little, of every kind.
+std::vector<Pair> overlapping_pairs(unsigned seed, int count) {
+  Random random(seed);
+  std::vector<Pair> pairs;
+  while (static_cast<int>(pairs.size()) < count) {
+    const auto shape = [&random](int kind) {
+      const double x = random.in(0.5, 2), y = random.in(0.5, 2), z = random.in(0.5, 2);
+      return kind == 0 ? box(x, y, z) : kind == 1 ? sphere(x) : half_space();
+    };
+    const int i = static_cast<int>(pairs.size()) % 5;
+    const int kinds[5][2] = {{0, 0}, {0, 1}, {1, 1}, {0, 2}, {1, 2}};
+    Pair pair{shape(kinds[i][0]), shape(kinds[i][1]), random.pose(1.5), random.pose(1.5)};
+    const double gap = separation(pair.a, pair.pose_a, pair.b, pair.pose_b);
+    if (gap > -0.01 || gap < -0.3) continue;
+    pairs.push_back(pair);
+  }
+  return pairs;
+}
+
+}  // namespace
+
+TEST_CASE("A common rigid motion moves contact points and turns normals with it") {
+  Random random(11);
+  for (const Pair& pair : overlapping_pairs(5, 500)) {
+    const auto before = points(pair.a, pair.pose_a, pair.b, pair.pose_b);
+    REQUIRE(!before.empty());
+    const Pose motion = random.pose(3);
+    const auto after = points(pair.a, motion * pair.pose_a, pair.b, motion * pair.pose_b);
+    auto moved = before;
+    for (ContactPoint& p : moved) {
+      p.position = motion * p.position;
+      p.normal = motion.q * p.normal;
+    }
+    CHECK(set_difference(moved, after) < 1e-12);
+  }
+}
+
+TEST_CASE("Swapping the shapes turns the normal round and keeps gap and depth") {
+  for (const Pair& pair : overlapping_pairs(6, 500)) {
+    const auto forward = points(pair.a, pair.pose_a, pair.b, pair.pose_b);
+    const auto backward = points(pair.b, pair.pose_b, pair.a, pair.pose_a);
+    CHECK(set_difference(forward, backward, -1) < 1e-12);
+  }
+}
+
+TEST_CASE("A mirror image has the mirror image's contact points") {
+  // Mirror in x: positions (-x, y, z), rotation (w, x, -y, -z); boxes and spheres are their own mirror images.
+  const auto mirror = [](const Pose& p) {
+    return at(Vec3(-p.p.x(), p.p.y(), p.p.z()), Quat(p.q.w(), p.q.x(), -p.q.y(), -p.q.z()));
+  };
+  const auto flip = [](const Vec3& x) { return Vec3(-x.x(), x.y(), x.z()); };
+  for (const Pair& pair : overlapping_pairs(7, 500)) {
+    auto forward = points(pair.a, pair.pose_a, pair.b, pair.pose_b);
+    const auto mirrored = points(pair.a, mirror(pair.pose_a), pair.b, mirror(pair.pose_b));
+    for (ContactPoint& p : forward) {
+      p.position = flip(p.position);
+      p.normal = flip(p.normal);
+    }
+    CHECK(set_difference(forward, mirrored) < 1e-12);
+  }
+}
+
+TEST_CASE("Normals push a away from b, and the deepest point is as deep as the shapes overlap") {
+  for (const Pair& pair : overlapping_pairs(8, 1000)) {
+    const double depth = -separation(pair.a, pair.pose_a, pair.b, pair.pose_b);
+    const auto found = points(pair.a, pair.pose_a, pair.b, pair.pose_b);
+    REQUIRE(!found.empty());
+    double deepest = 0;
+    for (const ContactPoint& p : found) {
+      CHECK(std::abs(p.normal.norm() - 1) < 1e-12);
+      deepest = std::max(deepest, -p.gap);
+    }
+    CHECK(deepest < depth + 1e-9);
+    // Moved out by the overlap along the normal, the shapes just touch.
+    Pose out = pair.pose_a;
+    out.p += depth * found[0].normal;
+    CHECK(std::abs(separation(pair.a, out, pair.b, pair.pose_b)) < 1e-8);
+  }
+}
+
+TEST_CASE("Contact points lie halfway between points of both surfaces") {
+  // Boxes just touching: found by moving a out of b along the contact normal.
+  for (Pair pair : overlapping_pairs(9, 500)) {
+    if (pair.a.kind != ShapeKind::box || pair.b.kind != ShapeKind::box) continue;
+    const double depth = -separation(pair.a, pair.pose_a, pair.b, pair.pose_b);
+    pair.pose_a.p += depth * points(pair.a, pair.pose_a, pair.b, pair.pose_b)[0].normal;
+    const auto found = points(pair.a, pair.pose_a, pair.b, pair.pose_b);
+    REQUIRE(!found.empty());
+    for (const ContactPoint& p : found) {
+      CHECK((nearest(pair.a, pair.pose_a, p.position) - p.position).norm() < 1e-8);
+      CHECK((nearest(pair.b, pair.pose_b, p.position) - p.position).norm() < 1e-8);
+    }
+  }
+}
+
+TEST_CASE("A thousand kilometres from the origin a resting cube still touches") {
+  const double far = 1e6;
+  CHECK(points(box(1, 1, 1), at(far, far + 0.5, far), half_space(), at(far, far, far)).size() == 4);
+  const Quat tilt = turn(0.4, Vec3(0.2, 0.1, 1));
+  const Vec3 origin(far, -far, far / 3);
+  CHECK(points(box(1, 1, 1), at(origin + tilt * Vec3(0, 0.5, 0), tilt), half_space(), at(origin, tilt)).size() == 4);
+  CHECK(points(box(1, 1, 1), at(origin + tilt * Vec3(0, 1, 0), tilt), box(1, 1, 1), at(origin, tilt)).size() == 4);
+}
