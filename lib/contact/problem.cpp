@@ -53,6 +53,9 @@ void ContactSolution::clear() {
   bounded = false;
   impulse.clear();
   z.clear();
+  compression_work.clear();
+  restitution_work.clear();
+  friction_work.clear();
   eta.clear();
   frictionless.clear();
   kappa_dual.clear();

@@ -70,6 +70,12 @@ struct ContactSolution {
   double regularisation = 0;  ///< added to the diagonal of the LCP by --regularise
   std::vector<double> z;
 
+  // mirtich: works at each contact over all its micro-impacts. Claimed: restitution_work = -e^2 compression_work >= 0,
+  // friction_work <= 0, and all three sum to the change of kinetic energy r.u- + 1/2 r.W r.
+  std::vector<double> compression_work;  ///< nc, <= 0, J: of the normal impulse while the contact approached
+  std::vector<double> restitution_work;  ///< nc, >= 0, J: of the normal impulse while it separated
+  std::vector<double> friction_work;     ///< nc, <= 0, J
+
   // convex: multipliers of N v+ >= 0, and the bound with its certificate.
   bool bounded = false;              ///< is the sum of normal impulses bounded per island?
   std::vector<double> eta;           ///< nc, >= 0, in m/s-dual units (N s)
