@@ -1,0 +1,134 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "commands.h"
+#include "flags.h"
+#include "geometry/broad_phase.h"
+#include "output/summary.h"
+#include "scenario/scenario.h"
+#include "simulation/simulation.h"
+
+namespace cb {
+
+namespace {
+
+std::string vector_text(const Vec3& v) { return fmt::format("({:g}, {:g}, {:g})", v[0], v[1], v[2]); }
+
+std::string_view kind_name(ShapeKind kind) {
+  switch (kind) {
+    case ShapeKind::sphere:
+      return "sphere";
+    case ShapeKind::box:
+      return "box";
+    case ShapeKind::half_space:
+      break;
+  }
+  return "half-space";
+}
+
+/// "2 box, 1 half-space"
+std::string shapes_text(const std::vector<Shape>& shapes) {
+  std::map<std::string_view, int> counts;
+  for (const Shape& shape : shapes) ++counts[kind_name(shape.kind)];
+  std::string text;
+  for (const auto& [kind, count] : counts) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, kind);
+  return text;
+}
+
+/// Contact points of the initial state, and how many pairs of shapes they are on.
+std::pair<std::size_t, int> contacts_at_start(const Scenario& scenario) {
+  std::vector<Motion> motions;
+  for (const Shape& shape : scenario.shapes) {
+    Motion motion;
+    motion.pose = shape.local;
+    if (shape.body >= 0) {
+      const Pose& body = scenario.initial.pose[static_cast<std::size_t>(shape.body)];
+      motion.pose = {body * shape.local.p, body.q * shape.local.q};
+    }
+    motions.push_back(motion);
+  }
+  const double closed = SimulationOptions().closed_gap;
+  BroadPhase broad_phase;
+  std::vector<ContactPoint> points;
+  int pairs = 0;
+  const auto declared = [&](int i, int j) { return scenario.pairs.find(i, j) != nullptr; };
+  for (const auto& [i, j] : broad_phase.pairs(scenario.shapes, motions, 1e-6, 0, declared)) {
+    const Shape& a = scenario.shapes[static_cast<std::size_t>(i)];
+    const Shape& b = scenario.shapes[static_cast<std::size_t>(j)];
+    const std::size_t before = points.size();
+    contact_points(a, motions[static_cast<std::size_t>(i)].pose, i, b, motions[static_cast<std::size_t>(j)].pose, j,
+                   closed * std::min(a.size(), b.size()), points);
+    if (points.size() > before) ++pairs;
+  }
+  return {points.size(), pairs};
+}
+
+std::string gravity_text(const Gravity& gravity) {
+  std::string text = vector_text(gravity.constant) + " m/s^2";
+  for (int axis = 0; axis < 3; ++axis) {
+    const Harmonic& wave = gravity.harmonic[axis];
+    if (wave.amplitude != 0)
+      text += fmt::format(" + {} {:g} cos({:g} t + {:g})", "xyz"[axis], wave.amplitude, wave.frequency, wave.phase);
+  }
+  return text;
+}
+
+int check(const std::string& name, const Text& method, const std::vector<std::string>& set) {
+  const Overrides overrides = set_flags(set);
+  const MethodRow* row = method ? &method_flag(*method) : nullptr;
+  const Scenario scenario = load_scenario(find_scenario(name), overrides);
+
+  const auto line = [](std::string_view key, const std::string& value) { fmt::print("  {:<12}{}\n", key, value); };
+  fmt::print("{}: {}\n", scenario.name, scenario.title);
+  line("file", scenario.file);
+  double mass = 0;
+  for (const Body& body : scenario.model.bodies) mass += body.mass;
+  line("bodies", fmt::format("{} that move, {:g} kg together", scenario.model.bodies.size(), mass));
+  line("shapes", shapes_text(scenario.shapes));
+  for (const PairLaw& law : scenario.pairs.laws)
+    line("pairs", fmt::format("friction {:g}, restitution {:g}", law.mu, law.restitution));
+  line("gravity", gravity_text(scenario.gravity));
+  for (const Force& force : scenario.forces)
+    line("force", fmt::format("{} N on {} from {:g} to {:g} s", vector_text(force.force),
+                              scenario.model.bodies[static_cast<std::size_t>(force.body)].name, force.from, force.to));
+  line("step", fmt::format("{:g} s, {:g} s in all", scenario.step, scenario.duration));
+  if (scenario.k) line("k", fmt::format("{} edges of the friction polygon (ap)", *scenario.k));
+  if (scenario.rotate_cone != 0)
+    line("rotate_cone", fmt::format("friction directions turned by {:g} rad", scenario.rotate_cone));
+  if (scenario.compression_bound) line("bound", *scenario.compression_bound ? "on (convex)" : "off (convex)");
+  for (const auto& [key, value] : scenario.parameters) line("parameter", key + " = " + value);
+  line("reference", fmt::format("{}{}{}", cb::name(scenario.reference.kind),
+                                scenario.reference.name.empty() ? "" : ", ", scenario.reference.name));
+  const auto [points, pairs] = contacts_at_start(scenario);
+  line("contacts", fmt::format("{} at the start, on {} pairs of shapes", points, pairs));
+  if (row) line("method", fmt::format("{}: {}", row->name, row->summary));
+  line("left out", "nothing");
+  return finished;
+}
+
+}  // namespace
+
+void add_check(CLI::App& program, Action& action) {
+  CLI::App& check_app = *program.add_subcommand("check", "validate a scenario; say what it has");
+  struct Flags {
+    std::string scenario;
+    Text method;
+    std::vector<std::string> set;
+  };
+  const auto flags = std::make_shared<Flags>();
+  check_app
+      .add_option("scenario", flags->scenario, "a scenario's XML file, or the name of one that comes with the program")
+      ->required()
+      ->type_name("SCENARIO.xml");
+  check_app.add_option("--method", flags->method, "the contact model that a run would use")->type_name("METHOD");
+  check_app.add_option("--set", flags->set, "a parameter that the scenario declares; may be repeated")
+      ->type_name("NAME=VALUE")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  check_app.callback(
+      [flags, &action] { action = [flags] { return check(flags->scenario, flags->method, flags->set); }; });
+}
+
+}  // namespace cb

@@ -1,0 +1,112 @@
+#include "flags.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "commands.h"
+#include "scenario/near_name.h"
+
+namespace cb {
+
+namespace {
+
+[[noreturn]] void refuse(std::string_view flag, const std::string& value, std::string_view expected) {
+  throw UsageError(fmt::format("--{} {}: must be {}", flag, value.empty() ? "''" : value, expected));
+}
+
+/// Reads all of the text as one number; false where that is not what it is.
+template <class Number>
+bool read(const std::string& value, Number& x) {
+  const char* first = value.data() + (value.starts_with('+') ? 1 : 0);
+  const char* last = value.data() + value.size();
+  const auto [end, error] = std::from_chars(first, last, x);
+  return error == std::errc() && end == last;
+}
+
+}  // namespace
+
+double number_flag(std::string_view flag, const std::string& value, double low, double high,
+                   std::string_view expected) {
+  double x = 0;
+  if (!read(value, x) || !std::isfinite(x) || x < low || x > high) refuse(flag, value, expected);
+  return x;
+}
+
+double positive_flag(std::string_view flag, const std::string& value, std::string_view expected) {
+  const double x = number_flag(flag, value, 0, HUGE_VAL, expected);
+  if (x == 0) refuse(flag, value, expected);
+  return x;
+}
+
+long whole_flag(std::string_view flag, const std::string& value, long low, long high, std::string_view expected) {
+  long x = 0;
+  if (!read(value, x) || x < low || x > high) refuse(flag, value, expected);
+  return x;
+}
+
+bool on_off_flag(std::string_view flag, const std::string& value) {
+  if (value != "on" && value != "off") refuse(flag, value, "on or off");
+  return value == "on";
+}
+
+Overrides set_flags(const std::vector<std::string>& values) {
+  Overrides overrides;
+  for (const std::string& value : values) {
+    const std::size_t equals = value.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == value.size())
+      refuse("set", value, "NAME=VALUE, as in --set boxes=8");
+    const std::string name = value.substr(0, equals);
+    for (const auto& earlier : overrides)
+      if (earlier.first == name)
+        throw UsageError(fmt::format("--set {}: {} is set twice; leave one of them out", value, name));
+    overrides.emplace_back(name, value.substr(equals + 1));
+  }
+  return overrides;
+}
+
+const MethodRow& method_flag(const std::string& value) {
+  if (const MethodRow* row = find_method(value)) return *row;
+  std::vector<std::string> known;
+  for (const MethodRow& row : methods()) known.emplace_back(row.name);
+  throw UsageError(fmt::format("--method {}: no such method; {}", value, suggest(value, known, "there are")));
+}
+
+namespace {
+
+std::vector<std::string> command_names(const CLI::App& program) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : program.get_subcommands(nullptr)) names.push_back(command->get_name());
+  return names;
+}
+
+}  // namespace
+
+std::string commands_of(const CLI::App& program) {
+  return fmt::format("there are {}; contactbench --help says more", join(command_names(program)));
+}
+
+void check_command(const CLI::App& program, const std::string& first) {
+  const std::vector<std::string> names = command_names(program);
+  if (first.starts_with('-') || std::find(names.begin(), names.end(), first) != names.end()) return;
+  throw UsageError(fmt::format("{}: no such command; {}; contactbench --help says more", first.empty() ? "''" : first,
+                               suggest(first, names, "there are")));
+}
+
+std::string unknown_flag(CLI::App& program, const std::string& command) {
+  const std::vector<std::string> rest = program.remaining(true);
+  const std::string what = rest.empty() ? "" : rest.front();
+  if (!what.starts_with("--")) return fmt::format("{}: one argument too many; leave it out", what);
+
+  const std::string flag = what.substr(0, what.find('='));
+  std::vector<std::string> names;
+  const CLI::App& owner = command.empty() ? program : *program.get_subcommand(command);
+  for (const CLI::Option* option : owner.get_options())
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  return fmt::format("{}: no such flag; {}; contactbench{}{} --help says more", flag, suggest(flag, names, "there are"),
+                     command.empty() ? "" : " ", command);
+}
+
+}  // namespace cb

@@ -1,0 +1,164 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "commands.h"
+#include "contact/problem.h"
+#include "evaluation/scene_errors.h"
+#include "flags.h"
+#include "lcp/lcp.h"
+#include "output/summary.h"
+#include "scenario/near_name.h"
+#include "scenario/scenario.h"
+
+namespace cb {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json text(std::string_view value) { return value.empty() ? Json() : Json(value); }
+
+// Each topic as JSON first: an array of objects with a name and a summary, which is what the one-line form prints.
+
+Json list_methods() {
+  Json list = Json::array();
+  for (const MethodRow& row : methods()) {
+    Json solvers = Json::array(), options = Json::array();
+    for (const SolverRow& solver : row.solvers) solvers.push_back(solver.name);
+    for (const OptionRow& option : row.options)
+      options.push_back({{"flag", option.flag},
+                         {"unit", option.unit},
+                         {"default", option.default_value},
+                         {"summary", option.summary}});
+    list.push_back({{"name", row.name},
+                    {"summary", row.summary},
+                    {"source", row.source},
+                    {"solvers", solvers},
+                    {"variants", row.variants},
+                    {"options", options}});
+  }
+  return list;
+}
+
+Json list_solvers() {
+  Json list = Json::array();
+  const auto add = [&](const auto& row, const Json& method) {
+    list.push_back({{"name", row.name},
+                    {"summary", row.summary},
+                    {"source", row.source},
+                    {"method", method},
+                    {"unavailable", text(row.unavailable)}});
+  };
+  for (const MethodRow& method : methods())
+    for (const SolverRow& row : method.solvers) add(row, method.name);
+  // What solves bare LCPs but is no method's choice.
+  for (const LcpSolverRow& row : lcp_solvers())
+    if (std::none_of(list.begin(), list.end(), [&](const Json& known) { return known["name"] == row.name; }))
+      add(row, Json());
+  return list;
+}
+
+Json list_scenarios() {
+  Json list = Json::array();
+  for (const std::string& file : bundled_scenarios()) {
+    Json entry = {{"name", std::filesystem::path(file).filename().string()}, {"summary", nullptr}, {"file", file}};
+    try {
+      const Scenario scenario = load_scenario(file, {});
+      entry["summary"] = scenario.title;
+      entry["reference"] = name(scenario.reference.kind);
+      for (const auto& [key, value] : scenario.parameters) entry["parameters"][key] = value;
+    } catch (const InputError& error) {
+      entry["summary"] = std::string("cannot be read: ") + error.what();
+    }
+    list.push_back(entry);
+  }
+  return list;
+}
+
+Json list_references() {
+  Json list = Json::array();
+  for (const ReferenceRow& row : references()) {
+    Json errors = Json::object();
+    for (const auto& [error, meaning] : row.errors) errors[std::string(error)] = meaning;
+    list.push_back({{"name", row.name}, {"summary", row.summary}, {"errors", errors}});
+  }
+  return list;
+}
+
+Json list_statuses() {
+  Json list = Json::array();
+  for (int i = 0; i < status_count; ++i) {
+    const auto status = static_cast<Status>(i);
+    list.push_back({{"name", name(status)}, {"summary", explanation(status)}});
+  }
+  return list;
+}
+
+struct Topic {
+  const char* name;
+  Json (*list)();
+};
+constexpr Topic topics[] = {{"methods", list_methods},
+                            {"solvers", list_solvers},
+                            {"scenarios", list_scenarios},
+                            {"references", list_references},
+                            {"statuses", list_statuses}};
+
+/// A line for each entry, the errors of a reference below it.
+void print(const Json& list, const char* indent) {
+  const auto word = [](const Json& value) { return value.is_string() ? value.get<std::string>() : std::string(); };
+  std::size_t width = 0;
+  for (const Json& entry : list) width = std::max(width, word(entry["name"]).size());
+  for (const Json& entry : list) {
+    fmt::print("{}{:<{}}  {}", indent, word(entry["name"]), width, word(entry["summary"]));
+    if (entry.contains("method")) fmt::print(" ({})", entry["method"].is_null() ? "LCP" : word(entry["method"]));
+    if (entry.contains("unavailable") && !entry["unavailable"].is_null())
+      fmt::print(" (unavailable: {})", word(entry["unavailable"]));
+    fmt::print("\n");
+    if (!entry.contains("errors")) continue;
+    std::size_t inner = 0;
+    for (const auto& error : entry["errors"].items()) inner = std::max(inner, error.key().size());
+    for (const auto& error : entry["errors"].items())
+      fmt::print("{}    {:<{}}  {}\n", indent, error.key(), inner, word(error.value()));
+  }
+}
+
+int list(const Text& topic, bool json) {
+  std::vector<std::string> names;
+  for (const Topic& row : topics) names.emplace_back(row.name);
+  if (topic && std::find(names.begin(), names.end(), *topic) == names.end())
+    throw UsageError(fmt::format("{}: no such topic; {}", *topic, suggest(*topic, names, "there are")));
+
+  Json all = Json::object();
+  for (const Topic& row : topics)
+    if (!topic || *topic == row.name) all[row.name] = row.list();
+  if (json) {
+    fmt::print("{}\n", (topic ? all.front() : all).dump(2, ' ', false, Json::error_handler_t::replace));
+    return finished;
+  }
+  for (const auto& entry : all.items()) {
+    if (!topic) fmt::print("{}\n", entry.key());
+    print(entry.value(), topic ? "" : "  ");
+  }
+  return finished;
+}
+
+}  // namespace
+
+void add_list(CLI::App& program, Action& action) {
+  CLI::App& list_app = *program.add_subcommand("list", "what is here, with one line each");
+  struct Flags {
+    Text topic;
+    bool json = false;
+  };
+  const auto flags = std::make_shared<Flags>();
+  list_app.add_option("topic", flags->topic, "methods, solvers, scenarios, references or statuses [all]")
+      ->type_name("TOPIC");
+  list_app.add_flag("--json", flags->json, "as JSON");
+  list_app.callback([flags, &action] { action = [flags] { return list(flags->topic, flags->json); }; });
+}
+
+}  // namespace cb

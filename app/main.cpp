@@ -1,0 +1,73 @@
+#include <dlfcn.h>
+#include <fmt/format.h>
+
+#include <csignal>
+#include <cstdio>
+
+#include "commands.h"
+#include "flags.h"
+#include "scenario/scenario.h"
+#include "versions.h"
+
+namespace {
+
+/// Results and timings must not depend on how many cores there are. A BLAS reads its environment before main starts,
+/// so it is told here, where there is one that listens.
+void use_one_thread() {
+  for (const char* setter : {"openblas_set_num_threads", "omp_set_num_threads", "MKL_Set_Num_Threads"})
+    if (void* found = dlsym(RTLD_DEFAULT, setter)) reinterpret_cast<void (*)(int)>(found)(1);
+}
+
+int say(const std::string& command, const std::string& message, int code) {
+  fmt::print(stderr, "contactbench{}{}: {}\n", command.empty() ? "" : " ", command, message);
+  return code;
+}
+
+/// Runs one command line; every failure ends here, as one message and an exit code.
+int run(int argc, char** argv) {
+  CLI::App program{"Contact models for rigid bodies, compared on the same scenes", "contactbench"};
+  program.set_version_flag("--version", cb::version_line());
+  program.footer(
+      "Exit codes: 0 finished; 1 a fault in the program; 2 wrong flags or input, nothing written;\n"
+      "3 did not finish, for a reason that `contactbench list statuses` explains.\n"
+      "Example: contactbench run sticking_box.xml --method ap --solver lemke --k 8");
+
+  cb::Action action;
+  cb::add_run(program, action);
+  cb::add_check(program, action);
+  cb::add_list(program, action);
+
+  std::string command;
+  try {
+    if (argc < 2) throw cb::UsageError("a command is missing: " + cb::commands_of(program));
+    cb::check_command(program, argv[1]);
+    if (argv[1][0] != '-') command = argv[1];
+    program.parse(argc, argv);
+    if (!action) throw cb::UsageError("a command is missing: " + cb::commands_of(program));
+    return action();
+  } catch (const CLI::Success& request) {  // --help, --version
+    return program.exit(request);
+  } catch (const CLI::ExtrasError&) {
+    return say(command, cb::unknown_flag(program, command), cb::wrong_input);
+  } catch (const CLI::ParseError& error) {
+    return say(command, error.what(), cb::wrong_input);
+  } catch (const cb::UsageError& error) {
+    return say(command, error.what(), cb::wrong_input);
+  } catch (const cb::InputError& error) {
+    return say(command, error.what(), cb::wrong_input);
+  } catch (const std::exception& error) {
+    return say(command, std::string("a fault in the program: ") + error.what(), cb::program_fault);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);  // a reader that left is an error like any other
+  std::signal(SIGXFSZ, SIG_IGN);  // and so is a file that may not grow
+  use_one_thread();
+  const int code = run(argc, argv);
+  if ((std::fflush(stdout) != 0 || std::ferror(stdout) != 0) && code == cb::finished)
+    return say("", "standard output cannot be written", cb::not_finished);
+  return code;
+}

@@ -1,0 +1,396 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <new>
+
+#include "commands.h"
+#include "evaluation/scene_errors.h"
+#include "flags.h"
+#include "limits.h"
+#include "output/number.h"
+#include "output/progress.h"
+#include "output/run_files.h"
+#include "output/summary.h"
+#include "scenario/near_name.h"
+#include "versions.h"
+
+namespace cb {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+/// The command line of `run`, as text.
+struct RunFlags {
+  std::string scenario, method;
+  Text variant, solver, k, epsilon, epsilon_relative, restitution, friction, step, duration, compression_bound,
+      regularise, record_every, time_limit, memory_limit, out;
+  std::vector<std::string> set;
+  bool quiet = false, json = false;
+};
+
+/// A run that is known to be possible, but for what the disk and the solvers say.
+struct RunPlan {
+  Scenario scenario;
+  const MethodRow* method = nullptr;
+  MethodOptions options;
+  std::string unavailable;  ///< why the solver cannot be used here; empty where it can
+  SimulationOptions simulation;
+  long record_every = 1;
+  std::optional<double> time_limit_s, memory_limit_mb;
+  fs::path out;
+  bool quiet = false, json = false;
+  RunSummary summary;  ///< what is known before the run
+};
+
+/// A choice among the names that a method has, the first where nothing was asked for.
+std::string pick(const char* flag, const Text& asked, std::string_view method, const std::vector<std::string>& names) {
+  if (!asked) return names.empty() ? std::string() : names.front();
+  if (names.empty())
+    throw UsageError(fmt::format("--{0} {1}: {2} has no {0} to choose; leave --{0} out", flag, *asked, method));
+  if (std::find(names.begin(), names.end(), *asked) == names.end())
+    throw UsageError(
+        fmt::format("--{} {}: {} has no such {}; {}", flag, *asked, method, flag, suggest(*asked, names, "there are")));
+  return *asked;
+}
+
+/// Does the method understand the flag? Asking for one that it has no use for is an error.
+bool understands(const MethodRow& method, std::string_view flag, const Text& asked) {
+  const auto has = [&](const MethodRow& row) {
+    return std::any_of(row.options.begin(), row.options.end(), [&](const auto& o) { return o.flag == flag; });
+  };
+  if (has(method)) return true;
+  if (!asked) return false;
+  std::vector<std::string> others;
+  for (const MethodRow& row : methods())
+    if (has(row)) others.emplace_back(row.name);
+  throw UsageError(fmt::format("--{} {}: --method {} has no use for it, only {} has; leave it out", flag, *asked,
+                               method.name, join(others)));
+}
+
+MethodOptions method_options(const RunFlags& flags, const MethodRow& method, const Scenario& scenario) {
+  MethodOptions options;
+  std::vector<std::string> solvers, variants;
+  for (const SolverRow& row : method.solvers) solvers.emplace_back(row.name);
+  for (const std::string_view variant : method.variants) variants.emplace_back(variant);
+  options.solver = pick("solver", flags.solver, method.name, solvers);
+  options.variant = pick("variant", flags.variant, method.name, variants);
+
+  if (understands(method, "k", flags.k)) {
+    constexpr const char* expected = "an even number of edges, at least 4, as in --k 8";
+    options.k = scenario.k.value_or(options.k);
+    if (flags.k) options.k = static_cast<int>(whole_flag("k", *flags.k, 4, 1 << 20, expected));
+    if (options.k % 2 != 0) throw UsageError(fmt::format("--k {}: must be {}", options.k, expected));
+  }
+  const bool absolute = understands(method, "epsilon", flags.epsilon);
+  const bool relative = understands(method, "epsilon-relative", flags.epsilon_relative);
+  if (flags.epsilon && flags.epsilon_relative)
+    throw UsageError("--epsilon and --epsilon-relative exclude each other: give one of them");
+  if (absolute && flags.epsilon)
+    options.epsilon = positive_flag("epsilon", *flags.epsilon, "a positive number of joules, as in --epsilon 1e-12");
+  if (relative && flags.epsilon_relative)
+    options.epsilon_relative =
+        positive_flag("epsilon-relative", *flags.epsilon_relative,
+                      "a positive fraction of the kinetic energy, as in --epsilon-relative 1e-12");
+  if (understands(method, "compression-bound", flags.compression_bound)) {
+    options.compression_bound = scenario.compression_bound.value_or(options.compression_bound);
+    if (flags.compression_bound) options.compression_bound = on_off_flag("compression-bound", *flags.compression_bound);
+  }
+  if (understands(method, "regularise", flags.regularise) && flags.regularise)
+    options.regularise = number_flag("regularise", *flags.regularise, 0, HUGE_VAL, "a number of at least 0");
+  return options;
+}
+
+/// The part of a directory's name that a value makes.
+std::string file_name_part(const std::string& value) {
+  std::string part;
+  for (const char c : value) part += std::isalnum(static_cast<unsigned char>(c)) || std::strchr("+-._", c) ? c : '_';
+  return part;
+}
+
+/// results/runs/<scenario>__<method>[__<solver>][__<variant>][__k8][__eps1e-12][__<overrides>]
+fs::path default_directory(const RunFlags& flags, const RunPlan& plan) {
+  const MethodOptions& options = plan.options;
+  std::string name = plan.scenario.name + "__" + std::string(plan.method->name);
+  const auto add = [&](const std::string& part) { name += "__" + file_name_part(part); };
+  if (!options.solver.empty()) add(options.solver);
+  if (!options.variant.empty()) add(options.variant);
+  for (const OptionRow& row : plan.method->options) {
+    if (row.flag == "k") add(fmt::format("k{}", options.k));
+    if (row.flag == "epsilon" && !options.epsilon_relative) add("eps" + number_text(options.epsilon));
+  }
+  if (options.epsilon_relative) add("epsrel" + number_text(*options.epsilon_relative));
+  if (flags.compression_bound) add("bound-" + *flags.compression_bound);
+  if (flags.regularise) add("reg" + number_text(options.regularise));
+  if (flags.step) add("h" + number_text(plan.simulation.step));
+  if (flags.duration) add("T" + number_text(plan.simulation.duration));
+  if (plan.summary.friction) add("mu" + number_text(*plan.summary.friction));
+  if (plan.summary.restitution) add("e" + number_text(*plan.summary.restitution));
+  for (const auto& [key, value] : set_flags(flags.set)) add(key + value);
+  if (flags.record_every) add(fmt::format("every{}", plan.record_every));
+  return fs::path("results") / "runs" / name;
+}
+
+/// What is true of the run before it starts, and of one that is killed.
+RunSummary provisional_summary(const RunFlags& flags, const RunPlan& plan) {
+  RunSummary summary = plan.summary;
+  const Scenario& scenario = plan.scenario;
+  summary.scenario = scenario.name;
+  summary.file = scenario.file;
+  summary.title = scenario.title;
+  summary.parameters = scenario.parameters;
+  summary.requested = {flags.method, flags.solver.value_or(""), flags.variant.value_or("")};
+  summary.used = {std::string(plan.method->name), plan.options.solver, plan.options.variant};
+  summary.method_options = plan.options;
+  for (const OptionRow& row : plan.method->options) summary.method_flags.emplace_back(row.flag);
+  summary.simulation = plan.simulation;
+  summary.rotate_cone = scenario.rotate_cone;
+  summary.record_every = plan.record_every;
+  summary.time_limit_s = plan.time_limit_s;
+  summary.memory_limit_mb = plan.memory_limit_mb;
+  summary.versions = versions();
+  summary.machine = machine();
+  summary.reference_kind = name(scenario.reference.kind);
+  summary.reference_name = scenario.reference.name;
+  summary.status = Status::crash;
+  summary.reason = "did not finish: the program was killed, or the machine stopped";
+  return summary;
+}
+
+/// Flags, then the scenario, then both together: nothing is written before all of it is known to be right.
+RunPlan make_plan(const RunFlags& flags) {
+  RunPlan plan;
+  plan.method = &method_flag(flags.method);
+  constexpr const char* seconds = "a positive number of seconds";
+  const Overrides overrides = set_flags(flags.set);
+  std::optional<double> step, duration;
+  if (flags.step) step = positive_flag("step", *flags.step, seconds);
+  if (flags.duration) duration = positive_flag("duration", *flags.duration, seconds);
+  if (flags.friction)
+    plan.summary.friction = number_flag("friction", *flags.friction, 0, HUGE_VAL, "a coefficient of at least 0");
+  if (flags.restitution)
+    plan.summary.restitution = number_flag("restitution", *flags.restitution, 0, 1, "a number from 0 to 1");
+  if (flags.record_every)
+    plan.record_every = whole_flag("record-every", *flags.record_every, 0, 1L << 60,
+                                   "a whole number of steps: 1 keeps every step, 0 none");
+  if (flags.time_limit) plan.time_limit_s = positive_flag("time-limit", *flags.time_limit, seconds);
+  if (flags.memory_limit)
+    plan.memory_limit_mb = positive_flag("memory-limit", *flags.memory_limit, "a positive number of MB");
+  if (flags.out && flags.out->empty()) throw UsageError("--out '': must name a directory");
+  method_options(flags, *plan.method, Scenario());  // the flags by themselves
+
+  plan.scenario = load_scenario(find_scenario(flags.scenario), overrides);
+  for (PairLaw& law : plan.scenario.pairs.laws) {
+    if (plan.summary.friction) law.mu = *plan.summary.friction;
+    if (plan.summary.restitution) law.restitution = *plan.summary.restitution;
+  }
+  plan.options = method_options(flags, *plan.method, plan.scenario);
+  for (const SolverRow& row : plan.method->solvers)
+    if (row.name == plan.options.solver) plan.unavailable = row.unavailable;
+  plan.simulation.step = step.value_or(plan.scenario.step);
+  plan.simulation.duration = duration.value_or(plan.scenario.duration);
+  constexpr double most_steps = 1e12;  // decades of computing; far below what a step counter holds
+  if (plan.simulation.duration / plan.simulation.step > most_steps)
+    throw UsageError(fmt::format("--step {}: {:g} s would take more than {:g} steps; give a longer step",
+                                 number_text(plan.simulation.step), plan.simulation.duration, most_steps));
+  plan.out = flags.out ? fs::path(*flags.out) : default_directory(flags, plan);
+  plan.quiet = flags.quiet;
+  plan.json = flags.json;
+  plan.summary = provisional_summary(flags, plan);
+  return plan;
+}
+
+/// Has the disk no room (which a run reports in its summary), rather than the user no right to write here?
+bool is_full(int error) { return error == ENOSPC || error == EDQUOT || error == EFBIG || error == EIO; }
+
+[[noreturn]] void refuse_directory(const fs::path& what, const std::string& why) {
+  throw UsageError(fmt::format("--out: {} cannot be written: {}; name a directory that can, as in --out runs/mine",
+                               what.string(), why));
+}
+
+/// Ends a run with the status that a full disk or another failure of writing has.
+void fail_writing(RunSummary& summary, const std::string& path, int error) {
+  summary.status = Status::write_failed;
+  summary.reason = fmt::format("{} could not be written: {}", path, std::strerror(error));
+  summary.finished = false;
+}
+
+bool ends_run(Status status) { return status != Status::ok && status != Status::inaccurate; }
+
+/// Where a contact problem can be kept for `solve`; called with the problem and the name of its file without ending.
+using ProblemStore = std::function<void(const ContactProblem&, const std::string& name)>;
+
+/// The run itself. Fills in what came of it; may throw.
+void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors& errors, const ProblemStore& store,
+              RunSummary& summary) {
+  RunTally& tally = summary.tally;
+  Simulation simulation(plan.scenario, plan.simulation, plan.method->make(plan.options), plan.method->law);
+  simulation.on_event = [&](const EventRecord& event) {
+    errors.observe_event(event);
+    tally.observe_event(
+        event, Referee::holds(event.residuals, event.solution, plan.method->law, plan.simulation.accepted_residual));
+  };
+  Progress progress(!plan.quiet);
+  errors.observe_start(simulation.state());
+  files.start(simulation.state());
+
+  summary.status = Status::ok;
+  summary.reason.clear();
+  constexpr std::chrono::milliseconds between_flushes{500};
+  Clock::time_point now = Clock::now(), flushed = now;
+  while (simulation.step_index() < simulation.steps_total()) {
+    if (const Status stop = limits.check(now); stop != Status::ok) {
+      summary.status = stop;
+      summary.reason = limits.reason(stop);
+      break;
+    }
+    const StepRecord& record = simulation.step();
+    const bool last = ends_run(record.status);
+    tally.observe_step(record, !last);
+    if (!last) errors.observe_step(simulation.state(), record);
+
+    const Clock::time_point before_writing = Clock::now();
+    if (last)
+      files.last_step(record);
+    else
+      files.step(simulation.state(), record);
+    if (before_writing - flushed > between_flushes) {
+      files.flush();
+      flushed = before_writing;
+    }
+    now = Clock::now();
+    summary.write_s += std::chrono::duration<double>(now - before_writing).count();
+
+    if (last) {
+      summary.status = record.status;
+      summary.reason = simulation.reason();
+      if (store) store(simulation.problem(), "last_problem");
+      break;
+    }
+    if (!files.ok()) break;
+    progress.update(now, record.t, plan.simulation.duration, record.contacts);
+  }
+  files.flush();
+  progress.clear();
+  summary.finished = simulation.step_index() >= simulation.steps_total() && summary.status == Status::ok;
+}
+
+/// From a plan to an exit code. Whatever happens on the way, there is a summary.
+int execute(const RunPlan& plan) {
+  Limits limits(plan.time_limit_s, plan.memory_limit_mb);
+  RunSummary summary = plan.summary;
+
+  // The place of the summary first; then the other files, whose failure leaves no half-made run behind.
+  std::error_code refused;
+  fs::create_directories(plan.out, refused);
+  if (refused && !is_full(refused.value())) refuse_directory(plan.out, refused.message());
+  const fs::path summary_path = plan.out / "summary.json";
+  SummaryFile summary_file(summary_path, to_json(summary));
+  if (!summary_file.ok() && !refused && !is_full(summary_file.error()))
+    refuse_directory(summary_path, std::strerror(summary_file.error()));
+  RunFiles files(plan.out, plan.scenario.model, plan.record_every);
+  if (!files.ok() && !refused && !is_full(files.error())) {
+    fs::remove(summary_path, refused);
+    refuse_directory(files.failed_path(), std::strerror(files.error()));
+  }
+
+  const bool polygon = std::any_of(plan.method->options.begin(), plan.method->options.end(),
+                                   [](const OptionRow& row) { return row.flag == "k"; });
+  std::optional<SceneErrors> errors;
+  int code = not_finished;
+  try {
+    errors.emplace(plan.scenario, plan.simulation, polygon ? plan.options.k : 0);
+    if (!summary_file.ok()) {
+      fail_writing(summary, summary_path.string(), summary_file.error());
+    } else if (!plan.unavailable.empty()) {
+      files.start(plan.scenario.initial);
+      summary.status = Status::unavailable;
+      summary.reason = plan.unavailable;
+    } else {
+      simulate(plan, files, limits, *errors, ProblemStore(), summary);
+    }
+  } catch (const std::bad_alloc&) {
+    summary.status = Status::memory_limit;
+    summary.reason = limits.reason(Status::memory_limit);
+  } catch (const std::exception& error) {
+    summary.status = Status::crash;
+    summary.reason = error.what();
+    code = program_fault;
+  }
+  limits.lift();
+  files.flush();
+  if (!files.ok() && summary_file.ok()) fail_writing(summary, files.failed_path(), files.error());
+  if (summary.finished) {
+    code = finished;
+    if (summary.tally.inaccurate_events > 0) {
+      summary.status = Status::inaccurate;
+      summary.reason = fmt::format("{} of {} events beyond the accepted residual; the worst is {:.3g}, at t = {:.9g} s",
+                                   summary.tally.inaccurate_events, summary.tally.events,
+                                   summary.tally.residual_max.value_or(0), summary.tally.residual_max_t);
+    }
+  }
+  if (errors) summary.errors = errors->finish();
+  summary.peak_memory_mb = peak_memory_mb();
+  summary.wall_s = std::chrono::duration<double>(Clock::now() - limits.start()).count();
+
+  const std::string json = to_json(summary);
+  if (!summary_file.replace(json)) {
+    if (code == finished) code = not_finished;
+    fmt::print(stderr, "{}", json);
+  }
+  if (code != finished)
+    fmt::print(stderr, "contactbench run: {}: {} (at t = {:g} s; {})\n", name(summary.status), summary.reason,
+               summary.tally.t_reached, summary_file.ok() ? plan.out.string() : "the summary is above");
+  if (plan.json)
+    fmt::print("{}", json);
+  else if (!plan.quiet)
+    fmt::print("{}  files       {}\n", to_text(summary), plan.out.string());
+  return code;
+}
+
+}  // namespace
+
+void add_run(CLI::App& program, Action& action) {
+  CLI::App& run = *program.add_subcommand("run", "simulate one scene with one method");
+  const auto flags = std::make_shared<RunFlags>();
+  const auto add = [&](const char* flag, Text& value, const char* type, const char* summary) {
+    run.add_option(flag, value, summary)->type_name(type);
+  };
+  run.add_option("scenario", flags->scenario, "a scenario's XML file, or the name of one that comes with the program")
+      ->required()
+      ->type_name("SCENARIO.xml");
+  run.add_option("--method", flags->method, "contact model: see contactbench list methods")
+      ->required()
+      ->type_name("METHOD");
+  add("--variant", flags->variant, "NAME", "named reading of a model (newton: uncapped, stick-tested) [the first]");
+  add("--solver", flags->solver, "NAME", "see contactbench list solvers [the method's first]");
+  add("--k", flags->k, "EDGES", "ap: edges of the friction polygon, even, at least 4 [scenario, else 4]");
+  add("--epsilon", flags->epsilon, "J", "convex: suboptimality at which the solver may stop [1e-12]");
+  add("--epsilon-relative", flags->epsilon_relative, "FRACTION",
+      "convex: the same as a fraction of the kinetic energy before the event");
+  add("--restitution", flags->restitution, "E", "override every contact pair, 0 to 1 [scenario]");
+  add("--friction", flags->friction, "MU", "override every contact pair, at least 0 [scenario]");
+  add("--step", flags->step, "S", "step size in s [scenario]");
+  add("--duration", flags->duration, "S", "simulated time in s [scenario]");
+  run.add_option("--set", flags->set, "a parameter that the scenario declares; may be repeated")
+      ->type_name("NAME=VALUE")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  add("--compression-bound", flags->compression_bound, "on|off",
+      "convex: bound the sum of normal impulses of each island [scenario, else on]");
+  add("--regularise", flags->regularise, "E", "ap: add E to the diagonal, stated in every output [0]");
+  add("--record-every", flags->record_every, "N",
+      "keep each N-th step in trajectory.csv and steps.csv; 0: neither file [1]");
+  add("--time-limit", flags->time_limit, "S", "stop after S seconds of waiting, keep what there is [none]");
+  add("--memory-limit", flags->memory_limit, "MB", "stop beyond MB of memory, keep what there is [none]");
+  add("--out", flags->out, "DIR", "where the files go [results/runs/<scenario>__<method>...]");
+  run.add_flag("--quiet", flags->quiet, "no progress and no summary");
+  run.add_flag("--json", flags->json, "the summary as JSON on standard output");
+  run.callback([flags, &action] { action = [flags] { return execute(make_plan(*flags)); }; });
+}
+
+}  // namespace cb

@@ -1,0 +1,23 @@
+# Writes version_stamp.h where it is not already as it should be. Run as a script at build time.
+set(git unknown)
+if(GIT)
+  execute_process(COMMAND ${GIT} -C ${SOURCE} describe --always --dirty --abbrev=12
+                  OUTPUT_VARIABLE answer OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET RESULT_VARIABLE failed)
+  if(NOT failed)
+    set(git ${answer})
+  endif()
+endif()
+string(CONCAT text
+  "#pragma once\n"
+  "#define CONTACTBENCH_VERSION \"${VERSION}\"\n"
+  "#define CONTACTBENCH_GIT \"${git}\"\n"
+  "#define CONTACTBENCH_COMPILER \"${COMPILER}\"\n"
+  "#define CONTACTBENCH_FLAGS \"${FLAGS}\"\n"
+  "#define CONTACTBENCH_SUITESPARSE \"${SUITESPARSE}\"\n")
+set(before "")
+if(EXISTS ${OUTPUT})
+  file(READ ${OUTPUT} before)
+endif()
+if(NOT text STREQUAL before)
+  file(WRITE ${OUTPUT} "${text}")
+endif()

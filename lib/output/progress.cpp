@@ -1,0 +1,27 @@
+#include "output/progress.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+
+namespace cb {
+
+Progress::Progress(bool wanted) : active_(wanted && isatty(STDERR_FILENO) == 1) {}
+
+void Progress::print(Clock::time_point now, double t, double duration, int contacts) {
+  next_ = now + interval;
+  shown_ = true;
+  const double spent = std::chrono::duration<double>(now - start_).count();
+  const auto left = t > 0 ? static_cast<long>(spent * (duration - t) / t + 0.5) : 0;
+  fmt::print(stderr, "\r{:.3f} of {:g} s ({:.0f} %), {} contacts, {}:{:02}:{:02} left\033[K", t, duration,
+             100 * t / duration, contacts, left / 3600, left / 60 % 60, left % 60);
+  std::fflush(stderr);
+}
+
+void Progress::clear() {
+  if (shown_) fmt::print(stderr, "\r\033[K");
+  shown_ = false;
+}
+
+}  // namespace cb

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "output/row_file.h"
+#include "simulation/simulation.h"
+
+namespace cb {
+
+/// Header rows of the files of a run (spec: contract.md), line break included; fixed once published.
+inline constexpr std::string_view trajectory_header = "t,body,px,py,pz,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n";
+inline constexpr std::string_view steps_header =
+    "step,t,events,contacts,size,iterations,status,claimed_residual,residual,law_residual,gap,infeasibility,"
+    "event_energy_gain,max_penetration,kinetic_energy,potential_energy,dynamics_s,collision_s,assembly_s,solve_s,"
+    "step_s\n";
+
+/// One row of steps.csv, line break included; `out` needs `steps_row_room`. Residuals of a step without an event are
+/// empty cells.
+char* print_step(char* out, const StepRecord& record);
+inline constexpr std::size_t steps_row_room = 22 * 32;
+
+/// trajectory.csv and steps.csv of one run. Does not allocate after construction.
+class RunFiles {
+ public:
+  /// Empties or creates the files in `directory`; `every` = 0 leaves both out and removes those of an earlier run.
+  RunFiles(const std::filesystem::path& directory, const Model& model, long every);
+
+  bool ok() const { return error() == 0; }
+  /// errno of the first failure, 0 where there is none.
+  int error() const;
+  /// The file that failed first.
+  const std::string& failed_path() const;
+
+  /// Bodies at t = 0.
+  void start(const State& state);
+  /// A step that was completed: rows for each `every`-th.
+  void step(const State& state, const StepRecord& record);
+  /// A step that ended the run: its row of steps.csv, whatever `every` is. Its state is not the end of a step and is
+  /// left out.
+  void last_step(const StepRecord& record);
+  /// Whole rows to the disk, where a killed run leaves them.
+  void flush();
+
+ private:
+  void write_bodies(const State& state);
+
+  long every_;
+  std::vector<std::string> names_;  // per body, as a cell between commas
+  std::optional<RowFile> trajectory_, steps_;
+};
+
+}  // namespace cb

@@ -1,0 +1,189 @@
+#include "output/summary.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <nlohmann/json.hpp>
+
+#include "output/row_file.h"
+
+namespace cb {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json text(const std::string& value) { return value.empty() ? Json() : Json(value); }
+template <class T>
+Json maybe(const std::optional<T>& value) {
+  return value ? Json(*value) : Json();
+}
+Json choice(const Choice& of) {
+  return {{"method", text(of.method)}, {"solver", text(of.solver)}, {"variant", text(of.variant)}};
+}
+
+Json options(const RunSummary& run) {
+  const MethodOptions& method = run.method_options;
+  const auto understood = [&](const char* flag, Json value) {
+    const bool known = std::find(run.method_flags.begin(), run.method_flags.end(), flag) != run.method_flags.end();
+    return known ? value : Json();
+  };
+  const SimulationOptions& simulation = run.simulation;
+  return {{"step", simulation.step},
+          {"duration", simulation.duration},
+          {"k", understood("k", method.k)},
+          {"epsilon", understood("epsilon", method.epsilon_relative ? Json() : Json(method.epsilon))},
+          {"epsilon_relative", understood("epsilon-relative", maybe(method.epsilon_relative))},
+          {"compression_bound", understood("compression-bound", method.compression_bound ? "on" : "off")},
+          {"regularise", understood("regularise", method.regularise)},
+          {"restitution", maybe(run.restitution)},
+          {"friction", maybe(run.friction)},
+          {"rotate_cone", run.rotate_cone},
+          {"record_every", run.record_every},
+          {"accepted_residual", simulation.accepted_residual},
+          {"closed_gap", simulation.closed_gap},
+          {"approach", simulation.approach},
+          {"event_cap", simulation.event_cap},
+          {"blowup_factor", simulation.blowup_factor},
+          {"penetration_limit", simulation.penetration_limit},
+          {"time_limit_s", maybe(run.time_limit_s)},
+          {"memory_limit_mb", maybe(run.memory_limit_mb)}};
+}
+
+}  // namespace
+
+std::string_view name(ReferenceKind kind) {
+  switch (kind) {
+    case ReferenceKind::analytic:
+      return "analytic";
+    case ReferenceKind::certified:
+      return "certified";
+    case ReferenceKind::missing:
+      break;
+  }
+  return "missing";
+}
+
+std::string to_json(const RunSummary& run) {
+  const RunTally& tally = run.tally;
+  Json parameters = Json::object(), errors = Json::object();
+  for (const auto& [key, value] : run.parameters) parameters[key] = value;
+  for (const auto& [key, value] : run.errors) errors[key] = value;
+
+  Json json = {
+      {"scenario", run.scenario},
+      {"file", run.file},
+      {"title", run.title},
+      {"parameters", parameters},
+      {"method", run.used.method},
+      {"solver", text(run.used.solver)},
+      {"variant", text(run.used.variant)},
+      {"requested", choice(run.requested)},
+      {"used", choice(run.used)},
+      {"options", options(run)},
+      {"status", name(run.status)},
+      {"reason", text(run.reason)},
+      {"finished", run.finished},
+      {"t_reached", tally.t_reached},
+      {"steps", tally.steps},
+      {"events", tally.events},
+      {"contacts_max", tally.contacts_max},
+      {"solves", tally.solves},
+      {"iterations_total", tally.iterations},
+      {"time",
+       {{"total_s", tally.times.step_s},
+        {"dynamics_s", tally.times.dynamics_s},
+        {"collision_s", tally.times.collision_s},
+        {"assembly_s", tally.times.assembly_s},
+        {"solve_s", tally.times.solve_s},
+        {"write_s", run.write_s},
+        {"wall_s", run.wall_s}}},
+      {"peak_memory_mb", run.peak_memory_mb},
+      {"reference", {{"kind", text(run.reference_kind)}, {"name", text(run.reference_name)}}},
+      {"errors", errors},
+      {"residuals",
+       {{"max", maybe(tally.residual_max)},
+        {"median", maybe(tally.residuals.median())},
+        {"false_claims", tally.false_claims},
+        {"inaccurate_events", tally.inaccurate_events},
+        {"claimed_max", maybe(tally.claimed_max)},
+        {"law_max", maybe(tally.law_max)},
+        {"gap_max_j", maybe(tally.gap_max)},
+        {"infeasibility_max", maybe(tally.infeasibility_max)}}},
+      {"energy", {{"max_gain_j", maybe(tally.gain_max)}, {"max_gain_relative", maybe(tally.gain_relative_max)}}},
+      {"max_penetration", tally.penetration_max},
+      {"left_out", run.left_out},
+      {"versions",
+       {{"contactbench", run.versions.contactbench},
+        {"git", run.versions.git},
+        {"compiler", run.versions.compiler},
+        {"flags", run.versions.flags},
+        {"eigen", run.versions.eigen},
+        {"suitesparse", run.versions.suitesparse}}},
+      {"machine", {{"cpu", run.machine.cpu}, {"cores", run.machine.cores}, {"os", run.machine.os}}}};
+  // A file name may hold bytes that are no UTF-8; the summary must not fail over it.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+std::string to_text(const RunSummary& run) {
+  const RunTally& tally = run.tally;
+  const auto measured = [](const std::optional<double>& x) { return x ? fmt::format("{:.3g}", *x) : "-"; };
+  std::string out = fmt::format("{}: {}", run.scenario, run.used.method);
+  for (const std::string& part : {run.used.solver, run.used.variant})
+    if (!part.empty()) out += ", " + part;
+  out += fmt::format(": {}{}{}\n", name(run.status), run.reason.empty() ? "" : ": ", run.reason);
+  out += fmt::format("  reached     {:g} of {:g} s in {} steps of {:g} s, {} events, at most {} contacts\n",
+                     tally.t_reached, run.simulation.duration, tally.steps, run.simulation.step, tally.events,
+                     tally.contacts_max);
+  out += fmt::format("  time        {:.3g} s simulating ({:.3g} s solving), {:.3g} s writing", tally.times.step_s,
+                     tally.times.solve_s, run.write_s);
+  if (tally.steps > 0)
+    out += fmt::format("; {:.3g} us a step", 1e6 * tally.times.step_s / static_cast<double>(tally.steps));
+  out += fmt::format("\n  residual    max {}, median {}; {} false claims\n", measured(tally.residual_max),
+                     measured(tally.residuals.median()), tally.false_claims);
+  if (tally.gap_max)
+    out += fmt::format("  gap         {} J, infeasibility {}\n", measured(tally.gap_max),
+                       measured(tally.infeasibility_max));
+  out += fmt::format("  energy      largest gain of an event {} J\n", measured(tally.gain_max));
+  if (!run.errors.empty()) {
+    out += fmt::format("  errors      against the {} reference {}\n", run.reference_kind, run.reference_name);
+    std::size_t width = 0;
+    for (const auto& error : run.errors) width = std::max(width, error.first.size());
+    for (const auto& [key, value] : run.errors) out += fmt::format("    {:{}}  {:.6g}\n", key, width, value);
+  }
+  return out;
+}
+
+SummaryFile::SummaryFile(const std::filesystem::path& path, const std::string& provisional) {
+  file_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (file_ < 0) {
+    error_ = errno;
+    return;
+  }
+  std::string text = provisional;
+  text.resize(text.size() + reserve, ' ');
+  text.back() = '\n';
+  size_ = write_all(file_, text, 0, error_);
+  // Half a reserved place would be no readable summary.
+  if (error_ != 0 && ::ftruncate(file_, 0) != 0) return;
+}
+
+SummaryFile::~SummaryFile() {
+  if (file_ >= 0) ::close(file_);
+}
+
+bool SummaryFile::replace(const std::string& text) {
+  if (file_ < 0 || error_ != 0) return false;
+  // One write over what is there already, then cut: at no time is the file without a whole summary but inside the
+  // write.
+  std::string padded = text;
+  padded.resize(std::max(size_, text.size()), ' ');
+  write_all(file_, padded, 0, error_);
+  if (error_ == 0 && ::ftruncate(file_, static_cast<long>(text.size())) != 0) error_ = errno;
+  return error_ == 0;
+}
+
+}  // namespace cb

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "output/machine.h"
+#include "output/tally.h"
+
+namespace cb {
+
+/// What the program was made from.
+struct Versions {
+  std::string contactbench, git, compiler, flags, eigen, suitesparse;
+};
+
+/// Method, solver and variant by name; empty: none.
+struct Choice {
+  std::string method, solver, variant;
+};
+
+/// Everything needed to repeat and to judge a run: summary.json.
+struct RunSummary {
+  // What was asked.
+  std::string scenario, file, title;
+  std::vector<std::pair<std::string, std::string>> parameters;
+  Choice requested, used;
+  MethodOptions method_options;
+  std::vector<std::string> method_flags;  ///< those that the method understands; the others are null
+  SimulationOptions simulation;
+  std::optional<double> restitution, friction;  ///< overrides of every pair
+  double rotate_cone = 0;                       ///< rad
+  long record_every = 1;
+  std::optional<double> time_limit_s, memory_limit_mb;
+  Versions versions;
+  Machine machine;
+
+  // What came of it.
+  Status status = Status::ok;
+  std::string reason;  ///< one line where status is not ok
+  bool finished = false;
+  RunTally tally;
+  std::string reference_kind, reference_name;
+  std::vector<std::pair<std::string, double>> errors;
+  std::vector<std::string> left_out;
+  double write_s = 0;  ///< spent on trajectory.csv and steps.csv
+  double wall_s = 0;   ///< all of it, by the clock on the wall
+  double peak_memory_mb = 0;
+};
+
+std::string_view name(ReferenceKind kind);
+
+/// The text of summary.json. Non-finite numbers are null.
+std::string to_json(const RunSummary& summary);
+/// A few lines for people.
+std::string to_text(const RunSummary& summary);
+
+/// summary.json, its place reserved before the run starts so that a full disk can refuse it only then.
+class SummaryFile {
+ public:
+  /// Writes `provisional` (what is true of a run that gets killed) with white space after it.
+  SummaryFile(const std::filesystem::path& path, const std::string& provisional);
+  SummaryFile(const SummaryFile&) = delete;
+  SummaryFile& operator=(const SummaryFile&) = delete;
+  ~SummaryFile();
+
+  bool ok() const { return error_ == 0; }
+  /// errno of the first failure, 0 where there is none.
+  int error() const { return error_; }
+  /// Puts the final text in the reserved place. False where that fails; `text` is then not on the disk.
+  bool replace(const std::string& text);
+
+  /// Characters beyond the provisional text that the final one may grow by without asking the disk for more.
+  static constexpr std::size_t reserve = 16384;
+
+ private:
+  int file_ = -1;
+  int error_ = 0;
+  std::size_t size_ = 0;
+};
+
+}  // namespace cb

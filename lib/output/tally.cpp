@@ -1,0 +1,97 @@
+#include "output/tally.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace cb {
+
+namespace {
+
+// Buckets: 0 for zero and what is below 2^-130, then 64 an octave up to 2^126; the last takes the rest.
+constexpr int lowest_exponent = -130, octaves = 256, per_octave_bits = 6;
+constexpr std::size_t buckets = (std::size_t(octaves) << per_octave_bits) + 1;
+
+void raise(std::optional<double>& worst, double x) {
+  if (std::isfinite(x) && (!worst || x > *worst)) worst = x;
+}
+void raise(std::optional<double>& worst, const std::optional<double>& x) {
+  if (x) raise(worst, *x);
+}
+
+}  // namespace
+
+StreamMedian::StreamMedian() : counts_(buckets) { first_.reserve(kept); }
+
+std::size_t StreamMedian::bucket(double x) {
+  if (!(x >= std::ldexp(1.0, lowest_exponent))) return 0;
+  // The leading bits of a positive double order as the double does: exponent, then the top of the mantissa.
+  const auto bits = std::bit_cast<std::uint64_t>(x) >> (52 - per_octave_bits);
+  const auto lowest = static_cast<std::uint64_t>(lowest_exponent + 1023) << per_octave_bits;
+  return std::min<std::size_t>(1 + bits - lowest, buckets - 1);
+}
+
+double StreamMedian::value(std::size_t bucket) {
+  if (bucket == 0) return 0;
+  const auto lowest = static_cast<std::uint64_t>(lowest_exponent + 1023) << per_octave_bits;
+  const std::uint64_t half = std::uint64_t(1) << (51 - per_octave_bits);
+  return std::bit_cast<double>(((lowest + bucket - 1) << (52 - per_octave_bits)) + half);
+}
+
+void StreamMedian::add(double x) {
+  if (first_.size() < kept) first_.push_back(x);
+  ++counts_[bucket(x)];
+  ++total_;
+}
+
+std::optional<double> StreamMedian::median() const {
+  if (total_ == 0) return std::nullopt;
+  if (total_ == static_cast<std::int64_t>(first_.size())) {
+    std::vector<double> sorted = first_;
+    std::sort(sorted.begin(), sorted.end());
+    const std::size_t half = sorted.size() / 2;
+    return sorted.size() % 2 == 1 ? sorted[half] : 0.5 * (sorted[half - 1] + sorted[half]);
+  }
+  std::int64_t below = 0;
+  std::size_t b = 0;
+  while (2 * (below + counts_[b]) < total_) below += counts_[b++];
+  return value(b);
+}
+
+void RunTally::observe_event(const EventRecord& event, bool holds) {
+  if (!holds) ++inaccurate_events;
+  contacts_max = std::max(contacts_max, event.problem.nc());
+  const Residuals& checked = event.residuals;
+  if (std::isfinite(checked.model)) residuals.add(checked.model);
+  raise(gain_max, checked.energy_gain);
+  if (checked.energy_before > 0) raise(gain_relative_max, checked.energy_gain / checked.energy_before);
+}
+
+void RunTally::observe_step(const StepRecord& record, bool completed) {
+  if (completed) {
+    ++steps;
+    t_reached = record.t;
+  }
+  events += record.events;
+  solves += record.solves;
+  iterations += record.iterations;
+  false_claims += record.false_claims;
+  penetration_max = std::max(penetration_max, record.max_penetration);
+  if (record.events > 0) {
+    if (record.events == 1) contacts_max = std::max(contacts_max, record.contacts);
+    if (!residual_max || record.residual > *residual_max) residual_max_t = record.t;
+    raise(residual_max, record.residual);
+    raise(claimed_max, record.claimed_residual);
+    raise(law_max, record.law_residual);
+    raise(infeasibility_max, record.infeasibility);
+    if (record.gap && std::isfinite(*record.gap) && (!gap_max || std::abs(*record.gap) > std::abs(*gap_max)))
+      gap_max = record.gap;
+  }
+  times.dynamics_s += record.times.dynamics_s;
+  times.collision_s += record.times.collision_s;
+  times.assembly_s += record.times.assembly_s;
+  times.solve_s += record.times.solve_s;
+  times.step_s += record.times.step_s;
+}
+
+}  // namespace cb

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "simulation/simulation.h"
+
+namespace cb {
+
+/// Median of a stream of numbers >= 0 in bounded memory: exact for up to `kept` numbers, beyond that to 1/64 (the width
+/// of a bucket of the histogram that takes over). Depends on the numbers only, not on their order.
+class StreamMedian {
+ public:
+  StreamMedian();
+  void add(double x);
+  /// None where nothing was added.
+  std::optional<double> median() const;
+
+  static constexpr std::size_t kept = std::size_t(1) << 16;
+
+ private:
+  static std::size_t bucket(double x);
+  static double value(std::size_t bucket);
+
+  std::vector<double> first_;
+  std::vector<std::int64_t> counts_;
+  std::int64_t total_ = 0;
+};
+
+/// What summary.json says of a run as a whole, gathered step by step in bounded memory.
+struct RunTally {
+  long steps = 0;        ///< completed
+  double t_reached = 0;  ///< s, end of the last completed step
+  long long events = 0, solves = 0, iterations = 0;
+  int contacts_max = 0;  ///< in one event
+  long long false_claims = 0, inaccurate_events = 0;
+  std::optional<double> residual_max, claimed_max, law_max;
+  std::optional<double> gap_max;  ///< J, the one of largest magnitude
+  std::optional<double> infeasibility_max;
+  double residual_max_t = 0;                          ///< s, step in which residual_max was met
+  std::optional<double> gain_max, gain_relative_max;  ///< J, -: of one event; negative where every event loses
+  double penetration_max = 0;                         ///< m
+  StepTimes times;
+  StreamMedian residuals;
+
+  /// An event that was solved; `holds`: did the referee accept it?
+  void observe_event(const EventRecord& event, bool holds);
+  /// Every step, the one that ends the run (`completed` = false) included.
+  void observe_step(const StepRecord& record, bool completed);
+};
+
+}  // namespace cb
