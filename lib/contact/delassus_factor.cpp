@@ -7,9 +7,10 @@
 //   bodies gives J the sparsity that its true Jacobian has. Everything is done on W scaled to w_i = trace(W_ii)/3 = 1,
 //   and checked: where W - J J^T is not at rounding, the connected part is factored again by its full
 //   eigendecomposition, which is slower, dense, and as exact as W allows.
-// v_minus: the v of least norm with J v = q, by Tikhonov steps (J^T J + d) dv = J^T (q - J v): parts of q that only
-//   directions of nearly no mobility could explain stay in the offset, where they are exact. v_minus matters to
-//   nobody's impulses; it gives the energy before the event a meaningful size.
+// v_minus: the v of least norm with J v = q, by Tikhonov steps (J^T J + d) dv = J^T (q - J v), with the smallest d that
+//   keeps its kinetic energy within a bound: parts of q that only directions of nearly no mobility could explain (data
+//   with few digits) stay in the offset, where they are exact. v_minus matters to nobody's impulses; it gives the
+//   energy before the event, to which tolerances refer, its size.
 // Source: our own; block elimination after any textbook.
 // Fails (returns a message): W_ii without mobility, an eigenvalue that is clearly negative, a part too large for the
 //   eigendecomposition where that is needed.
@@ -20,6 +21,7 @@
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <vector>
 
@@ -31,8 +33,11 @@ using Sparse = Eigen::SparseMatrix<double>;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double tikhonov = 1e-6;  // d above, against a scaled J^T J
+constexpr double tikhonov_first = 1e-8;  // d above, against a scaled J^T J
+constexpr double tikhonov_growth = 100;  // from one d to the next
+constexpr double tikhonov_last = 1;
 constexpr int tikhonov_steps = 6;
+constexpr double energy_bound = 100;  // kinetic energy of v_minus over that of the contacts one by one, sum q^2 / (2 w)
 
 // One block of columns of J: dense rows of some contacts.
 struct Columns {
@@ -183,6 +188,12 @@ double error_of(const Sparse& W, const std::vector<int>& part, int p, const std:
   return worst;
 }
 
+std::string shown(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", x);
+  return text;
+}
+
 // The part's full eigendecomposition; negative eigenvalues down to the tolerance are set to zero.
 std::string decompose(const Sparse& W, const std::vector<int>& contacts, const DelassusFactorOptions& options,
                       std::vector<Columns>& columns, DelassusFactorReport& report, double& error) {
@@ -204,8 +215,7 @@ std::string decompose(const Sparse& W, const std::vector<int>& contacts, const D
   const double negative = std::max(0.0, -lambda[0]) / largest;
   report.most_negative = std::max(report.most_negative, negative);
   if (!(negative <= options.negative_tolerance))
-    return "W is not positive semidefinite: its smallest eigenvalue is " + std::to_string(-negative) +
-           " of its largest";
+    return "W is not positive semidefinite: its smallest eigenvalue is -" + shown(negative) + " of its largest";
   const double rounding = 4e-16 * static_cast<double>(n) * largest;
   Eigen::Index drop = 0;
   while (drop < n && lambda[drop] <= rounding) ++drop;
@@ -235,12 +245,18 @@ void split_velocity(std::span<const double> q, const VectorXd& scale, ContactPro
   VectorXd rest(rows), v = VectorXd::Zero(nv);
   for (int i = 0; i < rows; ++i) rest[i] = q[i] / scale[i / 3];
   const VectorXd target = rest;
-  Sparse normal = J.transpose() * J;
-  for (int i = 0; i < nv; ++i) normal.coeffRef(i, i) += tikhonov;
-  const Eigen::SimplicialLDLT<Sparse> factor(normal);
-  for (int step = 0; step < tikhonov_steps && factor.info() == Eigen::Success; ++step) {
-    v += factor.solve(J.transpose() * rest);
-    rest = target - J * v;
+  const Sparse normal = J.transpose() * J;
+  Sparse unit(nv, nv);
+  unit.setIdentity();
+  for (double d = tikhonov_first; d <= tikhonov_last; d *= tikhonov_growth) {
+    const Eigen::SimplicialLDLT<Sparse> factor(normal + d * unit);
+    v.setZero();
+    rest = target;
+    for (int step = 0; step < tikhonov_steps && factor.info() == Eigen::Success; ++step) {
+      v += factor.solve(J.transpose() * rest);
+      rest = target - J * v;
+    }
+    if (v.squaredNorm() <= energy_bound * target.squaredNorm()) break;
   }
   if (!v.allFinite()) v.setZero();
   problem.v_minus.assign(v.data(), v.data() + nv);
@@ -261,8 +277,8 @@ std::string factor_delassus(const Sparse& W, std::span<const double> q, const De
   for (int c = 0; c < nc; ++c) {
     const double w = (W.coeff(3 * c, 3 * c) + W.coeff(3 * c + 1, 3 * c + 1) + W.coeff(3 * c + 2, 3 * c + 2)) / 3;
     if (!(w > 0))
-      return "contact " + std::to_string(c) + " has no mobility (the diagonal block of W has trace " +
-             std::to_string(3 * w) + "); both its sides are fixed";
+      return "contact " + std::to_string(c) + " has no mobility (the diagonal block of W has trace " + shown(3 * w) +
+             "); both its sides are fixed";
     scale[c] = std::sqrt(w);
   }
   Sparse scaled = W;

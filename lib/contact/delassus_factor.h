@@ -15,8 +15,9 @@ struct DelassusFactorOptions {
   double rank_tolerance = 1e-11;
   /// |W - J J^T| (scaled) that the sparse elimination may leave; beyond, the eigendecomposition takes its place.
   double sparse_error = 1e-13;
-  /// -(smallest eigenvalue of W) over the largest (scaled) that counts as rounding and is set to zero; beyond: refused.
-  double negative_tolerance = 1e-10;
+  /// -(smallest eigenvalue of W) over the largest (scaled) that counts as rounding (W written with
+  /// seven digits) and is set to zero, with a note; beyond: refused.
+  double negative_tolerance = 1e-6;
   /// Largest connected part of W, in rows, that the eigendecomposition takes (8 n^2 bytes three times).
   int dense_rows = 3000;
 };

@@ -20,8 +20,9 @@ struct ProblemFileOptions {
   bool symmetrise = false;
   /// max |W - W^T| / max |W| that counts as rounding, -; larger: more is averaged away without being asked for.
   double symmetry_tolerance = 1e-12;
-  /// -(smallest eigenvalue of W) / largest that counts as rounding, -, without and with symmetrise.
-  double negative_tolerance = 1e-10;
+  /// -(smallest eigenvalue of W) / largest that counts as rounding (of seven digits) and is set to zero with a note, -,
+  /// without and with symmetrise.
+  double negative_tolerance = 1e-6;
   double negative_tolerance_symmetrised = 1e-3;
 };
 
