@@ -12,41 +12,55 @@ namespace cb {
 /// Convex program over second-order cones, in sparse variables (v and r):
 ///   minimise    1/2 v.M v        with v = v0 + M^-1 J^T r   (v0 = v_minus)
 ///   subject to  N v + w_n >= 0                      (where `bounded_below`; N: first row of each band)
+///               N v + w_n = 0                       (where `fixed` says so)
 ///               r_i in K_i = { |r_t| <= mu_i r_n }   (band i of J; mu_i = 0 leaves r_n >= 0, r_t = 0)
-///               sum of r_n over group g <= kappa_g  (where kappa is given)
+///               sum of all r_n <= kappa             (where kappa is finite)
 /// In terms of r alone the objective is 1/2 r.W r + r.(J v0 + w) up to a constant, W = J M^-1 J^T.
-/// Views only: the caller keeps the data alive.
+/// One program is one island: what does not touch is solved apart. Views only: the caller keeps the data alive.
 struct ConeProgram {
   const BlockDiagonalMatrix* M = nullptr;
+  const BlockCholesky* factor = nullptr;  ///< of M
   const BandMatrix* J = nullptr;
   const std::vector<double>* v0 = nullptr;      ///< nv
   const std::vector<double>* offset = nullptr;  ///< 3 nc, w
   const std::vector<double>* mu = nullptr;      ///< nc
+  const std::vector<double>* weight = nullptr;  ///< nc, a typical diagonal entry of W_ii, 1/kg, > 0: scales tolerances
   bool bounded_below = false;                   ///< N v + w_n >= 0 enforced?
-  const std::vector<int>* group = nullptr;      ///< nc, group of each band; nullptr: no bound
-  const std::vector<double>* kappa = nullptr;   ///< per group, >= 0
+  bool fixed = false;                           ///< N v + w_n = 0 enforced on all bands?
+  double kappa = std::numeric_limits<double>::infinity();  ///< N s, >= 0
+
+  int nc() const { return J->bands(); }
+  int nv() const { return M->order(); }
+  bool has_eta() const { return bounded_below || fixed; }
+  bool has_bound() const { return kappa < std::numeric_limits<double>::infinity(); }
 };
 
-enum class ConeStatus { solved, nonconverged, singular, not_finite, infeasible };
+enum class ConeStatus { solved, nonconverged, singular, not_finite };
 std::string_view name(ConeStatus status);
 
 struct ConeOptions {
-  double gap_tolerance = 1e-12;  ///< J, absolute duality gap at which the iteration may stop
-  double feasibility = 1e-10;    ///< scaled primal infeasibility at which the iteration may stop
+  /// J: gap at which the iteration may stop. Looser: fewer iterations, no polish.
+  double gap_tolerance = 1e-12;
+  /// -: scaled infeasibility at which the iteration may stop.
+  double feasibility = 1e-11;
+  /// Interior-point iterations before `nonconverged`.
   int iteration_limit = 100;
+  /// Newton steps of one polish (or of one first try) before it is given up.
+  int polish_limit = 12;
+  /// -: regularisation of the equalities of Newton's method, as a fraction of W_ii; r is not unique, and this picks the
+  /// answer next to the iterate. It does not perturb the answer (it is proximal); larger: more steps, better pivots.
+  double proximal = 1e-8;
   /// Largest nv at which the dense kernel serves (measured: bench/cone).
   int dense_limit = 48;
 };
 
 struct ConeSolution {
   ConeStatus status = ConeStatus::nonconverged;
-  std::string reason;
   std::vector<double> r;    ///< 3 nc
-  std::vector<double> v;    ///< nv
-  std::vector<double> eta;  ///< nc, multipliers of N v + w_n >= 0
-  std::vector<double> s;    ///< per group, multipliers of the bound
+  std::vector<double> eta;  ///< nc, multipliers of N v + w_n >= 0 (of either sign where fixed); zero without
+  double s = 0;             ///< multiplier of the bound
   int iterations = 0;
-  double gap = std::numeric_limits<double>::infinity();  ///< J, as the solver finds it
+  double gap = std::numeric_limits<double>::infinity();  ///< J, checked: see Certificate
   double infeasibility = std::numeric_limits<double>::infinity();
 };
 

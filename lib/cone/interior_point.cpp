@@ -1,0 +1,626 @@
+// Primal-dual interior point method for the cone programs of cone_program.h, and the Newton method that finishes them.
+//
+// Problem (nc contacts, r in N s, v and u in m/s, energies in J):
+//   min 1/2 v.M v,  v = v0 + M^-1 J^T r,   r_i in K_i,   u_n = N v + w_n >= 0 (or = 0),   1.r_n <= kappa
+// Optimality, with y_i in the dual cone K_i*: mu |y_t| <= y_n, eta >= 0 (free where u_n = 0 is asked), s >= 0:
+//   y = J v_hat + w + s e_n,  v_hat = v - M^-1 N^T eta,   r.y = 0,   eta.u_n = 0,   s (kappa - 1.r_n) = 0
+// Both methods linearise to   dr = c_r - G (J dv_hat + e_n ds),   deta = c_eta - D N dv   and solve one sparse system
+// in the velocities (kkt_system.h), bordered by the row of the bound.
+//
+// Source: S. Boyd, L. Vandenberghe, Convex Optimization, 2004, ch. 11.7 (primal-dual method), with
+//   1. Nesterov-Todd scaling and Mehrotra's predictor and corrector for second-order cones in place of the barrier of
+//      the squared constraint (L. Vandenberghe, The CVXOPT linear and quadratic cone program solvers, 2010, sec. 4-6);
+//   2. a finish by Newton's method on the natural map r = P_K(r - y / w) with a proximal term, because a barrier method
+//      ends at the square root of rounding on degenerate problems (r is not unique, strict feasibility may fail).
+// Fails with `nonconverged` (iteration limit or step length), `singular`, `not_finite`; r is then the best iterate met.
+
+#include "cone/interior_point.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace cb {
+
+std::string_view name(ConeStatus status) {
+  switch (status) {
+    case ConeStatus::solved:
+      return "solved";
+    case ConeStatus::nonconverged:
+      return "nonconverged";
+    case ConeStatus::singular:
+      return "singular";
+    case ConeStatus::not_finite:
+      return "not_finite";
+  }
+  return "";
+}
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+// The numbers at x, as a vector or matrix.
+Eigen::Map<Vector3d> vec3(double* x) { return Eigen::Map<Vector3d>(x); }
+Eigen::Map<const Vector3d> vec3(const double* x) { return Eigen::Map<const Vector3d>(x); }
+Eigen::Map<Matrix3d> mat3(double* x) { return Eigen::Map<Matrix3d>(x); }
+
+double tangential(const double* x) { return std::sqrt(x[1] * x[1] + x[2] * x[2]); }
+
+double normal_sum(std::span<const double> r) {
+  double sum = 0;
+  for (std::size_t i = 0; i < r.size(); i += 3) sum += r[i];
+  return sum;
+}
+
+bool finite(std::span<const double> x) {
+  double sum = 0;
+  for (double value : x) sum += value * 0.0;
+  return sum == 0;
+}
+
+// y += N^T x, x one number a band.
+void add_normals(const ConeProgram& p, std::span<const double> x, std::span<double> y) {
+  const BandMatrix& J = *p.J;
+  for (int c = 0; c < J.bands(); ++c) {
+    if (x[c] == 0) continue;
+    for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
+      const double* values = J.values.data() + J.offset[e];
+      double* out = y.data() + p.M->first[J.block[e]];
+      const int cols = (J.offset[e + 1] - J.offset[e]) / 3;
+      for (int j = 0; j < cols; ++j) out[j] += values[3 * j] * x[c];
+    }
+  }
+}
+
+// x = N v, one number a band.
+void normals(const ConeProgram& p, std::span<const double> v, std::span<double> x) {
+  const BandMatrix& J = *p.J;
+  for (int c = 0; c < J.bands(); ++c) {
+    double sum = 0;
+    for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
+      const double* values = J.values.data() + J.offset[e];
+      const double* in = v.data() + p.M->first[J.block[e]];
+      const int cols = (J.offset[e + 1] - J.offset[e]) / 3;
+      for (int j = 0; j < cols; ++j) sum += values[3 * j] * in[j];
+    }
+    x[c] = sum;
+  }
+}
+
+// Second-order cone in x = (mu r_n, r_t): x_0^2 - |x_t|^2 without cancellation of squares.
+double cone_product(const Vector3d& x) {
+  const double t = std::sqrt(x[1] * x[1] + x[2] * x[2]);
+  return (x[0] - t) * (x[0] + t);
+}
+
+// Largest step alpha <= 1 that keeps x + alpha dx in the cone x_0 >= |x_t|; x is inside.
+double cone_step(const Vector3d& x, const Vector3d& dx) {
+  const double c = cone_product(x);
+  const double b = x[0] * dx[0] - x[1] * dx[1] - x[2] * dx[2];
+  const double a = cone_product(dx);
+  // First positive root of a t^2 + 2 b t + c; c > 0.
+  double t = HUGE_VAL;
+  const double discriminant = b * b - a * c;
+  if (discriminant >= 0) {
+    const double root = std::sqrt(discriminant);
+    if (b < 0)
+      t = c / (-b + root);
+    else if (a < 0)
+      t = (b + root) / -a;
+  }
+  if (dx[0] < 0) t = std::min(t, -x[0] / dx[0]);
+  return t;
+}
+
+double ray_step(double x, double dx) { return dx < 0 ? -x / dx : HUGE_VAL; }
+
+// Nesterov-Todd scaling of one cone: W z = W^-1 x = lambda; W = eta [w0, w1'; w1, I + w1 w1'/(1 + w0)].
+struct Scaling {
+  double eta;
+  Vector3d w;
+
+  static Scaling of(const Vector3d& x, const Vector3d& z) {
+    const double x_size = std::sqrt(cone_product(x)), z_size = std::sqrt(cone_product(z));
+    const Vector3d xb = x / x_size, zb = z / z_size;
+    const double gamma = std::sqrt((1 + xb.dot(zb)) / 2);
+    Scaling s;
+    s.eta = std::sqrt(x_size / z_size);
+    s.w = Vector3d(xb[0] + zb[0], xb[1] - zb[1], xb[2] - zb[2]) / (2 * gamma);
+    return s;
+  }
+  Vector3d apply(const Vector3d& z) const {
+    const double d = w[1] * z[1] + w[2] * z[2], f = z[0] + d / (1 + w[0]);
+    return eta * Vector3d(w[0] * z[0] + d, z[1] + f * w[1], z[2] + f * w[2]);
+  }
+  Vector3d apply_inverse(const Vector3d& x) const {
+    const double d = w[1] * x[1] + w[2] * x[2], f = -x[0] + d / (1 + w[0]);
+    return Vector3d(w[0] * x[0] - d, x[1] + f * w[1], x[2] + f * w[2]) / eta;
+  }
+  Matrix3d squared() const {
+    Matrix3d S = 2 * w * w.transpose();
+    S(0, 0) -= 1;
+    S(1, 1) += 1;
+    S(2, 2) += 1;
+    return eta * eta * S;
+  }
+};
+
+// Jordan product of second-order cones and its inverse: solves lambda o u = d.
+Vector3d jordan(const Vector3d& a, const Vector3d& b) {
+  return {a.dot(b), a[0] * b[1] + b[0] * a[1], a[0] * b[2] + b[0] * a[2]};
+}
+Vector3d jordan_divide(const Vector3d& lambda, const Vector3d& d) {
+  const double dot = lambda[1] * d[1] + lambda[2] * d[2];
+  const double u0 = (lambda[0] * d[0] - dot) / cone_product(lambda);
+  return {u0, (d[1] - u0 * lambda[1]) / lambda[0], (d[2] - u0 * lambda[2]) / lambda[0]};
+}
+
+Vector3d in_primal(const double* r, double mu) { return {mu * r[0], r[1], r[2]}; }
+Vector3d in_dual(const double* y, double mu) { return {y[0] / mu, y[1], y[2]}; }
+
+}  // namespace
+
+void ConeVelocities::evaluate(const ConeProgram& p, std::span<const double> r, std::span<const double> eta) {
+  const int nv = p.nv(), nc = p.nc();
+  v.assign(nv, 0.0);
+  multiply_transposed_add(*p.J, *p.M, r, v);
+  p.factor->solve_in_place(v);
+  for (int i = 0; i < nv; ++i) v[i] += (*p.v0)[i];
+  u.resize(3 * nc);
+  multiply(*p.J, *p.M, v, u);
+  for (int i = 0; i < 3 * nc; ++i) u[i] += (*p.offset)[i];
+  v_hat = v;
+  u_hat = u;
+  bool any = false;
+  for (double x : eta) any = any || x != 0;
+  if (!any) return;
+  scratch_.assign(nv, 0.0);
+  add_normals(p, eta, scratch_);
+  p.factor->solve_in_place(scratch_);
+  for (int i = 0; i < nv; ++i) v_hat[i] -= scratch_[i];
+  multiply(*p.J, *p.M, scratch_, u_hat);
+  for (int i = 0; i < 3 * nc; ++i) u_hat[i] = u[i] - u_hat[i];
+}
+
+Certificate certify(const ConeProgram& p, std::span<const double> r, std::span<const double> eta,
+                    const ConeVelocities& velocities, std::span<const double> q) {
+  Certificate out;
+  const int nc = p.nc();
+  double size_r = 0, size_u = 0, size_q = 0, sum = 0, kappa_size = 0;
+  for (int c = 0; c < nc; ++c) {
+    const double w = (*p.weight)[c];
+    size_r += w * vec3(&r[3 * c]).squaredNorm();
+    size_u += vec3(&velocities.u[3 * c]).squaredNorm() / w;
+    size_q += vec3(&q[3 * c]).squaredNorm() / w;
+    sum += r[3 * c];
+    kappa_size += std::abs(q[3 * c]) / w;
+  }
+  out.size = std::sqrt(std::max({size_r, size_u, size_q}));
+  const double size = out.size > 0 ? out.size : 1;
+
+  double worst = 0, missing = 0;
+  const auto violated = [&](double x) { worst = std::max(worst, x); };
+  for (int c = 0; c < nc; ++c) {
+    const double* y = &velocities.u_hat[3 * c];
+    const double short_of = (*p.mu)[c] * tangential(y) - y[0];
+    if (p.has_bound())
+      missing = std::max(missing, short_of);
+    else
+      violated(short_of / std::sqrt((*p.weight)[c]) / size);
+  }
+  out.s = missing;
+  double gap = 0;
+  for (int c = 0; c < nc; ++c) {
+    const double root_w = std::sqrt((*p.weight)[c]);
+    const double u_n = velocities.u[3 * c];
+    gap += (eta.empty() ? 0 : eta[c] * u_n) + vec3(&r[3 * c]).dot(vec3(&velocities.u_hat[3 * c])) + out.s * r[3 * c];
+    violated(-r[3 * c] * root_w / size);
+    violated((tangential(&r[3 * c]) - (*p.mu)[c] * r[3 * c]) * root_w / size);
+    if (p.bounded_below) violated(-u_n / root_w / size);
+    if (p.fixed) violated(std::abs(u_n) / root_w / size);
+    if (!eta.empty() && !p.fixed) violated(-eta[c] * root_w / size);
+  }
+  if (p.has_bound()) {
+    gap += out.s * (p.kappa - sum);
+    kappa_size = std::max(kappa_size, std::abs(p.kappa));
+    if (sum > p.kappa) violated((sum - p.kappa) / (kappa_size > 0 ? kappa_size : 1));
+  }
+  out.gap = gap;
+  out.infeasibility = worst;
+  return out;
+}
+
+void InteriorPoint::prepare(const ConeProgram& p) {
+  const int nc = p.nc(), nv = p.nv();
+  kkt_.prepare(*p.M, *p.J, options_.dense_limit);
+  q_.resize(3 * nc);
+  multiply(*p.J, *p.M, *p.v0, q_);
+  for (int i = 0; i < 3 * nc; ++i) q_[i] += (*p.offset)[i];
+  double size = 0, weight = 0;
+  for (int c = 0; c < nc; ++c) {
+    size += vec3(&q_[3 * c]).squaredNorm() / (*p.weight)[c];
+    weight += std::log((*p.weight)[c]);
+  }
+  size_ = std::sqrt(size);
+  mean_weight_ = nc > 0 ? std::exp(weight / nc) : 1;
+  G_.resize(9 * nc);
+  c_r_.resize(3 * nc);
+  D_.resize(p.has_eta() ? nc : 0);
+  c_eta_.resize(p.has_eta() ? nc : 0);
+  h1_.resize(nv);
+  h2_.resize(nv);
+  g1_.resize(nv);
+  g2_.resize(nv);
+  Jdw_.resize(3 * nc);
+  Jdv_.resize(nc);
+  dr_.resize(3 * nc);
+  deta_.assign(nc, 0.0);
+}
+
+// Solves for dr_, deta_, ds_ (kkt_system.h), the system being factored.
+//   rows:   (M + N^T D N) dv - M dw = N^T c_eta,    M dv + J^T G J dw + g ds = J^T c_r,   g = J^T G e_n
+//   border: 1.dr_n = border_rhs + border_diagonal ds  <=>  g.dw + (sum G_nn + border_diagonal) ds = 1.c_r,n -
+//   border_rhs
+bool InteriorPoint::newton_step(const ConeProgram& p, double border_diagonal, double border_rhs, bool border,
+                                double ds_known) {
+  const int nc = p.nc();
+  const bool two = p.has_eta();
+  std::fill(h2_.begin(), h2_.end(), 0.0);
+  ds_ = border ? 0 : ds_known;
+  if (!border && ds_known != 0)
+    for (int c = 0; c < nc; ++c) vec3(&dr_[3 * c]) = vec3(&c_r_[3 * c]) - ds_known * mat3(&G_[9 * c]).col(0);
+  else
+    dr_ = c_r_;
+  multiply_transposed_add(*p.J, *p.M, dr_, h2_);
+  if (two) {
+    std::fill(h1_.begin(), h1_.end(), 0.0);
+    add_normals(p, c_eta_, h1_);
+    kkt_.solve_in_place(h1_, h2_);
+  } else {
+    kkt_.solve_in_place(h2_);
+  }
+  multiply(*p.J, *p.M, h2_, Jdw_);
+  if (border) {
+    std::fill(g1_.begin(), g1_.end(), 0.0);
+    std::fill(g2_.begin(), g2_.end(), 0.0);
+    for (int c = 0; c < nc; ++c) vec3(&dr_[3 * c]) = mat3(&G_[9 * c]).col(0);
+    multiply_transposed_add(*p.J, *p.M, dr_, g2_);
+    if (two)
+      kkt_.solve_in_place(g1_, g2_);
+    else
+      kkt_.solve_in_place(g2_);
+    // g.dw and the Schur complement, formed contact by contact.
+    multiply(*p.J, *p.M, g2_, dr_);
+    double pivot = border_diagonal, rhs = -border_rhs;
+    for (int c = 0; c < nc; ++c) {
+      const Vector3d column = mat3(&G_[9 * c]).col(0);
+      pivot += column[0] - column.dot(vec3(&dr_[3 * c]));
+      rhs += c_r_[3 * c] - column.dot(vec3(&Jdw_[3 * c]));
+    }
+    if (!(pivot > 0)) return false;
+    ds_ = rhs / pivot;
+    for (std::size_t i = 0; i < h2_.size(); ++i) h2_[i] -= ds_ * g2_[i];
+    if (two)
+      for (std::size_t i = 0; i < h1_.size(); ++i) h1_[i] -= ds_ * g1_[i];
+    multiply(*p.J, *p.M, h2_, Jdw_);
+  }
+  for (int c = 0; c < nc; ++c) {
+    Vector3d dy = vec3(&Jdw_[3 * c]);
+    dy[0] += ds_;
+    vec3(&dr_[3 * c]) = vec3(&c_r_[3 * c]) - mat3(&G_[9 * c]) * dy;
+  }
+  if (two) {
+    normals(p, h1_, Jdv_);
+    for (int c = 0; c < nc; ++c) deta_[c] = c_eta_[c] - D_[c] * Jdv_[c];
+  }
+  return true;
+}
+
+// Newton's method on the natural map, contact by contact: e = r - P(r - y / w) with P the projection on the cone.
+// P' has eigenvectors along the ray a = (1, mu d) (eigenvalue 1), p (across the slip; mu n / t) and a's normal (0).
+// Along a the linearised equation fixes y, not r: the proximal term dr_a = -(y_a + dy_a) / (proximal w) takes its
+// place. Returns the norm of the natural map, sqrt(J).
+double InteriorPoint::newton_terms(const ConeProgram& p, const ConeSolution& x) {
+  const int nc = p.nc();
+  double sum = 0;
+  for (int c = 0; c < nc; ++c) {
+    const double w = (*p.weight)[c], mu = (*p.mu)[c], stiff = 1 / (options_.proximal * w);
+    const auto r = vec3(&x.r[3 * c]);
+    Vector3d y = vec3(&velocities_.u_hat[3 * c]);
+    y[0] += x.s;
+    auto G = mat3(&G_[9 * c]);
+    auto step = vec3(&c_r_[3 * c]);
+    const Vector3d z = r - y / w;
+    const double t = std::sqrt(z[1] * z[1] + z[2] * z[2]);
+    if (mu == 0) {  // a half-line: r_t = 0
+      G.setZero();
+      step = -r;
+      if (z[0] > 0) {
+        G(0, 0) = stiff;
+        step[0] = -stiff * y[0];
+        sum += y[0] * y[0] / w;
+      } else {
+        sum += w * r[0] * r[0];
+      }
+      sum += w * (r[1] * r[1] + r[2] * r[2]);
+    } else if (t <= mu * z[0]) {  // sticks: y = 0
+      G.setIdentity();
+      G *= stiff;
+      step = -stiff * y;
+      sum += y.squaredNorm() / w;
+    } else if (mu * t <= -z[0]) {  // open: r = 0
+      G.setZero();
+      step = -r;
+      sum += w * r.squaredNorm();
+    } else {  // slides
+      const double root = std::sqrt(1 + mu * mu), c1 = z[1] / t, c2 = z[2] / t;
+      const Vector3d a(1 / root, mu * c1 / root, mu * c2 / root);
+      const Vector3d b(mu / root, -c1 / root, -c2 / root);
+      const Vector3d across(0, -c2, c1);
+      const double n = (z[0] + mu * t) / (1 + mu * mu), k = mu * n / t;
+      const double y_a = a.dot(y), r_b = b.dot(r), r_p = across.dot(r);
+      G.noalias() = stiff * a * a.transpose() + (k / ((1 - k) * w)) * across * across.transpose();
+      step = -stiff * y_a * a - r_b * b - (r_p / (1 - k)) * across;
+      sum += y_a * y_a / w + w * (r_b * r_b + r_p * r_p);
+    }
+    if (!p.has_eta()) continue;
+    const double u_n = velocities_.u[3 * c];
+    if (p.fixed || x.eta[c] - u_n / w > 0) {
+      D_[c] = stiff;
+      c_eta_[c] = -stiff * u_n;
+      sum += u_n * u_n / w;
+    } else {
+      D_[c] = 0;
+      c_eta_[c] = -x.eta[c];
+      sum += w * x.eta[c] * x.eta[c];
+    }
+  }
+  s_active_ = false;
+  if (p.has_bound()) {
+    const double excess = normal_sum(x.r) - p.kappa;
+    s_active_ = x.s + excess * mean_weight_ > 0;
+    sum += s_active_ ? excess * excess * mean_weight_ : x.s * x.s / mean_weight_;
+  }
+  return std::sqrt(sum);
+}
+
+bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x) {
+  prepare(p);
+  if (!p.has_eta()) x.eta.assign(p.nc(), 0.0);
+  double best = HUGE_VAL;
+  int stalled = 0;
+  for (int k = 0; k <= options_.polish_limit; ++k) {
+    velocities_.evaluate(p, x.r, p.has_eta() ? std::span<const double>(x.eta) : std::span<const double>());
+    const double residual = newton_terms(p, x);
+    if (!std::isfinite(residual)) break;
+    if (residual < 0.5 * best)
+      stalled = 0;
+    else if (best < 1e-13 * size_ || ++stalled > 3)
+      break;
+    if (residual < best) {
+      best = residual;
+      best_ = x;
+    }
+    if (best <= 1e-16 * size_ || k == options_.polish_limit) break;
+    if (!kkt_.factor(G_, D_)) break;
+    const double excess = normal_sum(x.r) - p.kappa;
+    if (!newton_step(p, options_.proximal / mean_weight_, -excess, s_active_, -x.s)) break;
+    ++x.iterations;
+    for (std::size_t i = 0; i < x.r.size(); ++i) x.r[i] += dr_[i];
+    if (p.has_eta())
+      for (int c = 0; c < p.nc(); ++c) x.eta[c] += deta_[c];
+    x.s += ds_;
+  }
+  if (!(best < HUGE_VAL)) return false;
+  best_.iterations = x.iterations;
+  x = best_;
+  velocities_.evaluate(p, x.r, p.has_eta() ? std::span<const double>(x.eta) : std::span<const double>());
+  const Certificate certificate = certify(p, x.r, x.eta, velocities_, q_);
+  x.gap = certificate.gap;
+  x.infeasibility = certificate.infeasibility;
+  const double tolerance = 1e-14 * size_ * size_;
+  const bool accepted = std::abs(x.gap) <= tolerance && x.infeasibility <= options_.feasibility;
+  x.status = accepted ? ConeStatus::solved : ConeStatus::nonconverged;
+  return accepted;
+}
+
+void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
+  prepare(p);
+  const int nc = p.nc();
+  const bool inequality = p.has_eta() && !p.fixed;
+  x.status = ConeStatus::nonconverged;
+  x.iterations = 0;
+  x.r.assign(3 * nc, 0.0);
+  x.eta.assign(nc, 0.0);
+  x.s = 0;
+  if (!finite(q_)) {
+    x.status = ConeStatus::not_finite;
+    return;
+  }
+  if (nc == 0 || size_ == 0) {
+    x.status = ConeStatus::solved;
+    x.gap = x.infeasibility = 0;
+    return;
+  }
+
+  // Start: on the axis of each cone, at the scale of the problem.
+  const double start = size_ / std::sqrt(static_cast<double>(nc));
+  y_.assign(3 * nc, 0.0);
+  a_.assign(nc, 0.0);
+  dy_.resize(3 * nc);
+  da_.resize(nc);
+  c_y_.resize(3 * nc);
+  for (int c = 0; c < nc; ++c) {
+    const double root_w = std::sqrt((*p.weight)[c]);
+    x.r[3 * c] = start / root_w;
+    y_[3 * c] = std::max(1.0, (*p.mu)[c]) * start * root_w;
+    if (inequality) {
+      x.eta[c] = start / root_w;
+      a_[c] = start * root_w;
+    }
+  }
+  double b = 0, db = 0;
+  if (p.has_bound()) {
+    x.s = start * std::sqrt(mean_weight_);
+    b = std::max(start / std::sqrt(mean_weight_), 0.1 * p.kappa);
+  }
+  const int cones = nc * (inequality ? 2 : 1) + (p.has_bound() ? 1 : 0);
+  scaling_.resize(4 * nc);
+  const auto scaling = [&](int c) {
+    return Scaling{scaling_[4 * c], Vector3d(scaling_[4 * c + 1], scaling_[4 * c + 2], scaling_[4 * c + 3])};
+  };
+  std::span<const double> no_eta;
+  double next_polish = 1e-5;
+
+  for (int k = 0; k < options_.iteration_limit; ++k) {
+    velocities_.evaluate(p, x.r, p.has_eta() ? std::span<const double>(x.eta) : no_eta);
+    // Residuals: ry = y - u_hat - s e_n, ra = a - u_n, rb = b - kappa + 1.r_n.
+    double complementarity = x.s * b, residual = 0;
+    for (int c = 0; c < nc; ++c) {
+      const double w = (*p.weight)[c], u_n = velocities_.u[3 * c];
+      complementarity += vec3(&x.r[3 * c]).dot(vec3(&y_[3 * c])) + x.eta[c] * a_[c];
+      Vector3d ry = vec3(&y_[3 * c]) - vec3(&velocities_.u_hat[3 * c]);
+      ry[0] -= x.s;
+      residual = std::max(residual, ry.squaredNorm() / w);
+      if (p.has_eta()) residual = std::max(residual, (a_[c] - u_n) * (a_[c] - u_n) / w);
+    }
+    const double rb = p.has_bound() ? b - p.kappa + normal_sum(x.r) : 0;
+    residual = std::sqrt(std::max(residual, rb * rb * mean_weight_)) / size_;
+    if (!std::isfinite(complementarity) || !std::isfinite(residual)) {
+      x.status = ConeStatus::not_finite;
+      break;
+    }
+    const double relative = complementarity / (size_ * size_);
+    if (relative < next_polish && residual < std::sqrt(next_polish)) {
+      next_polish = relative * 1e-2;
+      trial_ = x;
+      const bool polished = polish(p, trial_);
+      if (polished) {
+        x = trial_;
+        return;
+      }
+      x.iterations = trial_.iterations;
+      prepare(p);
+      velocities_.evaluate(p, x.r, p.has_eta() ? std::span<const double>(x.eta) : no_eta);
+    }
+    if (relative < 1e-16) break;
+
+    // Scaling, predictor terms, factorisation.
+    for (int c = 0; c < nc; ++c) {
+      const double mu = (*p.mu)[c], w = (*p.weight)[c];
+      auto G = mat3(&G_[9 * c]);
+      auto step = vec3(&c_r_[3 * c]);
+      if (mu == 0) {
+        G.setZero();
+        G(0, 0) = x.r[3 * c] / y_[3 * c];
+      } else {
+        const Scaling s = Scaling::of(in_primal(&x.r[3 * c], mu), in_dual(&y_[3 * c], mu));
+        scaling_[4 * c] = s.eta;
+        vec3(&scaling_[4 * c + 1]) = s.w;
+        G = s.squared();
+        G.row(0) /= mu;
+        G.col(0) /= mu;
+      }
+      // dr = -r - G dy, dy = J dw + e_n ds - ry.
+      Vector3d ry = vec3(&y_[3 * c]) - vec3(&velocities_.u_hat[3 * c]);
+      ry[0] -= x.s;
+      step = -vec3(&x.r[3 * c]) + G * ry;
+      if (!p.has_eta()) continue;
+      const double u_n = velocities_.u[3 * c];
+      if (p.fixed) {
+        D_[c] = 1 / (options_.proximal * w);
+        c_eta_[c] = -D_[c] * u_n;
+      } else {
+        D_[c] = x.eta[c] / a_[c];
+        c_eta_[c] = -x.eta[c] + D_[c] * (a_[c] - u_n);
+      }
+    }
+    if (!kkt_.factor(G_, D_)) {
+      x.status = ConeStatus::singular;
+      break;
+    }
+    // ds = -s - (s / b) db, db = -rb - 1.dr_n  =>  1.dr_n = -rb + b + (b / s) ds.
+    const auto step_slacks = [&] {
+      for (int c = 0; c < nc; ++c) {
+        Vector3d dy = vec3(&Jdw_[3 * c]) - vec3(&y_[3 * c]) + vec3(&velocities_.u_hat[3 * c]);
+        dy[0] += ds_ + x.s;
+        vec3(&dy_[3 * c]) = dy;
+        if (inequality) da_[c] = Jdv_[c] - (a_[c] - velocities_.u[3 * c]);
+      }
+      db = p.has_bound() ? -rb - normal_sum(dr_) : 0;
+    };
+    const auto longest = [&]() {
+      double alpha = HUGE_VAL;
+      for (int c = 0; c < nc; ++c) {
+        const double mu = (*p.mu)[c];
+        if (mu == 0) {
+          alpha = std::min({alpha, ray_step(x.r[3 * c], dr_[3 * c]), ray_step(y_[3 * c], dy_[3 * c])});
+        } else {
+          alpha = std::min({alpha, cone_step(in_primal(&x.r[3 * c], mu), in_primal(&dr_[3 * c], mu)),
+                            cone_step(in_dual(&y_[3 * c], mu), in_dual(&dy_[3 * c], mu))});
+        }
+        if (inequality) alpha = std::min({alpha, ray_step(x.eta[c], deta_[c]), ray_step(a_[c], da_[c])});
+      }
+      if (p.has_bound()) alpha = std::min({alpha, ray_step(x.s, ds_), ray_step(b, db)});
+      return alpha;
+    };
+    if (!newton_step(p, p.has_bound() ? b / x.s : 0, b - rb, p.has_bound(), 0)) {
+      x.status = ConeStatus::singular;
+      break;
+    }
+    step_slacks();
+    const double affine = std::min(1.0, longest());
+    const double sigma = std::pow(1 - affine, 3);
+    const double mean = complementarity / cones, centre = sigma * mean;
+
+    // Corrector.
+    for (int c = 0; c < nc; ++c) {
+      const double mu = (*p.mu)[c];
+      auto step = vec3(&c_r_[3 * c]);
+      if (mu == 0) {
+        step[0] += (centre - dr_[3 * c] * dy_[3 * c]) / y_[3 * c];
+      } else {
+        const Scaling s = scaling(c);
+        const Vector3d lambda = s.apply(in_dual(&y_[3 * c], mu));
+        const Vector3d dx = s.apply_inverse(in_primal(&dr_[3 * c], mu)), dz = s.apply(in_dual(&dy_[3 * c], mu));
+        Vector3d d = -jordan(dx, dz);
+        d[0] += centre;
+        const Vector3d correction = s.apply(jordan_divide(lambda, d));
+        step += Vector3d(correction[0] / mu, correction[1], correction[2]);
+      }
+      if (inequality) c_eta_[c] += (centre - deta_[c] * da_[c]) / a_[c];
+    }
+    double border_rhs = b - rb;
+    if (p.has_bound()) border_rhs -= (centre - ds_ * db) / x.s;
+    if (!newton_step(p, p.has_bound() ? b / x.s : 0, border_rhs, p.has_bound(), 0)) {
+      x.status = ConeStatus::singular;
+      break;
+    }
+    step_slacks();
+    const double limit = longest();
+    const double alpha = std::min(1.0, std::max(0.9, 1 - mean / (size_ * size_)) * limit);
+    for (int i = 0; i < 3 * nc; ++i) {
+      x.r[i] += alpha * dr_[i];
+      y_[i] += alpha * dy_[i];
+    }
+    if (p.has_eta())
+      for (int c = 0; c < nc; ++c) {
+        x.eta[c] += alpha * deta_[c];
+        if (inequality) a_[c] += alpha * da_[c];
+      }
+    x.s += alpha * ds_;
+    b += alpha * db;
+    ++x.iterations;
+    if (alpha < 1e-10) break;
+  }
+  // The last word: polish whatever there is, keep the better of the two.
+  velocities_.evaluate(p, x.r, p.has_eta() ? std::span<const double>(x.eta) : no_eta);
+  const Certificate certificate = certify(p, x.r, x.eta, velocities_, q_);
+  x.gap = certificate.gap;
+  x.infeasibility = certificate.infeasibility;
+  if (std::abs(x.gap) <= options_.gap_tolerance && x.infeasibility <= 1e-9) x.status = ConeStatus::solved;
+}
+
+}  // namespace cb

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "cone/cone_program.h"
+#include "cone/kkt_system.h"
+
+namespace cb {
+
+/// Velocities that belong to impulses r and multipliers eta of a cone program.
+class ConeVelocities {
+ public:
+  /// v = v0 + M^-1 J^T r, u = J v + w, v_hat = v - M^-1 N^T eta, u_hat = J v_hat + w. Without eta (empty span) the
+  /// second pair is a copy of the first.
+  void evaluate(const ConeProgram& program, std::span<const double> r, std::span<const double> eta);
+  std::vector<double> v, u, v_hat, u_hat;
+
+ private:
+  std::vector<double> scratch_;
+};
+
+/// What an answer (r, eta) to a cone program is worth; formed as a stranger would who knows only the problem.
+/// y = u_hat + s e_n with the least s >= 0 that puts every y into the dual cone mu |y_t| <= y_n (no bound: s = 0, and
+/// what is missing counts as infeasibility);  gap = eta.u_n + s (kappa - sum r_n) + r.y.
+struct Certificate {
+  double gap = std::numeric_limits<double>::infinity();            ///< J; of either sign by rounding
+  double infeasibility = std::numeric_limits<double>::infinity();  ///< worst violation, each scaled by its terms
+  double s = 0;                                                    ///< m/s
+  double size = 0;                                                 ///< sqrt(J): what the problem is about
+};
+Certificate certify(const ConeProgram& program, std::span<const double> r, std::span<const double> eta,
+                    const ConeVelocities& velocities, std::span<const double> q);
+
+/// Solves cone programs (cone_program.h) by a primal-dual interior point method that names the active constraints,
+/// and a semismooth Newton method that then solves the equalities of that guess to rounding. Owns its scratch.
+class InteriorPoint {
+ public:
+  explicit InteriorPoint(const ConeOptions& options = {}) : options_(options) {}
+
+  /// From a cold start. Fills `solution` with the best iterate in every ending; status tells which.
+  void solve(const ConeProgram& program, ConeSolution& solution);
+  /// Newton's method from the r, eta and s in `solution`, which is overwritten by the best iterate met. Returns false
+  /// where it came to no point whose gap and infeasibility are at rounding; `solution` is then not to be used.
+  bool polish(const ConeProgram& program, ConeSolution& solution);
+
+  ConeOptions& options() { return options_; }
+  KktSystem& system() { return kkt_; }
+
+ private:
+  void prepare(const ConeProgram& program);
+  double newton_terms(const ConeProgram& program, const ConeSolution& x);
+  bool newton_step(const ConeProgram& program, double border_diagonal, double border_rhs, bool border, double ds_known);
+  void scale(const ConeProgram& program);
+
+  ConeOptions options_;
+  KktSystem kkt_;
+  ConeVelocities velocities_;
+  std::vector<double> q_;  // J v0 + w
+  double size_ = 0;        // sqrt(J)
+  double mean_weight_ = 0;
+  // Terms of a Newton step: dr = c_r - G (J dw + e_n ds), deta = c_eta - D N dv.
+  std::vector<double> G_, D_, c_r_, c_eta_;
+  std::vector<double> h1_, h2_, g1_, g2_, Jdw_, Jdv_, dr_, deta_;
+  double ds_ = 0;
+  bool s_active_ = false;
+  // Interior point iterate beyond r, eta, s.
+  std::vector<double> y_, a_, dy_, da_, scaling_, c_y_;
+  ConeSolution best_, trial_;
+};
+
+}  // namespace cb

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "linalg/block_matrix.h"
+#include "linalg/sparse_cholesky.h"
+
+namespace cb {
+
+/// The linear systems of the cone programs, in velocities:
+///   (M + N^T D N) dv -         M dw = h1
+///          M dv + J^T G J dw        = h2      (two velocities)
+/// or, where N v >= 0 has no multipliers (dv = dw):
+///   (M + J^T G J) dw = h2                     (one velocity)
+/// G: a positive semidefinite 3 x 3 matrix a band; D >= 0: a number a band; N: first rows of the bands of J.
+/// With x = -dw the first is symmetric and can be factored without pivoting in any order that takes dv of a block
+/// before dw of the same block: what is left of M after the elimination of dv makes the pivot of dw definite.
+/// Small systems go to a dense kernel (two Cholesky factorisations), large ones to CHOLMOD (one L D L^T).
+class KktSystem {
+ public:
+  /// Sets the structure; the symbolic factorisation is kept while it stays the same. Views must stay alive until the
+  /// last solve.
+  void prepare(const BlockDiagonalMatrix& M, const BandMatrix& J, int dense_limit);
+  /// G: 9 per band, column-major. D: per band; empty for one velocity. False where a pivot fails.
+  bool factor(std::span<const double> G, std::span<const double> D);
+  /// Two velocities: h1 -> dv, h2 -> dw.
+  void solve_in_place(std::span<double> h1, std::span<double> h2);
+  /// One velocity: h2 -> dw.
+  void solve_in_place(std::span<double> h2);
+
+  /// Entries of the factors, for reports on memory.
+  long factor_entries() const;
+
+ private:
+  struct Sparse {
+    SymmetricPattern pattern;
+    SparseCholesky factor;
+    std::vector<double> values;
+    std::vector<int> at_v, at_w;   // per block: first row of its dv, dw in the order of elimination
+    std::vector<int> column_rows;  // per block: entries in each column of its dv, then of its dw
+    std::vector<int> diagonal_v, coupling, diagonal_w;  // per block: where those values start
+    std::vector<int> pair_v, pair_w;  // per pair of entries of a band: where its values start, negative: transposed
+    std::vector<double> x;
+    bool ready = false;
+  };
+
+  template <int N>
+  bool factor_dense(std::span<const double> G, std::span<const double> D);
+  template <int N>
+  void solve_dense(double* h1, double* h2);
+  bool factor_sparse(std::span<const double> G, std::span<const double> D);
+  void analyse(Sparse& sparse, bool two);
+  bool same_structure() const;
+
+  const BlockDiagonalMatrix* M_ = nullptr;
+  const BandMatrix* J_ = nullptr;
+  bool dense_ = true, two_ = false;
+  // Dense kernel: factors of M + N^T D N and of its Schur complement, column-major.
+  std::vector<double> A_, X_, C_;
+  // Sparse kernel, and the structure that it was made for.
+  Sparse one_velocity_, two_velocities_;
+  std::vector<int> first_, band_, block_;
+};
+
+}  // namespace cb

@@ -1,0 +1,527 @@
+// Contact as a convex program.
+//
+// Problem (nc contacts, nv velocities; contact/problem.h), for each island of bodies joined by contacts:
+//   min 1/2 v.M v,  v = v- + M^-1 J^T r,   N v + w_n >= 0,   |r_t| <= mu r_n,   1.r_n <= kappa            (1)
+// kappa (N s): least 1.f over the solutions f of the frictionless problem (mu = 0, no bound). Energies in J.
+// An answer is (r, eta): with y = u - W_(:,n) eta + s 1_n and the least s >= 0 that puts every y_i into the dual cone,
+//   gap = eta.u_n + s (kappa - 1.r_n) + r.y                                                               (2)
+// bounds the suboptimality; this file never trusts a solver beyond it.
+//
+// Source: E. Drumwright, D. A. Shell, Modeling contact friction and joint friction in dynamic robotic simulation using
+// the principle of maximum dissipation, WAFR 2010; their code of 2012 has the bound of kappa switched off.
+// Differences: 1. second-order cones, not squares; 2. an active-set finish, so that answers are good to rounding;
+// 3. first tries that need one or two factorisations: the frictionless answer, every contact sticks, Newton's method
+// from the frictionless answer; each counts only if (2) says so; 4. flat scenes (below).
+//
+// Without the bound N v + w_n >= 0 follows from optimality (u is in the dual cone), so it is left out and eta = 0.
+// With it, strict feasibility can fail. Let z be a velocity with N z = 1, T z = 0 on all contacts of the island and
+// M z = N^T lambda with lambda >= 0 where the frictionless solution touches (a stack lifted, each interface by the same
+// amount). Every feasible r has 1.r_n = z.J^T r = lambda.(u_n - u_n-), and kappa = -lambda.u_n- likewise; so the bound
+// says lambda.u_n <= 0: u_n = 0 on the support of lambda, and then 1.r_n = kappa by itself. The program solved is then
+//   min 1/2 v.M v,   N v + w_n = 0,   r in cones                                                          (3)
+// with multipliers eta of either sign. Since W_(:,n) lambda = 1_n, (eta + t lambda, s = t) is a certificate of (1) for
+// every t large enough.
+//
+// Restitution (Poisson): normal impulses of the first phase times 1 + e; where a contact still approaches, a second
+// phase from the velocity reached.
+// Fails: `nonconverged`, `singular`, `not_finite` with the best feasible impulses met (at worst the frictionless ones).
+
+#include "methods/drumwright_shell.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numeric>
+
+namespace cb {
+
+namespace {
+
+double tangential(const double* x) { return std::sqrt(x[1] * x[1] + x[2] * x[2]); }
+
+bool all_finite(std::span<const double> x) {
+  double sum = 0;
+  for (double value : x) sum += value * 0.0;
+  return sum == 0;
+}
+
+void fail(ContactSolution& solution, Status status, std::string reason) {
+  solution.status = status;
+  solution.reason = std::move(reason);
+}
+
+}  // namespace
+
+DrumwrightShell::DrumwrightShell(const Tolerances& tolerances)
+    : tolerances_(tolerances), friction_solver_(tolerances.cone), normal_solver_(tolerances.cone) {}
+
+void DrumwrightShell::operator()(const ContactProblem& problem, ContactSolution& solution) {
+  const int nc = problem.nc();
+  solution.clear();
+  solution.impulse.assign(3 * nc, 0.0);
+  solution.eta.assign(nc, 0.0);
+  solution.bounded = tolerances_.bounded;
+  if (tolerances_.bounded) {
+    solution.frictionless.assign(nc, 0.0);
+    solution.kappa_dual.assign(problem.nv(), 0.0);
+  }
+  if (!weigh(problem, solution)) return;
+  // Where a problem comes as W and q alone its energy is in the offset.
+  double offset_energy = 0;
+  for (int i = 0; i < 3 * nc; ++i)
+    offset_energy = std::max(offset_energy, 0.5 * problem.offset[i] * problem.offset[i] / weight_[i / 3]);
+  const double energy = 0.5 * quadratic_form(problem.M, problem.v_minus) + offset_energy;
+  solution.epsilon = tolerances_.epsilon_relative ? *tolerances_.epsilon_relative * energy
+                                                  : std::max(tolerances_.epsilon, tolerances_.epsilon_floor * energy);
+  if (nc == 0) return;
+  if (!solve(problem, problem.v_minus, solution.epsilon, solution)) return;
+
+  // Poisson: what compression took in, restitution gives back by the fraction e.
+  bool elastic = false;
+  for (double e : problem.restitution) elastic = elastic || e != 0;
+  if (!elastic) return;
+  for (int c = 0; c < nc; ++c) solution.impulse[3 * c] *= 1 + problem.restitution[c];
+  apply_impulse(problem, factor_, solution.impulse, v_between_);
+  contact_velocity(problem, v_between_, u_step_);
+  double approach = 0, speed = 0;
+  for (int c = 0; c < nc; ++c) {
+    approach = std::max(approach, -u_step_[3 * c]);
+    speed = std::max(speed, std::abs(u_step_[3 * c]));
+  }
+  if (approach <= tolerances_.infeasibility * speed) return;
+  first_impulse_ = solution.impulse;
+  if (!solve(problem, v_between_, solution.epsilon, solution)) return;
+  for (int i = 0; i < 3 * nc; ++i) solution.impulse[i] += first_impulse_[i];
+}
+
+// Checks the data, factors M, and finds the weights w_i = trace(W_ii) / 3.
+bool DrumwrightShell::weigh(const ContactProblem& problem, ContactSolution& solution) {
+  if (!all_finite(problem.M.values) || !all_finite(problem.J.values) || !all_finite(problem.v_minus) ||
+      !all_finite(problem.offset) || !all_finite(problem.mu)) {
+    fail(solution, Status::not_finite, "NaN or infinity in the contact problem");
+    return false;
+  }
+  if (!factor_.factor(problem.M)) {
+    fail(solution, Status::singular, "the mass matrix is not positive definite");
+    return false;
+  }
+  diagonal_blocks(problem, factor_, W_);
+  weight_.resize(problem.nc());
+  for (int c = 0; c < problem.nc(); ++c) {
+    const double wt = W_[c](1, 1) + W_[c](2, 2);
+    weight_[c] = wt > 0 ? (W_[c](0, 0) + wt) / 3 : W_[c](0, 0);
+    if (!(weight_[c] > 0) || !std::isfinite(weight_[c])) {
+      fail(solution, Status::input_error, "contact " + std::to_string(c) + " joins two fixed bodies (W_ii = 0)");
+      return false;
+    }
+    if (problem.mu[c] < 0) {
+      fail(solution, Status::input_error, "contact " + std::to_string(c) + " has a negative coefficient of friction");
+      return false;
+    }
+  }
+  return true;
+}
+
+bool DrumwrightShell::solve(const ContactProblem& problem, const std::vector<double>& v0, double epsilon,
+                            ContactSolution& solution) {
+  find_islands(problem, islands_);
+  ConeStatus worst = ConeStatus::solved;
+  for (int i = 0; i < islands_.count; ++i) {
+    extract(problem, v0, i);
+    const ConeStatus status = solve_island(epsilon / islands_.count, solution);
+    if (status != ConeStatus::solved) worst = status;
+    for (std::size_t k = 0; k < island_.contacts.size(); ++k) {
+      const int c = island_.contacts[k];
+      std::copy_n(r_.data() + 3 * k, 3, solution.impulse.data() + 3 * c);
+      solution.eta[c] = eta_[k];
+      if (tolerances_.bounded) solution.frictionless[c] = f_[k];
+    }
+    if (tolerances_.bounded)
+      for (std::size_t k = 0; k < island_.blocks.size(); ++k) {
+        const int b = island_.blocks[k];
+        std::copy_n(z_.data() + island_.M.first[k], island_.M.block_size(static_cast<int>(k)),
+                    solution.kappa_dual.data() + problem.M.first[b]);
+      }
+  }
+  switch (worst) {
+    case ConeStatus::solved:
+      return true;
+    case ConeStatus::nonconverged:
+      fail(solution, Status::nonconverged, "the interior point method did not reach the gap that was asked for");
+      break;
+    case ConeStatus::singular:
+      fail(solution, Status::singular, "a Newton system could not be factored");
+      break;
+    case ConeStatus::not_finite:
+      fail(solution, Status::not_finite, "overflow in the interior point method");
+      break;
+  }
+  return true;
+}
+
+void DrumwrightShell::extract(const ContactProblem& problem, const std::vector<double>& v0, int island) {
+  Island& out = island_;
+  out.M.clear();
+  out.J.clear();
+  out.v0.clear();
+  out.offset.clear();
+  out.mu.clear();
+  out.weight.clear();
+  out.contacts.clear();
+  out.blocks.clear();
+  block_in_island_.resize(problem.M.blocks());
+  for (int b = 0; b < problem.M.blocks(); ++b) {
+    if (islands_.of_block[b] != island) continue;
+    const int size = problem.M.block_size(b);
+    block_in_island_[b] = out.M.add_block(size);
+    out.M.block(block_in_island_[b]) = problem.M.block(b);
+    out.blocks.push_back(b);
+    out.v0.insert(out.v0.end(), v0.begin() + problem.M.first[b], v0.begin() + problem.M.first[b + 1]);
+  }
+  for (int c = 0; c < problem.nc(); ++c) {
+    if (islands_.of_contact[c] != island) continue;
+    out.contacts.push_back(c);
+    out.J.add_band();
+    for (int e = problem.J.band[c]; e < problem.J.band[c + 1]; ++e) {
+      const int k = out.J.add_entry(block_in_island_[problem.J.block[e]], problem.M.block_size(problem.J.block[e]));
+      out.J.entry(k) = problem.J.entry(e);
+    }
+    out.mu.push_back(problem.mu[c]);
+    out.weight.push_back(weight_[c]);
+    out.offset.insert(out.offset.end(), problem.offset.begin() + 3 * c, problem.offset.begin() + 3 * c + 3);
+  }
+  out.factor.factor(out.M);
+}
+
+Certificate DrumwrightShell::judge(std::span<const double> r, std::span<const double> eta) {
+  velocities_.evaluate(program_, r, eta);
+  return certify(program_, r, eta, velocities_, q_);
+}
+
+ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& solution) {
+  const int nc = static_cast<int>(island_.contacts.size());
+  program_ = {&island_.M, &island_.factor, &island_.J, &island_.v0, &island_.offset, &island_.mu, &island_.weight};
+  zero_mu_.assign(nc, 0.0);
+  normal_program_ = program_;
+  normal_program_.mu = &zero_mu_;
+  solution.size += 3 * nc + (tolerances_.bounded ? nc + 1 : 0);
+  iterations_ = 0;
+
+  q_.resize(3 * nc);
+  multiply(island_.J, island_.M, island_.v0, q_);
+  size_ = 0;
+  for (int c = 0; c < nc; ++c) {
+    for (int i = 0; i < 3; ++i) q_[3 * c + i] += island_.offset[3 * c + i];
+    size_ +=
+        (q_[3 * c] * q_[3 * c] + q_[3 * c + 1] * q_[3 * c + 1] + q_[3 * c + 2] * q_[3 * c + 2]) / island_.weight[c];
+  }
+  size_ = std::sqrt(size_);
+  const bool normal_ok = frictionless();
+  flat_ = false;
+  if (tolerances_.bounded) {
+    least_sum();
+    program_.bounded_below = true;
+    program_.kappa = kappa_ = std::accumulate(f_.begin(), f_.end(), 0.0);
+    flat_ = reduces_to_flat();
+  }
+
+  // The frictionless answer, if it is good enough.
+  r_.assign(3 * nc, 0.0);
+  for (int c = 0; c < nc; ++c) r_[3 * c] = f_[c];
+  eta_.assign(nc, 0.0);
+  const auto good = [&](const Certificate& c) {
+    return std::abs(c.gap) <= epsilon && c.infeasibility <= tolerances_.infeasibility;
+  };
+  Certificate best = judge(r_, {});
+  ConeStatus status = normal_ok ? ConeStatus::solved : ConeStatus::nonconverged;
+  if (!good(best)) {
+    if (try_sticking()) {
+      best = judge(r_, {});
+    } else {
+      ConeProgram reduced = program_;
+      if (flat_) {
+        reduced.bounded_below = false;
+        reduced.fixed = true;
+        reduced.kappa = std::numeric_limits<double>::infinity();
+      }
+      // Newton from the frictionless answer with friction against its slip; then the interior point method.
+      trial_.r.assign(3 * nc, 0.0);
+      trial_.eta.assign(nc, 0.0);
+      trial_.s = 0;
+      trial_.iterations = 0;
+      for (int c = 0; c < nc; ++c) {
+        const double t = tangential(&u_f_[3 * c]);
+        trial_.r[3 * c] = f_[c];
+        for (int i = 1; i < 3 && t > 0; ++i) trial_.r[3 * c + i] = -island_.mu[c] * f_[c] * u_f_[3 * c + i] / t;
+        trial_.s = std::max(trial_.s, island_.mu[c] * t - u_f_[3 * c]);
+      }
+      if (!reduced.has_bound()) trial_.s = 0;
+      const auto accept = [&](const ConeSolution& x) {
+        u_step_.assign(x.eta.begin(), x.eta.end());
+        if (flat_) {
+          double t = 0;
+          for (int c = 0; c < nc; ++c)
+            if (lambda_[c] > 0) t = std::max(t, -u_step_[c] / lambda_[c]);
+          for (int c = 0; c < nc; ++c) u_step_[c] = std::max(0.0, u_step_[c] + t * lambda_[c]);
+        } else {
+          for (double& e : u_step_) e = std::max(e, 0.0);
+        }
+        const Certificate certificate = judge(x.r, u_step_);
+        const bool better =
+            certificate.infeasibility <= tolerances_.infeasibility &&
+            (best.infeasibility > tolerances_.infeasibility || std::abs(certificate.gap) < std::abs(best.gap));
+        if (!better) return false;
+        best = certificate;
+        r_ = x.r;
+        eta_ = u_step_;
+        return good(certificate);
+      };
+      bool done = friction_solver_.polish(reduced, trial_) && accept(trial_);
+      iterations_ += trial_.iterations;
+      if (!done) {
+        friction_solver_.options().gap_tolerance = epsilon;
+        friction_solver_.solve(reduced, answer_);
+        iterations_ += answer_.iterations;
+        done = accept(answer_);
+        status = done ? ConeStatus::solved
+                      : (answer_.status == ConeStatus::solved ? ConeStatus::nonconverged : answer_.status);
+      }
+    }
+  }
+  solution.iterations += iterations_;
+  solution.claimed_residual += std::abs(best.gap);
+  return status;
+}
+
+// f, v_f, u_f of the frictionless problem: Newton's method, first guess all contacts that do not clearly part closed.
+bool DrumwrightShell::frictionless() {
+  const int nc = static_cast<int>(island_.contacts.size());
+  trial_.r.assign(3 * nc, 0.0);
+  trial_.eta.assign(nc, 0.0);
+  trial_.s = 0;
+  trial_.iterations = 0;
+  for (int c = 0; c < nc; ++c) trial_.r[3 * c] = 1e-3 * size_ / std::sqrt(island_.weight[c]);
+  bool ok = size_ > 0 && normal_solver_.polish(normal_program_, trial_);
+  if (!ok) {
+    iterations_ += trial_.iterations;
+    normal_solver_.solve(normal_program_, trial_);
+    ok = trial_.status == ConeStatus::solved;
+  }
+  iterations_ += trial_.iterations;
+  f_.resize(nc);
+  for (int c = 0; c < nc; ++c) {
+    f_[c] = std::max(0.0, trial_.r[3 * c]);
+    trial_.r[3 * c] = f_[c];
+    trial_.r[3 * c + 1] = trial_.r[3 * c + 2] = 0;
+  }
+  velocities_.evaluate(normal_program_, trial_.r, {});
+  v_f_ = velocities_.v;
+  u_f_ = velocities_.u;
+  return ok;
+}
+
+// Least energy velocity with N velocity + offset = 0 on a set of contacts, multipliers x (proximal iteration, started
+// from the x given):  M velocity = M start + N^T x. target = 1: N velocity = 1 from rest; 0: the frictionless problem.
+void DrumwrightShell::equalities(const std::vector<char>& in_set, double target, std::vector<double>& x,
+                                 std::vector<double>& velocity) {
+  const int nc = static_cast<int>(island_.contacts.size()), nv = island_.M.order();
+  normals_.prepare(island_.M, island_.J, tolerances_.cone.dense_limit);
+  G_.assign(9 * nc, 0.0);
+  for (int c = 0; c < nc; ++c)
+    if (in_set[c]) G_[9 * c] = 1 / (tolerances_.cone.proximal * island_.weight[c]);
+  x.resize(nc);
+  velocity.resize(nv);
+  if (!normals_.factor(G_, {})) {
+    std::fill(x.begin(), x.end(), 0.0);
+    std::fill(velocity.begin(), velocity.end(), 0.0);
+    return;
+  }
+  step_.resize(3 * nc);
+  u_step_.resize(3 * nc);
+  h_.resize(nv);
+  for (int k = 0; k < 4; ++k) {
+    step_.assign(3 * nc, 0.0);
+    for (int c = 0; c < nc; ++c)
+      if (in_set[c]) step_[3 * c] = x[c];
+    std::fill(velocity.begin(), velocity.end(), 0.0);
+    multiply_transposed_add(island_.J, island_.M, step_, velocity);
+    island_.factor.solve_in_place(velocity);
+    if (target == 0)
+      for (int i = 0; i < nv; ++i) velocity[i] += island_.v0[i];
+    if (k == 3) break;
+    multiply(island_.J, island_.M, velocity, u_step_);
+    for (int c = 0; c < nc; ++c) {
+      const double miss = u_step_[3 * c] + (target == 0 ? island_.offset[3 * c] : -target);
+      step_[3 * c] = in_set[c] ? -G_[9 * c] * miss : 0;
+    }
+    std::fill(h_.begin(), h_.end(), 0.0);
+    multiply_transposed_add(island_.J, island_.M, step_, h_);
+    normals_.solve_in_place(h_);
+    multiply(island_.J, island_.M, h_, u_step_);
+    for (int c = 0; c < nc; ++c)
+      if (in_set[c]) x[c] += step_[3 * c] - G_[9 * c] * u_step_[3 * c];
+  }
+}
+
+// Duality of linear programming: N z <= 1 where contacts touch, = 1 where they carry.
+bool DrumwrightShell::proves_least_sum() const {
+  const int nc = static_cast<int>(island_.contacts.size());
+  const double size = size_ > 0 ? size_ : 1;
+  for (int c = 0; c < nc; ++c) {
+    const double root_w = std::sqrt(island_.weight[c]), excess = Jz_[3 * c] - 1;
+    const double u_n = std::max(0.0, u_f_[3 * c]) / root_w / size, f = f_[c] * root_w / size;
+    if (std::min(excess, u_n) > tolerances_.solvable || std::min(-excess, f) > tolerances_.solvable) return false;
+  }
+  return true;
+}
+
+// The least sum of normal impulses and its proof z. Where N z = 1 can be solved on the contacts that touch every f has
+// the same sum, z.M (v_f - v-). Otherwise the linear program is solved by a shift: with w_n + eps in place of w_n the
+// frictionless problem minimises 1/2 f.W f + f.q + eps 1.f, whose answer for small eps has the least sum among the
+// frictionless ones, and z = (v_f - v_eps) / eps.
+void DrumwrightShell::least_sum() {
+  const int nc = static_cast<int>(island_.contacts.size());
+  Jz_.resize(3 * nc);
+  const auto solvable_on_set = [&] {
+    lambda_.assign(nc, 0.0);
+    equalities(set_, 1, lambda_, z_);
+    multiply(island_.J, island_.M, z_, Jz_);
+    return proves_least_sum();
+  };
+  set_.assign(nc, 1);
+  if (solvable_on_set()) return;
+  const double size = size_ > 0 ? size_ : 1;
+  for (int c = 0; c < nc; ++c) set_[c] = u_f_[3 * c] <= 1e-11 * size * std::sqrt(island_.weight[c]) ? 1 : 0;
+  if (solvable_on_set()) return;
+
+  double shift = 0;
+  for (int c = 0; c < nc; ++c) shift = std::max(shift, std::sqrt(island_.weight[c]) * size * tolerances_.shift);
+  for (int attempt = 0; attempt < 3; ++attempt, shift /= 100) {
+    kappa_offset_ = island_.offset;
+    for (int c = 0; c < nc; ++c) kappa_offset_[3 * c] += shift;
+    ConeProgram shifted = normal_program_;
+    shifted.offset = &kappa_offset_;
+    normal_solver_.solve(shifted, trial_);
+    iterations_ += trial_.iterations;
+    // Impulses of the same support without the shift.
+    double largest = 0;
+    for (int c = 0; c < nc; ++c) largest = std::max(largest, trial_.r[3 * c] * std::sqrt(island_.weight[c]));
+    f_shifted_.assign(nc, 0.0);
+    for (int c = 0; c < nc; ++c) {
+      set_[c] = trial_.r[3 * c] * std::sqrt(island_.weight[c]) > 1e-9 * largest ? 1 : 0;
+      if (set_[c]) f_shifted_[c] = trial_.r[3 * c];
+    }
+    equalities(set_, 0, f_shifted_, velocity_);
+    const bool feasible = std::all_of(f_shifted_.begin(), f_shifted_.end(), [](double f) { return f >= 0; });
+    if (!feasible) continue;
+    const std::vector<double> before = f_;
+    f_ = f_shifted_;
+    velocities_.evaluate(shifted, trial_.r, {});
+    z_ = velocities_.v;
+    for (int i = 0; i < island_.M.order(); ++i) z_[i] = (v_f_[i] - z_[i]) / shift;
+    multiply(island_.J, island_.M, z_, Jz_);
+    if (proves_least_sum()) break;
+    f_ = before;
+  }
+  lambda_.assign(nc, 0.0);
+}
+
+// Is (3) the same as (1)? z, lambda are those of least_sum().
+bool DrumwrightShell::reduces_to_flat() {
+  const int nc = static_cast<int>(island_.contacts.size());
+  const double size = size_ > 0 ? size_ : 1;
+  for (int c = 0; c < nc; ++c) {
+    const double root_w = std::sqrt(island_.weight[c]);
+    if (std::abs(Jz_[3 * c] - 1) > tolerances_.solvable || tangential(&Jz_[3 * c]) > tolerances_.solvable) return false;
+    if (lambda_[c] * island_.weight[c] <= tolerances_.solvable) return false;
+    if (u_f_[3 * c] / root_w / size > tolerances_.solvable) return false;
+  }
+  return nc > 0;
+}
+
+// Does an impulse in the cones stop all contacts? Least norm first; then with friction shared in the ratio of the
+// normal impulses found.
+bool DrumwrightShell::try_sticking() {
+  const int nc = static_cast<int>(island_.contacts.size()), nv = island_.M.order();
+  sticking_.prepare(island_.M, island_.J, tolerances_.cone.dense_limit);
+  G_.assign(9 * nc, 0.0);
+  step_.resize(3 * nc);
+  h_.resize(nv);
+  u_step_.resize(3 * nc);
+  x_.assign(3 * nc, 0.0);
+  f_shifted_.assign(nc, 1.0);
+  for (int round = 0; round < 2; ++round) {
+    for (int c = 0; c < nc; ++c) {
+      const double stiff = 1 / (tolerances_.cone.proximal * island_.weight[c]);
+      G_[9 * c] = stiff;
+      G_[9 * c + 4] = G_[9 * c + 8] = island_.mu[c] > 0 ? stiff * f_shifted_[c] : 0;
+    }
+    if (!sticking_.factor(G_, {})) return false;
+    ++iterations_;
+    std::fill(x_.begin(), x_.end(), 0.0);
+    double residual = HUGE_VAL;
+    for (int k = 0; k < 4; ++k) {
+      velocities_.evaluate(program_, x_, {});
+      residual = 0;
+      for (int c = 0; c < nc; ++c)
+        for (int i = 0; i < 3; ++i) {
+          residual = std::max(residual, std::abs(velocities_.u[3 * c + i]) / std::sqrt(island_.weight[c]));
+          step_[3 * c + i] = -G_[9 * c + 4 * i] * velocities_.u[3 * c + i];
+        }
+      if (residual <= 1e-16 * size_ || k == 3) break;
+      if (k == 2 && residual > 1e-6 * size_) return false;
+      std::fill(h_.begin(), h_.end(), 0.0);
+      multiply_transposed_add(island_.J, island_.M, step_, h_);
+      sticking_.solve_in_place(h_);
+      multiply(island_.J, island_.M, h_, u_step_);
+      for (int i = 0; i < 3 * nc; ++i) x_[i] += step_[i] - G_[9 * (i / 3) + 4 * (i % 3)] * u_step_[i];
+    }
+    if (residual > 1e-13 * size_) return false;
+    bool inside = true;
+    double mean = 0;
+    for (int c = 0; c < nc; ++c) {
+      inside = inside && tangential(&x_[3 * c]) <= island_.mu[c] * x_[3 * c];
+      mean += x_[3 * c] / nc;
+    }
+    if (inside) {
+      const Certificate certificate = judge(x_, {});
+      if (certificate.infeasibility > 1e-12 || std::abs(certificate.gap) > 1e-14 * size_ * size_) return false;
+      r_ = x_;
+      return true;
+    }
+    for (int c = 0; c < nc; ++c) {
+      if (!(x_[3 * c] > 0)) return false;
+      f_shifted_[c] = x_[3 * c] / mean;
+    }
+  }
+  return false;
+}
+
+namespace {
+
+ContactMethod make_drumwright_shell(const MethodOptions& options) {
+  DrumwrightShell::Tolerances tolerances;
+  tolerances.epsilon = options.epsilon;
+  tolerances.epsilon_relative = options.epsilon_relative;
+  tolerances.bounded = options.compression_bound;
+  auto method = std::make_shared<DrumwrightShell>(tolerances);
+  return [method](const ContactProblem& problem, ContactSolution& solution) { (*method)(problem, solution); };
+}
+
+}  // namespace
+
+MethodRow drumwright_shell_row() {
+  return {"convex",
+          "least kinetic energy over impulses in the friction cones, sum of normal impulses bounded: a convex program",
+          "E. Drumwright, D. A. Shell, WAFR 2010",
+          Law::convex,
+          {{"ipm", "primal-dual interior point method on second-order cones, finished by an active-set Newton method",
+            "S. Boyd, L. Vandenberghe, Convex Optimization, 2004, ch. 11; L. Vandenberghe, CVXOPT, 2010", ""}},
+          {},
+          {{"epsilon", "J", "1e-12", "suboptimality (checked duality gap) at which the solver may stop"},
+           {"epsilon-relative", "-", "none", "the same as a fraction of the kinetic energy before the event"},
+           {"compression-bound", "-", "on", "bound the sum of normal impulses of each island by the frictionless sum"}},
+          make_drumwright_shell};
+}
+
+}  // namespace cb

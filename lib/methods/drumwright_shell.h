@@ -1,0 +1,82 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "cone/interior_point.h"
+#include "contact/islands.h"
+#include "methods/registry.h"
+
+namespace cb {
+
+/// The convex contact model of Drumwright and Shell, island by island (drumwright_shell.cpp says what is solved).
+/// Owns its scratch: a simulation does not allocate after its first events.
+class DrumwrightShell {
+ public:
+  struct Tolerances {
+    double epsilon = 1e-12;                  ///< J, suboptimality at which the solver may stop
+    std::optional<double> epsilon_relative;  ///< the same as a fraction of the kinetic energy before the event, -
+    bool bounded = true;                     ///< bound the sum of normal impulses of each island?
+    /// -: epsilon is never less than this fraction of the kinetic energy before the event: rounding of the check.
+    double epsilon_floor = 1e-14;
+    /// -: scaled infeasibility up to which an answer is accepted.
+    double infeasibility = 1e-10;
+    /// -: residual of N z = 1 (z: proof of the least sum) and of T z = 0 below which they count as solvable.
+    double solvable = 1e-11;
+    /// -: impulse scale of the shift that finds the least sum where N z = 1 has no solution; halved twice by tens.
+    double shift = 1e-3;
+    ConeOptions cone;
+  };
+  explicit DrumwrightShell(const Tolerances& tolerances);
+  void operator()(const ContactProblem& problem, ContactSolution& solution);
+
+ private:
+  /// One island as a problem of its own.
+  struct Island {
+    BlockDiagonalMatrix M;
+    BandMatrix J;
+    BlockCholesky factor;
+    std::vector<double> v0, offset, mu, weight;
+    std::vector<int> contacts, blocks;
+  };
+  /// One phase (restitution has two): from `v0` to impulses `r` with certificate.
+  bool solve(const ContactProblem& problem, const std::vector<double>& v0, double epsilon, ContactSolution& solution);
+  bool weigh(const ContactProblem& problem, ContactSolution& solution);
+  void extract(const ContactProblem& problem, const std::vector<double>& v0, int island);
+  ConeStatus solve_island(double epsilon, ContactSolution& solution);
+  bool frictionless();
+  void equalities(const std::vector<char>& in_set, double target, std::vector<double>& x,
+                  std::vector<double>& velocity);
+  bool proves_least_sum() const;
+  void least_sum();
+  bool reduces_to_flat();
+  bool try_sticking();
+  Certificate judge(std::span<const double> r, std::span<const double> eta);
+
+  Tolerances tolerances_;
+  BlockCholesky factor_;
+  Islands islands_;
+  std::vector<Eigen::Matrix3d> W_;
+  std::vector<double> weight_;
+  Island island_;
+  std::vector<int> block_in_island_;
+
+  // Of the island at work.
+  ConeProgram program_, normal_program_;
+  InteriorPoint friction_solver_, normal_solver_;
+  KktSystem sticking_, normals_;
+  ConeVelocities velocities_;
+  std::vector<double> zero_mu_, q_, f_, v_f_, u_f_, z_, lambda_, kappa_offset_;
+  std::vector<double> r_, eta_, G_, step_, h_, u_step_, x_, f_shifted_, velocity_, Jz_;
+  std::vector<char> set_;
+  double kappa_ = 0, size_ = 0;
+  bool flat_ = false;
+  ConeSolution answer_, trial_;
+  int iterations_ = 0;
+
+  // Of the second phase of restitution.
+  std::vector<double> v_between_, first_impulse_;
+};
+
+}  // namespace cb
