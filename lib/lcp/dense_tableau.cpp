@@ -93,10 +93,8 @@ void DenseTableau::multiply(const Eigen::VectorXd& z, Eigen::VectorXd& w) const 
     if (z[j] != 0) w.noalias() += M_->col(j) * z[j];
 }
 
-void DenseTableau::set_cover(const double* values) {
-  double* column = table_.data() + std::size_t(slot_[2 * n_]) * padded_;
-  std::copy(values, values + n_, column);
-  std::fill(column + n_, column + padded_, 0.0);
+void DenseTableau::set_cover(const Eigen::VectorXd& cover) {
+  transform(cover.data(), table_.data() + std::size_t(slot_[2 * n_]) * padded_);
 }
 
 bool DenseTableau::pivot(int row, int entering) {

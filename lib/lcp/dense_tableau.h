@@ -33,8 +33,12 @@ class DenseTableau {
   double* rhs() { return rhs_.data(); }
   /// d basic / d variable for a nonbasic variable (padded); valid until the next pivot.
   const double* column(int variable) { return table_.data() + std::size_t(slot_[variable]) * padded_; }
-  /// Sets the column of the (nonbasic) artificial variable, in the present dictionary.
-  void set_cover(const double* values);
+  /// Right-hand side for load q (n, scaled).
+  void set_load(const Eigen::VectorXd& q) { transform(q.data(), rhs_.data()); }
+  /// Covering vector (n, scaled, in the original rows) of the artificial variable, which must be nonbasic.
+  void set_cover(const Eigen::VectorXd& cover);
+  /// The table itself is the inverse: nothing to recompute.
+  static bool refresh() { return true; }
   /// Exchanges the basic variable of `row` with the nonbasic `entering`. False where the pivot is zero or not finite.
   bool pivot(int row, int entering);
   /// values of the basic variables where all nonbasic ones are zero and q is `q` (length n; out is padded).

@@ -36,6 +36,7 @@
 #include "lcp/dense_tableau.h"
 #include "lcp/lcp.h"
 #include "lcp/scaling.h"
+#include "lcp/sparse_basis.h"
 #include "lcp/vector_lanes.h"
 
 namespace cb {
@@ -100,6 +101,14 @@ double draw(unsigned seed, unsigned i) {
   return static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1p-53;
 }
 
+bool finite(const LcpProblem& problem) {
+  const auto whole = [](const SparseMatrix& matrix) {
+    return Eigen::Map<const Eigen::VectorXd>(matrix.valuePtr(), matrix.nonZeros()).allFinite();
+  };
+  return whole(problem.A) && whole(problem.B) && whole(problem.C) && whole(problem.D) && problem.a.allFinite() &&
+         problem.q.allFinite();
+}
+
 using Clock = std::chrono::steady_clock;
 
 class Lemke {
@@ -126,6 +135,7 @@ class Lemke {
 
   LemkeOptions o_;
   DenseTableau dense_;
+  SparseBasis sparse_;
   LcpProblem condensed_;
   int n_ = 0, pivots_ = 0, pivot_limit_ = 0, ray_variable_ = 0;
   Clock::time_point deadline_;
@@ -209,7 +219,6 @@ End Lemke::follow_path(Table& table) {
     if (o_.time_limit_s > 0 && pivots_ % 16 == 0 && Clock::now() > deadline_) return End::time_limit;
     entering = complement(leaving, n_);
     column = table.column(entering);
-    if (column == nullptr) return End::bad_pivot;
     row = ratio_test(column, rhs, table.row_of(artificial));
     if (row < 0) break;
   }
@@ -249,6 +258,8 @@ bool Lemke::ray_holds(Table& table) {
 template <class Table>
 double Lemke::vertex(Table& table, LcpSolution& solution) {
   auto& z = solution.z;
+  solution.residual = HUGE_VAL;
+  if (!table.refresh()) return HUGE_VAL;
   active_.clear();
   for (int i = 0; i < n_; ++i)
     if (table.is_basic(n_ + i)) active_.push_back(i);
@@ -299,11 +310,10 @@ End Lemke::attempt(Table& table, const Rung& rung, LcpSolution& solution) {
   table.restart();
   set_noise(rung.seed);
   load_ = q_ + delta * noise_;
-  table.transform(load_.data(), table.rhs());
+  table.set_load(load_);
   for (int i = 0; i < n_; ++i)
     base_[i] = rung.random_cover ? 0.5 + draw(rung.seed + 100, static_cast<unsigned>(i)) : 1.0;
-  table.transform(base_.data(), values_.data());
-  table.set_cover(values_.data());
+  table.set_cover(base_);
 
   double best = HUGE_VAL;
   for (int repair = 0;; ++repair) {
@@ -320,12 +330,11 @@ End Lemke::attempt(Table& table, const Rung& rung, LcpSolution& solution) {
     if (below <= o_.vertex_tolerance || repair == o_.repairs) break;
     // On along the path of the covering vector p, from z_0 = delta.
     base_ = noise_;
-    table.transform(base_.data(), values_.data());
-    table.set_cover(values_.data());
+    table.set_cover(base_);
     delta *= o_.repair_factor;
     set_noise(rung.seed + 1000 * static_cast<unsigned>(repair + 1));
     load_ = q_ + delta * noise_;
-    table.transform(load_.data(), table.rhs());
+    table.set_load(load_);
   }
   if (solution.residual > best) {
     solution.residual = best;
@@ -404,31 +413,37 @@ void Lemke::solve(const LcpProblem& problem, LcpSolution& solution) {
   solution.pivots = solution.factorisations = 0;
   solution.x.resize(0);
 
-  const LcpProblem* dense = &problem;
+  solution.z.setZero(n_);
+  solution.residual = HUGE_VAL;
+  const auto refuse = [&](LcpStatus status, const char* reason) {
+    solution.status = status;
+    solution.reason = reason;
+  };
+  const bool sparse = problem.expanded && n_ > o_.dense_limit;
+  const LcpProblem* form = &problem;
   if (problem.expanded) {
-    if (!condense(problem, condensed_)) {
-      solution.status = LcpStatus::singular;
-      solution.reason = "the block of the free unknowns is singular";
-      solution.z.setZero(n_);
-      solution.residual = HUGE_VAL;
-      return;
-    }
-    dense = &condensed_;
+    if (!finite(problem)) return refuse(LcpStatus::not_finite, "the data are not finite");
+    if (sparse ? !sparse_.start(problem) : !condense(problem, condensed_))
+      return refuse(LcpStatus::singular, "the block of the free unknowns is singular");
+    if (!sparse) form = &condensed_;
   }
-  if (!dense->q.allFinite() || !dense->M.allFinite()) {
-    solution.status = LcpStatus::not_finite;
-    solution.reason = "the data are not finite";
-    solution.z.setZero(n_);
-    solution.residual = HUGE_VAL;
-    return;
-  }
-  pair_scales(*dense, rho_);
-  q_original_ = dense->q;
+  q_original_ = sparse ? sparse_.condensed_load() : form->q;
+  pair_scales(*form, rho_);
   set_scales();
-  dense_.start(dense->M, scale_);
-  climb_ladder(dense_, solution);
+  if (!std::isfinite(q_.sum() + scale_.sum()) || (!sparse && !form->M.allFinite()))
+    return refuse(LcpStatus::not_finite, "the data are not finite");
+
+  if (sparse) {
+    sparse_.set_scales(scale_);
+    climb_ladder(sparse_, solution);
+    solution.factorisations = sparse_.factorisations();
+    sparse_.free_unknowns(solution.z, solution.x);
+  } else {
+    dense_.start(form->M, scale_);
+    climb_ladder(dense_, solution);
+    if (problem.expanded) recover_free(problem, solution.z, solution.x);
+  }
   solution.pivots = pivots_;
-  if (problem.expanded) recover_free(problem, solution.z, solution.x);
 }
 
 }  // namespace

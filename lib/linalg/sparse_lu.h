@@ -1,0 +1,55 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace cb {
+
+/// LU factors of a square sparse matrix with partial pivoting (KLU). The pattern may change from call to call.
+class SparseLu {
+ public:
+  SparseLu();
+  ~SparseLu();
+  SparseLu(const SparseLu&) = delete;
+  SparseLu& operator=(const SparseLu&) = delete;
+
+  /// Compressed columns: starts (n + 1), row indices and values; entries of a column in any order, no duplicates.
+  /// `same_pattern`: the ordering of the last call is kept. False where the matrix is singular to working precision.
+  bool factor(std::span<const int> starts, std::span<const int> rows, std::span<const double> values,
+              bool same_pattern = false);
+  /// x <- A^-1 x
+  void solve(std::span<double> x);
+  int order() const { return order_; }
+
+  /// Reciprocal condition estimate (smallest over largest pivot) below which a matrix counts as singular, -.
+  static constexpr double singular_below = 1e-14;
+
+ private:
+  struct Data;
+  std::unique_ptr<Data> data_;
+  int order_ = 0;
+};
+
+/// Product form of a basis inverse: a basis that differs from the factorised one by column exchanges.
+/// Each exchange is kept as the entering column in terms of the basis it enters. Columns are padded to whole vector
+/// registers; memory is kept when cleared.
+class ProductForm {
+ public:
+  void resize(int n);  ///< padded length of the vectors; forgets all exchanges
+  void clear() { rows_.clear(); }
+  int exchanges() const { return static_cast<int>(rows_.size()); }
+  /// Records that the basic variable of `row` was replaced; `change`[i] is the change of basic variable i per unit of
+  /// the entering one (the negative of B^-1 a).
+  void push(const double* change, int row);
+  /// Values of the basic variables: from those of the factorised basis to those of the present one.
+  void apply(double* y) const;
+
+ private:
+  int padded_ = 0;
+  std::vector<int> rows_;
+  std::vector<Eigen::VectorXd> columns_;
+};
+
+}  // namespace cb
