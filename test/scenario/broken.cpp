@@ -1,0 +1,178 @@
+// Files that are each broken in another way: one message with the place and what would be right.
+// Each is data/scenes/small.xml with one change, so that the fault is the one named.
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <set>
+
+#include "scenario/xml_tree.h"
+#include "scenario_text.h"
+
+using namespace cb;
+using namespace cb::test;
+
+namespace {
+
+struct Broken {
+  const char* name;
+  int line, column;
+  const char* fragment;  ///< of the message
+};
+const Broken table[] = {
+    {"absurd_count", 16, 19, "from 1 to 100000"},
+    {"array_in_one_place", 16, 37, "in one place"},
+    {"array_of_ground", 17, 8, "it repeats: box, sphere"},
+    {"array_without_pattern", 23, 14, "box_* for all"},
+    {"attribute_twice", 19, 50, "density is given twice"},
+    {"axis_without_angle", 20, 66, "add angle="},
+    {"bad_name", 19, 19, "is no name for a body"},
+    {"blank", 1, 1, "<scenario title="},
+    {"broken_k", 9, 43, "an integer from 4"},
+    {"child_of_a_box", 17, 65, "holds no elements"},
+    {"crossed_tags", 21, 3, "</bodies> first"},
+    {"decimal_comma", 9, 21, "decimal point"},
+    {"default_no_choice", 6, 50, "they are: push, rest"},
+    {"default_no_integer", 5, 53, "an integer, from 1 to 10"},
+    {"default_out_of_range", 5, 53, "default of boxes is 20"},
+    {"division_by_zero", 7, 38, "division by zero"},
+    {"doctype", 2, 11, "no document type"},
+    {"empty", 1, 1, "the file is empty"},
+    {"empty_array", 16, 6, "one <box> or <sphere>"},
+    {"empty_count", 16, 19, "count is 0"},
+    {"entity", 2, 20, "write &amp;"},
+    {"fixed_with_mass", 20, 49, "a fixed body has no mass"},
+    {"flat_box", 17, 29, "more than 0"},
+    {"force_on_nothing", 28, 18, "did you mean \"ball\"?"},
+    {"force_on_the_ground", 28, 18, "needs a free body"},
+    {"harmonic_twice", 13, 6, "second <harmonic>"},
+    {"hexadecimal", 19, 47, "\"0x10\" is no number"},
+    {"infinity", 9, 37, "\"inf\" is no number"},
+    {"mass_and_density", 17, 45, "keep one"},
+    {"missing_attribute", 19, 6, "needs the attribute radius"},
+    {"missing_quote", 17, 54, "two quotes"},
+    {"missing_section", 2, 2, "needs the element <reference>"},
+    {"name_of_an_array", 19, 19, "a second body named box_2"},
+    {"name_twice", 19, 19, "a second body named ground"},
+    {"negative_duration", 9, 37, "at least 0"},
+    {"negative_mass", 17, 42, "mass is -1; it has to be more than 0"},
+    {"negative_mu", 25, 30, "at least 0"},
+    {"nested_too_deep", 27, 54, "17 deep"},
+    {"no_mass", 17, 8, "needs a mass or a density"},
+    {"no_number", 9, 21, "\"small\" is no number"},
+    {"no_root", 1, 1, "no element in this file"},
+    {"normal_and_turn", 15, 45, "keep one"},
+    {"not_a_number", 9, 37, "\"nan\" is no number"},
+    {"not_utf8", 2, 21, "UTF-8"},
+    {"odd_k", 9, 43, "even number of edges"},
+    {"open_comment", 27, 3, "a comment that does not end"},
+    {"open_expression", 19, 65, "is not closed"},
+    {"open_parenthesis", 7, 49, "to close the parenthesis"},
+    {"out_of_range_number", 19, 47, "\"1e999\" is no number"},
+    {"pair_of_fixed", 25, 14, "both fixed to the world"},
+    {"pair_twice", 26, 6, "box_1 and box_2 are a pair already"},
+    {"pair_with_itself", 25, 23, "does not collide with itself"},
+    {"parameter_twice", 5, 22, "gap is declared twice"},
+    {"parameter_without_dollar", 19, 65, "write ${height}"},
+    {"parameter_without_type", 4, 33, "number, integer, word"},
+    {"pattern_without_match", 23, 14, "no body \"crate_*\""},
+    {"reference_without_name", 10, 4, "needs the attribute name"},
+    {"reserved_name", 7, 20, "take another name"},
+    {"restitution_above_one", 24, 53, "from 0 to 1"},
+    {"root_of_negative", 7, 37, "sqrt(-0.5)"},
+    {"run_together", 19, 65, "all of it into one ${...}"},
+    {"section_twice", 22, 4, "a second <gravity>"},
+    {"text_inside", 27, 12, "<!-- ... -->"},
+    {"truncated", 18, 13, "</bodies> first"},
+    {"two_coordinates", 15, 38, "it takes 3"},
+    {"two_roots", 31, 2, "one scenario"},
+    {"unclosed_element", 21, 3, "close it with </box> first"},
+    {"unknown_attribute", 17, 36, "did you mean \"mass\"?"},
+    {"unknown_axis", 12, 21, "x, y, z"},
+    {"unknown_body", 25, 14, "did you mean \"ball\"?"},
+    {"unknown_element", 15, 6, "did you mean \"half_space\"?"},
+    {"unknown_parameter", 7, 37, "did you mean \"gap\"?"},
+    {"unknown_reference", 10, 20, "did you mean \"analytic\"?"},
+    {"unknown_section", 27, 4, "it holds: parameters"},
+    {"unknown_word", 19, 101, "its words are: push, rest"},
+    {"unquoted_value", 9, 20, "with both quotes"},
+    {"unused_parameter", 7, 20, "height is never used"},
+    {"vanishing_inertia", 19, 50, "finite"},
+    {"window_backwards", 28, 53, "before it begins"},
+    {"word_as_number", 19, 90, "start is a word"},
+    {"wrong_root", 2, 2, "the root element is <world>"},
+    {"wrong_switch", 9, 65, "\"on\" or \"off\""},
+    {"zero_bytes", 1, 1, "UTF-8"},
+    {"zero_normal", 15, 53, "point somewhere"},
+    {"zero_quaternion", 20, 78, "1 0 0 0"},
+    {"zero_radius", 19, 33, "more than 0"},
+    {"zero_step", 9, 21, "step is 0"},
+};
+
+}  // namespace
+
+TEST_CASE("The file that the broken ones are made from is sound") {
+  CHECK(message_of(std::string(TEST_DATA) + "/scenes/small.xml").empty());
+}
+
+TEST_CASE("A broken scenario ends in one line that names file, line, column and remedy") {
+  for (const Broken& broken : table) {
+    INFO(broken.name);
+    const std::string path = std::string(TEST_DATA) + "/broken/" + broken.name + ".xml";
+    const std::string message = message_of(path);
+    CHECK_THAT(message, Catch::StartsWith(path + ":" + std::to_string(broken.line) + ":" +
+                                          std::to_string(broken.column) + ": "));
+    CHECK_THAT(message, Catch::Contains(broken.fragment));
+    CHECK(message.find('\n') == std::string::npos);
+  }
+}
+
+TEST_CASE("Every broken file is in the table, and every row has its file") {
+  std::set<std::string> files, rows;
+  for (const auto& entry : std::filesystem::directory_iterator(std::string(TEST_DATA) + "/broken"))
+    files.insert(entry.path().stem().string());
+  for (const Broken& broken : table) rows.insert(broken.name);
+  CHECK(files == rows);
+}
+
+TEST_CASE("A scenario that is cut off anywhere is refused with a place") {
+  const std::string text = file_text(std::string(TEST_DATA) + "/scenes/small.xml");
+  const std::size_t whole = text.rfind('>') + 1;
+  for (std::size_t length = 0; length < whole; ++length) {
+    INFO(length);
+    std::string message;
+    try {
+      parse_xml({"cut.xml", text.substr(0, length)});
+    } catch (const InputError& error) {
+      message = error.what();
+    }
+    REQUIRE_THAT(message, Catch::StartsWith("cut.xml:"));
+  }
+}
+
+TEST_CASE("Without any one of its attributes a scenario is refused, or the attribute is one that may be left out") {
+  const std::string text = file_text(std::string(TEST_DATA) + "/scenes/small.xml");
+  // These have defaults, and nothing else hangs on them.
+  const std::set<std::string> optional{"unit",  "minimum",     "maximum", "k",        "compression_bound",
+                                       "phase", "restitution", "fixed",   "velocity", "rotate_cone"};
+  int attributes = 0;
+  for (std::size_t equals = text.find("=\"", text.find("<scenario")); equals != std::string::npos;
+       equals = text.find("=\"", equals + 1)) {
+    const std::size_t begin = text.rfind(' ', equals) + 1, end = text.find('"', equals + 2) + 1;
+    const std::string name = text.substr(begin, equals - begin);
+    const TextFile file(std::string(text).erase(begin, end - begin));
+    const std::string message = message_of(file.path());
+    INFO(text.substr(begin, end - begin));
+    ++attributes;
+    if (optional.count(name) == 0) CHECK_THAT(message, Catch::StartsWith(file.path() + ":"));
+    if (message.empty()) CHECK(optional.count(name) == 1);
+  }
+  CHECK(attributes > 60);
+}
+
+TEST_CASE("A folder, a missing file and one that is far too long are refused by name") {
+  CHECK_THAT(message_of(TEST_DATA), Catch::Contains("is a folder"));
+  CHECK_THAT(message_of(std::string(TEST_DATA) + "/nowhere.xml"), Catch::Contains("nowhere.xml: cannot be read"));
+  const TextFile file("");
+  std::filesystem::resize_file(file.path(), std::size_t{17} << 20U);
+  CHECK_THAT(message_of(file.path()), Catch::Contains("16 MB"));
+}
