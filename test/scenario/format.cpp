@@ -179,7 +179,6 @@ TEST_CASE("Places count characters and lines as an editor shows them") {
   fails_at("\xEF\xBB\xBF<scenario title=\"ab\" x=\"\"/>", "1:22");    // a mark takes no column
   fails_at("<scenario title=\"a\"\r\n\t x=\"\"/>", "2:3");            // a tab is one character
   fails_at("<scenario title=\"a\"><motors/></scenario>", "1:22");
-           "1:22");  // duration is missing: the element
 }
 
 TEST_CASE("--set puts a value in force wherever the parameter is used") {
