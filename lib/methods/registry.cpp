@@ -5,7 +5,7 @@
 namespace cb {
 
 std::span<const MethodRow> methods() {
-  static const std::array rows{newton_row(), mirtich_row(), anitescu_potra_row()};
+  static const std::array rows{newton_row(), mirtich_row(), anitescu_potra_row(), drumwright_shell_row()};
   return rows;
 }
 
