@@ -17,9 +17,13 @@ from runs import PROFILES, runs
 
 
 def methods_of(program):
-    listed = json.loads(subprocess.run([program, "list", "methods", "--json"], check=True, capture_output=True,
-                                       text=True).stdout)
-    return listed["methods"] if isinstance(listed, dict) else listed
+    """The program's own list of methods, each with the solvers that this build can use."""
+    listed = json.loads(subprocess.run([program, "list", "--json"], check=True, capture_output=True, text=True).stdout)
+    out = {(s["method"], s["name"]): s["unavailable"] for s in listed["solvers"] if s["unavailable"]}
+    for (method, solver), reason in out.items():
+        print(f"{method or 'LCP'}/{solver} is left out: {reason}")
+    return [{**m, "solvers": [s for s in m["solvers"] if (m["name"], s) not in out], "choice": bool(m["solvers"])}
+            for m in listed["methods"]]
 
 
 def read(path):

@@ -1,6 +1,6 @@
 """The runs of the reproduction: the paper's scenes at the paper's settings, with every method that is built.
 
-What there is to run comes from `contactbench list methods --json`; a new method, solver or variant fills in by itself.
+What there is to run comes from `contactbench list --json`; a new method, solver or variant fills in by itself.
 """
 from dataclasses import dataclass, field
 
@@ -55,13 +55,10 @@ class Run:
 
 
 def cells(method, edges):
-    """Solver, variant, k and epsilon of one method on one scene."""
-    solvers = [s["name"] for s in method.get("solvers", []) if not s.get("unavailable")]
-    if method.get("solvers") and not solvers:
-        return
-    options = {o.get("flag", o.get("name")) for o in method.get("options", [])}
-    for solver in solvers or [""]:
-        for variant in method.get("variants") or [""]:
+    """Solver, variant, k and epsilon of one method on one scene; none where it has solvers but this build has not."""
+    options = {option["flag"] for option in method["options"]}
+    for solver in method["solvers"] if method["choice"] else [""]:
+        for variant in method["variants"] or [""]:
             for k in [str(e) for e in edges] if "k" in options else [""]:
                 for epsilon in EPSILONS if "epsilon" in options else [""]:
                     yield {"solver": solver, "variant": variant, "k": k, "epsilon": epsilon}
