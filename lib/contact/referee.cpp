@@ -107,8 +107,10 @@ Residuals Referee::check(const ContactProblem& problem, const ContactSolution& s
       convex(problem, solution, elastic, out);
       break;
     case Law::newton:
+      out.model = newton(problem, solution);
+      break;
     case Law::mirtich:
-      out.model = impact_law(problem, out);
+      out.model = mirtich(problem, solution, out.energy_gain);
       break;
   }
   return out;
@@ -134,34 +136,54 @@ double Referee::coulomb(const ContactProblem& problem, std::span<const double> r
 }
 
 // Natural map of the LCP, in impulses: rows of c_n and c_t divided by w_i; lam (m/s) divided by w_i too. What the
-// polygon's impulses do not add up to is an error of the answer as well.
+// polygon's impulses do not add up to is an error of the answer as well. With restitution z holds two phases (Poisson):
+// compression from v-, then e c_n is given back and decompression keeps contacts from approaching, its friction bounded
+// by mu (e c_n + c_n').
 double Referee::anitescu_potra(const ContactProblem& problem, const ContactSolution& solution, bool elastic) {
-  const int nc = problem.nc(), k = solution.k;
-  if (elastic) return 0;  // replaced below once the phases are told apart
-  if (static_cast<int>(solution.z.size()) != (k + 2) * nc || !all_finite(solution.z)) return HUGE_VAL;
+  const int nc = problem.nc(), k = solution.k, unknowns = (k + 2) * nc;
+  if (static_cast<int>(solution.z.size()) != (elastic ? 2 : 1) * unknowns || !all_finite(solution.z)) return HUGE_VAL;
   if (size_ == 0) return 0;
+
+  cosine_.resize(k);
+  sine_.resize(k);
+  for (int i = 0; i < k; ++i) {
+    cosine_[i] = std::cos(2 * M_PI * i / k);
+    sine_[i] = std::sin(2 * M_PI * i / k);
+  }
+  given_back_.assign(nc, 0.0);
+  phase_.assign(3 * nc, 0.0);
   double sum = 0;
-  for (int c = 0; c < nc; ++c) {
-    const double w = weight_[c];
-    const double* u = &u_plus_[3 * c];
-    const double* r = &solution.impulse[3 * c];
-    const double c_n = solution.z[c], lam = solution.z[nc + k * nc + c];
-    double error = 0, c_sum = 0, t1 = 0, t2 = 0;
-    const auto add = [&](double e) { error += e * e; };
-    add(std::min(c_n, u[0] / w));
-    for (int i = 0; i < k; ++i) {
-      const double angle = 2 * M_PI * i / k, cosine = std::cos(angle), sine = std::sin(angle);
-      const double c_t = solution.z[nc + k * c + i];
-      add(std::min(c_t, (cosine * u[1] + sine * u[2] + lam) / w));
-      c_sum += c_t;
-      t1 += cosine * c_t;
-      t2 += sine * c_t;
+  for (int at = 0; at < static_cast<int>(solution.z.size()); at += unknowns) {
+    const double* z = solution.z.data() + at;
+    for (int c = 0; c < nc; ++c) {
+      phase_[3 * c] += z[c] + given_back_[c];
+      for (int i = 0; i < k; ++i) {
+        phase_[3 * c + 1] += cosine_[i] * z[nc + k * c + i];
+        phase_[3 * c + 2] += sine_[i] * z[nc + k * c + i];
+      }
     }
-    add(std::min(lam / w, problem.mu[c] * c_n - c_sum));
-    add(c_n - r[0]);
-    add(t1 - r[1]);
-    add(t2 - r[2]);
-    sum += w * error;
+    const bool last = at + unknowns == static_cast<int>(solution.z.size());
+    if (!last) {
+      apply_impulse(problem, factor_, phase_, scratch_v_);
+      contact_velocity(problem, scratch_v_, scratch_u_);
+    }
+    const std::vector<double>& u = last ? u_plus_ : scratch_u_;
+    for (int c = 0; c < nc; ++c) {
+      const double w = weight_[c], lam = z[nc + k * nc + c];
+      double error = 0, c_sum = 0;
+      const auto add = [&](double e) { error += e * e; };
+      add(std::min(z[c], u[3 * c] / w));
+      for (int i = 0; i < k; ++i) {
+        const double c_t = z[nc + k * c + i];
+        add(std::min(c_t, (cosine_[i] * u[3 * c + 1] + sine_[i] * u[3 * c + 2] + lam) / w));
+        c_sum += c_t;
+      }
+      add(std::min(lam / w, problem.mu[c] * (z[c] + given_back_[c]) - c_sum));
+      if (last)
+        for (int i = 0; i < 3; ++i) add(phase_[3 * c + i] - solution.impulse[3 * c + i]);
+      sum += w * error;
+      given_back_[c] = problem.restitution[c] * z[c];
+    }
   }
   return std::sqrt(sum) / size_;
 }
@@ -274,12 +296,39 @@ void Referee::least_sum(const ContactProblem& problem, const ContactSolution& so
   }
 }
 
-// Impact laws contact by contact: nothing may approach any more.
-double Referee::impact_law(const ContactProblem& problem, const Residuals&) {
-  if (size_ == 0) return 0;
+// Impact laws: nothing approaches any more, impulses lie in their cones, and where a single contact was solved Newton's
+// law holds to the letter: u_n+ = -e u_n-. (With several, impacts are a sequence, and each has its own u_n-.)
+double Referee::newton(const ContactProblem& problem, const ContactSolution& solution) const {
   double worst = 0;
-  for (int c = 0; c < problem.nc(); ++c) worst = std::max(worst, -u_plus_[3 * c] / std::sqrt(weight_[c]) / size_);
-  return worst;
+  for (int c = 0; c < problem.nc(); ++c) {
+    const double root_w = std::sqrt(weight_[c]), u_n = u_plus_[3 * c], r_n = solution.impulse[3 * c];
+    worst = std::max(
+        {worst, -u_n / root_w, -r_n * root_w, (tangential(solution.impulse, c) - problem.mu[c] * r_n) * root_w});
+    if (problem.nc() == 1 && u_minus_[0] < 0)
+      worst = std::max(worst, std::abs(u_n + problem.restitution[0] * u_minus_[0]) / root_w);
+  }
+  return size_ > 0 ? worst / size_ : worst;
+}
+
+// Stronge's law: the works that the method claims must give back e^2 of what compression stored, take energy by
+// friction, and add up to the change of kinetic energy.
+double Referee::mirtich(const ContactProblem& problem, const ContactSolution& solution, double energy_gain) const {
+  const int nc = problem.nc();
+  const auto& stored = solution.compression_work;
+  const auto& returned = solution.restitution_work;
+  const auto& friction = solution.friction_work;
+  for (const auto* work : {&stored, &returned, &friction})
+    if (static_cast<int>(work->size()) != nc || !all_finite(*work)) return HUGE_VAL;
+  double worst = 0, balance = -energy_gain;
+  for (int c = 0; c < nc; ++c) {
+    const double root_w = std::sqrt(weight_[c]), r_n = solution.impulse[3 * c], e = problem.restitution[c];
+    worst = std::max({worst, -u_plus_[3 * c] / root_w / size_, -r_n * root_w / size_,
+                      (tangential(solution.impulse, c) - problem.mu[c] * r_n) * root_w / size_});
+    const double energy = size_ * size_;
+    worst = std::max({worst, std::abs(returned[c] + e * e * stored[c]) / energy, friction[c] / energy});
+    balance += stored[c] + returned[c] + friction[c];
+  }
+  return size_ > 0 ? std::max(worst, std::abs(balance) / (size_ * size_)) : 0;
 }
 
 }  // namespace cb

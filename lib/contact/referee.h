@@ -39,7 +39,8 @@ class Referee {
   double anitescu_potra(const ContactProblem& problem, const ContactSolution& solution, bool elastic);
   void convex(const ContactProblem& problem, const ContactSolution& solution, bool elastic, Residuals& out);
   void least_sum(const ContactProblem& problem, const ContactSolution& solution, double& worst);
-  double impact_law(const ContactProblem& problem, const Residuals& residuals);
+  double newton(const ContactProblem& problem, const ContactSolution& solution) const;
+  double mirtich(const ContactProblem& problem, const ContactSolution& solution, double energy_gain) const;
 
   BlockCholesky factor_;
   Islands islands_;
@@ -47,7 +48,8 @@ class Referee {
   std::vector<double> weight_;  // nc, w_i
   std::vector<Eigen::Matrix3d> W_;
   std::vector<double> u_plus_, u_minus_, y_, u_dual_, scratch_v_, scratch_u_, difference_;
-  std::vector<double> slack_, sum_, kappa_, kappa_scale_;  // per island
+  std::vector<double> cosine_, sine_, given_back_, phase_;  // anitescu_potra: k, k, nc, 3 nc
+  std::vector<double> slack_, sum_, kappa_, kappa_scale_;   // per island
 };
 
 }  // namespace cb
