@@ -13,8 +13,8 @@ namespace cb {
 
 /// A closed form that scenes can name as their reference, as `contactbench list references` prints it.
 struct ReferenceRow {
-  std::string_view name;     ///< "sliding_box", ...
-  std::string_view summary;  ///< what is exact, with its source
+  std::string_view name;                                              ///< "sliding_box", ...
+  std::string_view summary;                                           ///< what is exact, with its source
   std::vector<std::pair<std::string_view, std::string_view>> errors;  ///< name, unit and meaning; fixed once published
 };
 std::span<const ReferenceRow> references();
@@ -30,8 +30,8 @@ class SceneErrors {
   void observe_start(const State& state);
   void observe_event(const EventRecord& event);
   void observe_step(const State& state, const StepRecord& record);
-  /// Names and values in a fixed order; a measure that the run did not reach (t(8) of a run that stopped at 3 s) is left
-  /// out. "reference_kind" is not here: it is scenario.reference.kind.
+  /// Names and values in a fixed order; a measure that the run did not reach (t(8) of a run that stopped at 3 s) is
+  /// left out. "reference_kind" is not here: it is scenario.reference.kind.
   std::vector<std::pair<std::string, double>> finish() const;
 
   struct Measure;
