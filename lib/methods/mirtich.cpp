@@ -92,13 +92,20 @@ Vector3d direction_from_rest(const Matrix3d& K, double mu, bool& sticks) {
 
 class Path {
  public:
-  Path(const Matrix3d& K, const Vector3d& u, double mu, double e, const MirtichOptions& options, Impact& impact)
+  Path(const Matrix3d& K, const Vector3d& u, double mu, double e, double event_approach, const MirtichOptions& options,
+       Impact& impact)
       : K_(K),
         u0_(u),
+        column_n_(K.col(0)),
+        column_1_(-mu * K.col(1)),
+        column_2_(-mu * K.col(2)),
         mu_(mu),
         e2_(e * e),
         approach_(-u[0]),
-        energy_(0.5 * u[0] * u[0] / K(0, 0)),
+        error_(std::min(options.integration * std::max(event_approach, -u[0]), options.integration_own * -u[0])),
+        error_work_(0.5 / K(0, 0) *
+                    std::min(options.integration * std::max(event_approach * event_approach, u[0] * u[0]),
+                             options.integration_own * u[0] * u[0])),
         options_(options),
         impact_(impact) {}
 
@@ -115,7 +122,7 @@ class Path {
         return;
       }
       const Vector3d u = velocity(y_);
-      slip = std::hypot(u[1], u[2]);
+      slip = std::sqrt(u[1] * u[1] + u[2] * u[2]);
       if (!(slip > no_slip)) break;
       impact_.slid = true;
       const double t1 = u[1] / slip, t2 = u[2] / slip;
@@ -124,8 +131,7 @@ class Path {
       const double along = t1 * a[1] + t2 * a[2], turn = std::abs(t1 * a[2] - t2 * a[1]);
       if (loading_ && a[0] < 0) impact_.locked = true;
       const double stop = along < 0 ? -slip / along : infinite;
-      const bool straight =
-          turn <= round_off * std::hypot(a[1], a[2]) || turn * stop <= 1e-2 * options_.integration * approach_;
+      const bool straight = turn <= round_off * std::hypot(a[1], a[2]) || turn * stop <= 1e-2 * error_;
       if (straight)
         resting = straight_stretch(u, xi, a, stop);
       else
@@ -189,9 +195,8 @@ class Path {
   /// One step of (3), shortened to the end of the phase where that comes first.
   void curved_step(const Vector3d& u, double slip, const Vector3d& a) {
     if (step_ == 0) step_ = 1.1 * std::min(0.3, approach_ / slip) / std::max(std::abs(a[0]), std::hypot(a[1], a[2]));
-    const Slope k1 = slope(u);
     Point y;
-    const double error = dormand_prince(k1, step_, y);
+    const double error = dormand_prince(u, step_, y);
     const double next = step_ * std::clamp(0.9 * std::pow(error + 1e-30, -0.2), 0.2, 5.0);
     if (!(error <= 1)) {
       step_ = std::isfinite(next) ? next : 0.1 * step_;
@@ -199,17 +204,17 @@ class Path {
     }
     const double un = velocity(y)[0];
     if (loading_ && un >= 0) {
-      land(k1, y, false);
+      land(u, y, false);
       end_phase(false);
     } else if (!loading_ && y.work >= e2_ * stored_) {
-      land(k1, y, true);
+      land(u, y, true);
       end_phase(true);
     } else if (!loading_ && un < 0) {
       if (u[0] <= 1e-12 * approach_) {  // rose and fell within the step: take it apart
         step_ *= 0.5;
         return;
       }
-      land(k1, y, false);
+      land(u, y, false);
       end_phase(false);
     } else {
       y_ = y;
@@ -218,29 +223,29 @@ class Path {
   }
 
   /// Where u_n passes zero (`by_work` false) or the stored work is spent, within the step that led to y.
-  void land(const auto& k1, const Point& last, bool by_work) {
+  void land(const Vector3d& start, const Point& last, bool by_work) {
     const double sign = by_work || loading_ ? 1 : -1;
-    double low = 0, high = step_, h = step_;
+    double low = 0, high = step_, h = step_, last_move = step_;
     Point y = last;
     for (int i = 0; i < 60; ++i) {
       const Vector3d u = velocity(y);
-      const double slip = std::hypot(u[1], u[2]);
+      const double slip = std::sqrt(u[1] * u[1] + u[2] * u[2]);
       double miss = 0, rate = 0;
       if (by_work) {
         miss = y.work - e2_ * stored_;
         rate = slip * u[0];
-        if (std::abs(miss) <= 4e-16 * e2_ * stored_) break;
       } else {
         miss = u[0];
         rate = slip * K_(0, 0) - mu_ * (K_(0, 1) * u[1] + K_(0, 2) * u[2]);
-        if (std::abs(miss) <= 4e-16 * approach_) break;
       }
+      // Newton's method, within bounds; it ends where a move is round-off, or (u_n far below the slip) shrinks no more.
       (sign * miss > 0 ? high : low) = h;
-      double next = sign * rate > 0 ? h - miss / rate : 0.5 * (low + high);
-      if (!(next > low && next < high)) next = 0.5 * (low + high);
-      if (next == h || !(high - low > 1e-16 * step_)) break;
-      h = next;
-      dormand_prince(k1, h, y);
+      double move = sign * rate > 0 ? -miss / rate : infinite;
+      if (std::abs(move) <= 1e-14 * h || (std::abs(move) <= 1e-8 * h && std::abs(move) >= 0.5 * last_move)) break;
+      last_move = std::abs(move);
+      if (!(h + move > low && h + move < high)) move = 0.5 * (low + high) - h;
+      h += move;
+      dormand_prince(start, h, y);
     }
     y_ = y;
   }
@@ -269,46 +274,64 @@ class Path {
     ended_ = true;
   }
 
-  // (3): derivatives of the five unknowns.
-  using Slope = Eigen::Array<double, 5, 1>;
-  Slope slope(const Vector3d& u) const {
-    const double s = std::sqrt(u[1] * u[1] + u[2] * u[2]);
-    Slope k;
-    k << s, -mu_ * u[1], -mu_ * u[2], s * u[0], -mu_ * s * s;
-    return k;
-  }
-
-  /// One step of length h from y_ into y; returns the local error over what is allowed.
-  double dormand_prince(const Slope& k1, double h, Point& y) const {
-    const auto at = [&](const Slope& k) {
-      const Vector3d r = y_.r + h * k.head<3>().matrix();
-      return slope(u0_ + K_ * r);
+  /// One step of (3) of length h from y_, where the velocity is `start`, into y; returns the local error over what is
+  /// allowed. Written out in the slopes s, u_t1, u_t2 of each stage, of which all else is a combination.
+  double dormand_prince(const Vector3d& start, double h, Point& y) const {
+    struct Stage {
+      double n, t1, t2, s;  // u and |u_t|
     };
-    const Slope k2 = at(k1 / 5);
-    const Slope k3 = at(3.0 / 40 * k1 + 9.0 / 40 * k2);
-    const Slope k4 = at(44.0 / 45 * k1 - 56.0 / 15 * k2 + 32.0 / 9 * k3);
-    const Slope k5 = at(19372.0 / 6561 * k1 - 25360.0 / 2187 * k2 + 64448.0 / 6561 * k3 - 212.0 / 729 * k4);
-    const Slope k6 =
-        at(9017.0 / 3168 * k1 - 355.0 / 33 * k2 + 46732.0 / 5247 * k3 + 49.0 / 176 * k4 - 5103.0 / 18656 * k5);
-    const Slope k = 35.0 / 384 * k1 + 500.0 / 1113 * k3 + 125.0 / 192 * k4 - 2187.0 / 6784 * k5 + 11.0 / 84 * k6;
-    const Slope k7 = at(k);
-    y.r = y_.r + h * k.head<3>().matrix();
-    y.work = y_.work + h * k[3];
-    y.friction = y_.friction + h * k[4];
+    const auto at = [&](double s, double t1, double t2) {
+      Stage k{start[0] + h * (column_n_[0] * s + column_1_[0] * t1 + column_2_[0] * t2),
+              start[1] + h * (column_n_[1] * s + column_1_[1] * t1 + column_2_[1] * t2),
+              start[2] + h * (column_n_[2] * s + column_1_[2] * t1 + column_2_[2] * t2), 0};
+      k.s = std::sqrt(k.t1 * k.t1 + k.t2 * k.t2);
+      return k;
+    };
+    const auto stage = [&](const auto& sum) { return at(sum(&Stage::s), sum(&Stage::t1), sum(&Stage::t2)); };
+    const Stage k1{start[0], start[1], start[2], std::sqrt(start[1] * start[1] + start[2] * start[2])};
+    const Stage k2 = stage([&](auto f) { return 1.0 / 5 * k1.*f; });
+    const Stage k3 = stage([&](auto f) { return 3.0 / 40 * k1.*f + 9.0 / 40 * k2.*f; });
+    const Stage k4 = stage([&](auto f) { return 44.0 / 45 * k1.*f - 56.0 / 15 * k2.*f + 32.0 / 9 * k3.*f; });
+    const Stage k5 = stage([&](auto f) {
+      return 19372.0 / 6561 * k1.*f - 25360.0 / 2187 * k2.*f + 64448.0 / 6561 * k3.*f - 212.0 / 729 * k4.*f;
+    });
+    const Stage k6 = stage([&](auto f) {
+      return 9017.0 / 3168 * k1.*f - 355.0 / 33 * k2.*f + 46732.0 / 5247 * k3.*f + 49.0 / 176 * k4.*f -
+             5103.0 / 18656 * k5.*f;
+    });
+    const auto fifth = [&](const auto& f) {
+      return 35.0 / 384 * f(k1) + 500.0 / 1113 * f(k3) + 125.0 / 192 * f(k4) - 2187.0 / 6784 * f(k5) +
+             11.0 / 84 * f(k6);
+    };
+    const auto s = [](const Stage& k) { return k.s; };
+    const auto t1 = [](const Stage& k) { return k.t1; };
+    const auto t2 = [](const Stage& k) { return k.t2; };
+    const auto work = [](const Stage& k) { return k.s * k.n; };
+    const auto friction = [](const Stage& k) { return k.s * k.s; };
+    const double p = fifth(s), q1 = fifth(t1), q2 = fifth(t2);
+    const Stage k7 = at(p, q1, q2);
+    y.r = y_.r + h * Vector3d(p, -mu_ * q1, -mu_ * q2);
+    y.work = y_.work + h * fifth(work);
+    y.friction = y_.friction - mu_ * h * fifth(friction);
 
-    const Slope e = h * (71.0 / 57600 * k1 - 71.0 / 16695 * k3 + 71.0 / 1920 * k4 - 17253.0 / 339200 * k5 +
-                         22.0 / 525 * k6 - 1.0 / 40 * k7);
+    const auto error = [&](const auto& f) {
+      return h * (71.0 / 57600 * f(k1) - 71.0 / 16695 * f(k3) + 71.0 / 1920 * f(k4) - 17253.0 / 339200 * f(k5) +
+                  22.0 / 525 * f(k6) - 1.0 / 40 * f(k7));
+    };
+    const Vector3d du = error(s) * column_n_ + error(t1) * column_1_ + error(t2) * column_2_;
     // The direction of sliding must be known too, to the end: without that bound the step outgrows what is stable.
-    const Vector3d du = K_ * e.head<3>().matrix(), u = velocity(y);
-    const double turn = std::hypot(du[1], du[2]) / std::hypot(u[1], u[2]) * options_.integration / options_.turn;
-    const double velocities = std::max(du.cwiseAbs().maxCoeff() / approach_, turn);
-    const double works = std::max(std::abs(e[3]) / energy_, std::abs(e[4]) / (energy_ + std::abs(y.friction)));
-    return std::max(velocities, works) / options_.integration;
+    const double turn2 = (du[1] * du[1] + du[2] * du[2]) / (k7.s * k7.s * options_.turn * options_.turn);
+    const double works =
+        std::max(std::abs(error(work)) / error_work_,
+                 mu_ * std::abs(error(friction)) / (error_work_ + options_.integration * std::abs(y.friction)));
+    return std::max({du.cwiseAbs().maxCoeff() / error_, works, std::sqrt(turn2)});
   }
 
   const Matrix3d& K_;
   const Vector3d u0_;
-  const double mu_, e2_, approach_, energy_;  // -, -, m/s, J
+  const Vector3d column_n_, column_1_, column_2_;  // of K, what s, u_t1, u_t2 of (3) do to u: 1, -mu, -mu
+  const double mu_, e2_, approach_;                // -, -, m/s
+  const double error_, error_work_;                // allowed in a step: m/s, J
   const MirtichOptions& options_;
   Impact& impact_;
   Point y_;
@@ -364,7 +387,7 @@ class Mirtich {
  private:
   bool impact(const ContactProblem& problem, int c, ContactSolution& solution) {
     integrate_impact(state_.K(c), state_.velocity(c), problem.mu[c], problem.restitution[c], state_.slip_rounding(c),
-                     options_, impact_);
+                     state_.approach_before(), options_, impact_);
     if (impact_.status != Status::ok) {
       solution.status = impact_.status;
       solution.reason = impact_.status == Status::singular ? "an impact without end: the contact's inertia is singular"
@@ -420,14 +443,14 @@ ContactMethod make(const MethodOptions&) { return make_mirtich({}); }
 
 }  // namespace
 
-void integrate_impact(const Matrix3d& K, const Vector3d& u, double mu, double e, double no_slip,
+void integrate_impact(const Matrix3d& K, const Vector3d& u, double mu, double e, double no_slip, double event_approach,
                       const MirtichOptions& options, Impact& impact) {
   impact = {};
   if (!(K(0, 0) > 0)) {
     impact.status = Status::singular;
     return;
   }
-  if (u[0] < 0) Path(K, u, mu, e, options, impact).follow(no_slip);
+  if (u[0] < 0) Path(K, u, mu, e, event_approach, options, impact).follow(no_slip);
 }
 
 ContactMethod make_mirtich(const MirtichOptions& options) {

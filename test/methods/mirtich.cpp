@@ -68,7 +68,7 @@ TEST_CASE("all 90 reference impacts are met to 1e-9: velocities, spins, impulse,
     std::vector<Matrix3d> K;
     diagonal_blocks(p, factor, K);
     integrate_impact(K[0], Vector3d(out.u_minus[0], out.u_minus[1], out.u_minus[2]), p.mu[0], p.restitution[0], 1e-14,
-                     {}, impact);
+                     0, {}, impact);
     const auto passed = [&](const char* mode) {
       return std::find(c["modes"].begin(), c["modes"].end(), mode) != c["modes"].end();
     };
@@ -148,7 +148,7 @@ TEST_CASE("1000 random impacts return e^2 of the work stored, lose what friction
     factor.factor(p.M);
     std::vector<Matrix3d> K;
     diagonal_blocks(p, factor, K);
-    integrate_impact(K[0], Vector3d(out.u_minus[0], out.u_minus[1], out.u_minus[2]), p.mu[0], e, 1e-13, {}, impact);
+    integrate_impact(K[0], Vector3d(out.u_minus[0], out.u_minus[1], out.u_minus[2]), p.mu[0], e, 1e-13, 0, {}, impact);
     curved += impact.steps > 3;
     diverged += impact.diverged;
     locked += impact.locked;
@@ -189,7 +189,7 @@ TEST_CASE("friction that drives the contact further in stores until the slip has
   for (double e : {0.0, 0.7, 1.0}) {
     const double p_3 = std::sqrt(2 * e * e * stored / stick);
     Impact impact;
-    integrate_impact(K, {u_n, sign * slip, 0}, mu, e, 1e-14, {}, impact);
+    integrate_impact(K, {u_n, sign * slip, 0}, mu, e, 1e-14, 0, {}, impact);
     CHECK(impact.status == Status::ok);
     CHECK(impact.locked);
     CHECK(impact.stuck);
@@ -212,7 +212,7 @@ TEST_CASE("where sticking is not stable the contact slides off along the one div
     const Vector3d x = K.inverse().col(0) / K.inverse()(0, 0);
     const double mu = 0.7 * x.tail<2>().norm();  // the cone is too narrow to stick
     Impact impact;
-    integrate_impact(K, {-1, 0, 0}, mu, 0.5, 1e-14, {}, impact);
+    integrate_impact(K, {-1, 0, 0}, mu, 0.5, 1e-14, 0, {}, impact);
     if (!(mu > 1e-6)) continue;
     ++found;
     REQUIRE(impact.diverged);
@@ -221,7 +221,7 @@ TEST_CASE("where sticking is not stable the contact slides off along the one div
     CHECK(slip > 0);
     CHECK((impact.r.tail<2>() + mu * impact.r[0] * u.tail<2>() / slip).norm() < 1e-10 * mu * impact.r[0]);
     // and just inside a cone that is wide enough it sticks
-    integrate_impact(K, {-1, 0, 0}, x.tail<2>().norm() * (1 + 1e-9), 0.5, 1e-14, {}, impact);
+    integrate_impact(K, {-1, 0, 0}, x.tail<2>().norm() * (1 + 1e-9), 0.5, 1e-14, 0, {}, impact);
     CHECK(impact.stuck);
     CHECK((K * impact.r).tail<2>().norm() < 1e-12);
   }
@@ -242,7 +242,7 @@ TEST_CASE("slip that reverses in the plane stops, and slides off the other way, 
   REQUIRE(b_n > 0);
   const double p_2 = -u_1 / b_n;
   Impact impact;
-  integrate_impact(K, {u_n, sign * slip, 0}, mu, 0, 1e-14, {}, impact);
+  integrate_impact(K, {u_n, sign * slip, 0}, mu, 0, 1e-14, 0, {}, impact);
   const Vector3d u = Vector3d(u_n, sign * slip, 0) + K * impact.r;
   CHECK(impact.diverged);
   CHECK(impact.r[0] == Approx(p_1 + p_2).epsilon(1e-12));
