@@ -1,3 +1,4 @@
+# shellcheck shell=bash
 # Shared by the scripts; sourced, not run. Sets `root`, the top folder of the project.
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 

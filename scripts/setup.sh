@@ -47,6 +47,17 @@ if [ $((${#lacking[@]} + ${#lacking_optional[@]})) -eq 0 ]; then
   exit 0
 fi
 
+known() { apt-cache show "$1" >/dev/null 2>&1; }
+# An optional package that this release does not carry is not asked for again and again.
+if [ ${#lacking[@]} -eq 0 ] && compgen -G '/var/lib/apt/lists/*_Packages*' >/dev/null; then
+  askable=()
+  for p in "${lacking_optional[@]}"; do
+    if known "$p"; then askable+=("$p"); else echo "setup: $p is not in this release's packages; left out"; fi
+  done
+  lacking_optional=("${askable[@]}")
+  [ ${#lacking_optional[@]} -ne 0 ] || exit 0
+fi
+
 as_root=()
 if [ "$(id -u)" -ne 0 ]; then
   if ! command -v sudo >/dev/null; then
@@ -62,7 +73,7 @@ echo "setup: installing ${lacking[*]} ${lacking_optional[*]}"
 apt update -qq
 wanted=("${lacking[@]}")
 for p in "${lacking_optional[@]}"; do
-  if apt-cache show "$p" >/dev/null 2>&1; then
+  if known "$p"; then
     wanted+=("$p")
   else
     echo "setup: $p is not in this release's packages; left out"
