@@ -41,7 +41,7 @@ class SparseBasis {
   int factorisations() const { return factorisations_; }
 
   /// Exchanges kept as product form before the basis is factorised again; more: each solve costs more and loses digits.
-  static constexpr int refactor_every = 50;
+  static constexpr int refactor_every = 100;
   /// Change of a basic value by a fresh factorisation (scaled) beyond which exchanges are halved, -.
   static constexpr double drift_allowed = 1e-9;
 
