@@ -14,6 +14,8 @@
 #include <chrono>
 #include <cmath>
 
+#include "dynamics/free_bodies.h"
+
 namespace cb {
 
 namespace {
@@ -51,27 +53,8 @@ Simulation::Simulation(const Scenario& scenario, const SimulationOptions& option
   margin_ = std::isfinite(smallest) ? 1e-6 * smallest : 1e-6;
   motions_.resize(scenario_.shapes.size());
   external_.resize(scenario_.model.bodies.size());
-  energy_input_ = kinetic_energy();
+  energy_input_ = kinetic_energy(scenario_.model, state_);
   update_motions();
-}
-
-double Simulation::kinetic_energy() const {
-  double energy = 0;
-  for (std::size_t b = 0; b < scenario_.model.bodies.size(); ++b) {
-    const Body& body = scenario_.model.bodies[b];
-    const Eigen::Map<const Vec3> v(&state_.v[6 * b]), w(&state_.v[6 * b + 3]);
-    const Vec3 w_B = state_.pose[b].q.conjugate() * w;
-    energy += 0.5 * (body.mass * v.squaredNorm() + body.inertia.dot(w_B.cwiseAbs2()));
-  }
-  return energy;
-}
-
-double Simulation::potential_energy() const {
-  const Vec3 g = scenario_.gravity.at(state_.t);
-  double energy = 0;
-  for (std::size_t b = 0; b < scenario_.model.bodies.size(); ++b)
-    energy -= scenario_.model.bodies[b].mass * g.dot(state_.pose[b].p);
-  return energy;
 }
 
 const StepRecord& Simulation::step() {
@@ -113,8 +96,8 @@ const StepRecord& Simulation::step() {
   ++step_index_;
   state_.t = static_cast<double>(step_index_) * options_.step;
   record_.t = state_.t;
-  record_.kinetic_energy = kinetic_energy();
-  record_.potential_energy = potential_energy();
+  record_.kinetic_energy = kinetic_energy(scenario_.model, state_);
+  record_.potential_energy = potential_energy(scenario_.model, state_, scenario_.gravity.at(state_.t));
   if (!std::isfinite(record_.kinetic_energy))
     fail(Status::not_finite, "a velocity is not a finite number");
   else if (record_.kinetic_energy > options_.blowup_factor * energy_input_)
@@ -130,7 +113,7 @@ void Simulation::fail(Status status, std::string reason) {
   reason_ = std::move(reason);
 }
 
-// Explicit Euler: accelerations at the start of the step, Euler's equations in the body's axes.
+// Velocities from the forces at the start of the step.
 void Simulation::apply_forces() {
   const double h = options_.step;
   const Vec3 g = scenario_.gravity.at(state_.t);
@@ -139,21 +122,7 @@ void Simulation::apply_forces() {
   for (const Force& force : scenario_.forces)
     if (step_index_ >= step_at(force.from, h) && step_index_ < step_at(force.to, h))
       external_[force.body] += force.force;
-
-  for (std::size_t b = 0; b < external_.size(); ++b) {
-    const Body& body = scenario_.model.bodies[b];
-    Eigen::Map<Vec3> v(&state_.v[6 * b]), w(&state_.v[6 * b + 3]);
-    const Vec3 dv = h / body.mass * external_[b];
-    v += dv;
-    energy_input_ += std::abs(external_[b].dot(v)) * h + 0.5 * body.mass * dv.squaredNorm();
-    const Vec3& inertia = body.inertia;
-    if ((inertia[0] != inertia[1] || inertia[1] != inertia[2]) && !w.isZero(0)) {
-      const Quat& q = state_.pose[b].q;
-      const Vec3 w_B = q.conjugate() * w;
-      const Vec3 torque = inertia.cwiseProduct(w_B).cross(w_B);
-      w += h * (q * torque.cwiseQuotient(inertia));
-    }
-  }
+  energy_input_ += accelerate(scenario_.model, external_, h, state_);
 }
 
 void Simulation::update_motions() {

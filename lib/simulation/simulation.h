@@ -69,8 +69,6 @@ class Simulation {
   const State& state() const { return state_; }
   long steps_total() const { return steps_total_; }
   long step_index() const { return step_index_; }
-  double kinetic_energy() const;
-  double potential_energy() const;
   /// Called after each event, in time order; may be empty.
   std::function<void(const EventRecord&)> on_event;
   /// Where status is not ok: one line.
