@@ -50,6 +50,8 @@ struct ConeOptions {
   /// -: regularisation of the equalities of Newton's method, as a fraction of W_ii; r is not unique, and this picks the
   /// answer next to the iterate. It does not perturb the answer (it is proximal); larger: more steps, better pivots.
   double proximal = 1e-8;
+  /// -: norm of the natural map over sqrt(energy) that counts as rounding: Newton's method then ends.
+  double rounding = 1e-13;
   /// Largest nv at which the dense kernel serves (measured: bench/cone).
   int dense_limit = 48;
 };

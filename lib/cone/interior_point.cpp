@@ -227,8 +227,9 @@ Certificate certify(const ConeProgram& p, std::span<const double> r, std::span<c
     kappa_size = std::max(kappa_size, std::abs(p.kappa));
     if (sum > p.kappa) violated((sum - p.kappa) / (kappa_size > 0 ? kappa_size : 1));
   }
-  out.gap = gap;
-  out.infeasibility = worst;
+  // Comparisons with NaN are false: say so here, once.
+  out.gap = std::isfinite(gap) ? gap : HUGE_VAL;
+  out.infeasibility = std::isfinite(gap) ? worst : HUGE_VAL;
   return out;
 }
 
@@ -397,7 +398,7 @@ bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x) {
     if (!std::isfinite(residual)) break;
     if (residual < 0.5 * best)
       stalled = 0;
-    else if (best < 1e-13 * size_ || ++stalled > 3)
+    else if (best < options_.rounding * size_ || ++stalled > 3)
       break;
     if (residual < best) {
       best = residual;
@@ -413,15 +414,21 @@ bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x) {
       for (int c = 0; c < p.nc(); ++c) x.eta[c] += deta_[c];
     x.s += ds_;
   }
-  if (!(best < HUGE_VAL)) return false;
+  if (!(best < HUGE_VAL)) {
+    x.status = ConeStatus::not_finite;
+    return false;
+  }
   best_.iterations = x.iterations;
   x = best_;
   velocities_.evaluate(p, x.r, p.has_eta() ? std::span<const double>(x.eta) : std::span<const double>());
   const Certificate certificate = certify(p, x.r, x.eta, velocities_, q_);
   x.gap = certificate.gap;
   x.infeasibility = certificate.infeasibility;
-  const double tolerance = 1e-14 * size_ * size_;
-  const bool accepted = std::abs(x.gap) <= tolerance && x.infeasibility <= options_.feasibility;
+  // Where the natural map is at rounding there is nothing better, even if the certificate multiplies that rounding (by
+  // mu, or by large impulses) beyond what was asked for.
+  const bool at_rounding = best <= options_.rounding * size_;
+  const bool accepted =
+      x.infeasibility <= options_.feasibility && (at_rounding || std::abs(x.gap) <= 1e-14 * size_ * size_);
   x.status = accepted ? ConeStatus::solved : ConeStatus::nonconverged;
   return accepted;
 }

@@ -126,6 +126,7 @@ bool DrumwrightShell::solve(const ContactProblem& problem, const std::vector<dou
                             ContactSolution& solution) {
   find_islands(problem, islands_);
   ConeStatus worst = ConeStatus::solved;
+  inaccurate_ = false;
   for (int i = 0; i < islands_.count; ++i) {
     extract(problem, v0, i);
     const ConeStatus status = solve_island(epsilon / islands_.count, solution);
@@ -145,6 +146,7 @@ bool DrumwrightShell::solve(const ContactProblem& problem, const std::vector<dou
   }
   switch (worst) {
     case ConeStatus::solved:
+      if (inaccurate_) fail(solution, Status::inaccurate, "the duality gap stayed above epsilon: rounding");
       return true;
     case ConeStatus::nonconverged:
       fail(solution, Status::nonconverged, "the interior point method did not reach the gap that was asked for");
@@ -216,10 +218,10 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
         (q_[3 * c] * q_[3 * c] + q_[3 * c + 1] * q_[3 * c + 1] + q_[3 * c + 2] * q_[3 * c + 2]) / island_.weight[c];
   }
   size_ = std::sqrt(size_);
-  const bool normal_ok = frictionless();
+  bool normal_ok = frictionless();
   flat_ = false;
   if (tolerances_.bounded) {
-    least_sum();
+    normal_ok = least_sum() && normal_ok;
     program_.bounded_below = true;
     program_.kappa = kappa_ = std::accumulate(f_.begin(), f_.end(), 0.0);
     flat_ = reduces_to_flat();
@@ -288,6 +290,11 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
       }
     }
   }
+  if (!normal_ok && status == ConeStatus::solved) status = ConeStatus::nonconverged;
+  // An answer at rounding whose certificate is not: friction coefficients or masses of many orders of magnitude.
+  if (status != ConeStatus::solved && normal_ok && best.infeasibility <= tolerances_.infeasibility &&
+      std::abs(best.gap) <= tolerances_.inaccurate * size_ * size_)
+    inaccurate_ = true, status = ConeStatus::solved;
   solution.iterations += iterations_;
   solution.claimed_residual += std::abs(best.gap);
   return status;
@@ -308,6 +315,10 @@ bool DrumwrightShell::frictionless() {
     ok = trial_.status == ConeStatus::solved;
   }
   iterations_ += trial_.iterations;
+  if (!all_finite(trial_.r)) {
+    trial_.r.assign(3 * nc, 0.0);
+    ok = false;
+  }
   f_.resize(nc);
   for (int c = 0; c < nc; ++c) {
     f_[c] = std::max(0.0, trial_.r[3 * c]);
@@ -369,8 +380,9 @@ bool DrumwrightShell::proves_least_sum() const {
   const double size = size_ > 0 ? size_ : 1;
   for (int c = 0; c < nc; ++c) {
     const double root_w = std::sqrt(island_.weight[c]), excess = Jz_[3 * c] - 1;
-    const double u_n = std::max(0.0, u_f_[3 * c]) / root_w / size, f = f_[c] * root_w / size;
-    if (std::min(excess, u_n) > tolerances_.solvable || std::min(-excess, f) > tolerances_.solvable) return false;
+    const bool touches = u_f_[3 * c] / root_w <= tolerances_.touching * size;
+    if (touches && excess > tolerances_.solvable) return false;
+    if (-excess > tolerances_.solvable && f_[c] * root_w > tolerances_.solvable * size) return false;
   }
   return true;
 }
@@ -378,8 +390,8 @@ bool DrumwrightShell::proves_least_sum() const {
 // The least sum of normal impulses and its proof z. Where N z = 1 can be solved on the contacts that touch every f has
 // the same sum, z.M (v_f - v-). Otherwise the linear program is solved by a shift: with w_n + eps in place of w_n the
 // frictionless problem minimises 1/2 f.W f + f.q + eps 1.f, whose answer for small eps has the least sum among the
-// frictionless ones, and z = (v_f - v_eps) / eps.
-void DrumwrightShell::least_sum() {
+// frictionless ones, and z = -dv_eps / deps proves it.
+bool DrumwrightShell::least_sum() {
   const int nc = static_cast<int>(island_.contacts.size());
   Jz_.resize(3 * nc);
   const auto solvable_on_set = [&] {
@@ -389,41 +401,48 @@ void DrumwrightShell::least_sum() {
     return proves_least_sum();
   };
   set_.assign(nc, 1);
-  if (solvable_on_set()) return;
+  if (solvable_on_set()) return true;
   const double size = size_ > 0 ? size_ : 1;
   for (int c = 0; c < nc; ++c) set_[c] = u_f_[3 * c] <= 1e-11 * size * std::sqrt(island_.weight[c]) ? 1 : 0;
-  if (solvable_on_set()) return;
+  if (solvable_on_set()) return true;
 
   double shift = 0;
   for (int c = 0; c < nc; ++c) shift = std::max(shift, std::sqrt(island_.weight[c]) * size * tolerances_.shift);
-  for (int attempt = 0; attempt < 3; ++attempt, shift /= 100) {
+  const std::vector<double> first = f_;
+  for (int attempt = 0; attempt < tolerances_.shift_attempts; ++attempt, shift /= 100) {
     kappa_offset_ = island_.offset;
     for (int c = 0; c < nc; ++c) kappa_offset_[3 * c] += shift;
     ConeProgram shifted = normal_program_;
     shifted.offset = &kappa_offset_;
     normal_solver_.solve(shifted, trial_);
     iterations_ += trial_.iterations;
-    // Impulses of the same support without the shift.
-    double largest = 0;
-    for (int c = 0; c < nc; ++c) largest = std::max(largest, trial_.r[3 * c] * std::sqrt(island_.weight[c]));
+    velocities_.evaluate(shifted, trial_.r, {});
     f_shifted_.assign(nc, 0.0);
     for (int c = 0; c < nc; ++c) {
-      set_[c] = trial_.r[3 * c] * std::sqrt(island_.weight[c]) > 1e-9 * largest ? 1 : 0;
+      set_[c] = trial_.r[3 * c] * island_.weight[c] > velocities_.u[3 * c] ? 1 : 0;
       if (set_[c]) f_shifted_[c] = trial_.r[3 * c];
     }
+    // Impulses of the same support without the shift, and the derivative of v with respect to the shift.
     equalities(set_, 0, f_shifted_, velocity_);
-    const bool feasible = std::all_of(f_shifted_.begin(), f_shifted_.end(), [](double f) { return f >= 0; });
-    if (!feasible) continue;
-    const std::vector<double> before = f_;
-    f_ = f_shifted_;
-    velocities_.evaluate(shifted, trial_.r, {});
-    z_ = velocities_.v;
-    for (int i = 0; i < island_.M.order(); ++i) z_[i] = (v_f_[i] - z_[i]) / shift;
+    multiply(island_.J, island_.M, velocity_, u_step_);
+    bool feasible = true;
+    for (int c = 0; c < nc; ++c) {
+      feasible = feasible &&
+                 u_step_[3 * c] + island_.offset[3 * c] >= -tolerances_.solvable * size * std::sqrt(island_.weight[c]);
+      feasible = feasible && f_shifted_[c] * std::sqrt(island_.weight[c]) >= -tolerances_.solvable * size;
+      f_[c] = std::max(0.0, f_shifted_[c]);
+    }
+    lambda_.assign(nc, 0.0);
+    equalities(set_, 1, lambda_, z_);
     multiply(island_.J, island_.M, z_, Jz_);
-    if (proves_least_sum()) break;
-    f_ = before;
+    if (feasible && proves_least_sum()) {
+      lambda_.assign(nc, 0.0);
+      return true;
+    }
   }
+  f_ = first;
   lambda_.assign(nc, 0.0);
+  return false;
 }
 
 // Is (3) the same as (1)? z, lambda are those of least_sum().

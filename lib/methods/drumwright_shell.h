@@ -24,8 +24,16 @@ class DrumwrightShell {
     double infeasibility = 1e-10;
     /// -: residual of N z = 1 (z: proof of the least sum) and of T z = 0 below which they count as solvable.
     double solvable = 1e-11;
-    /// -: impulse scale of the shift that finds the least sum where N z = 1 has no solution; halved twice by tens.
+    /// -: normal velocity, as a fraction of the event's, up to which a contact counts as touching after the
+    /// frictionless solution.
+    double touching = 1e-9;
+    /// -: first shift of the normal velocities, as a fraction of the event's, that finds the least sum where N z = 1
+    /// has no solution; each further attempt takes a hundredth. Too large: another vertex, which the proof refutes.
     double shift = 1e-3;
+    int shift_attempts = 4;
+    /// -: gap as a fraction of the event's energy up to which an answer that misses epsilon is `inaccurate` and not
+    /// `nonconverged`.
+    double inaccurate = 1e-8;
     ConeOptions cone;
   };
   explicit DrumwrightShell(const Tolerances& tolerances);
@@ -49,7 +57,7 @@ class DrumwrightShell {
   void equalities(const std::vector<char>& in_set, double target, std::vector<double>& x,
                   std::vector<double>& velocity);
   bool proves_least_sum() const;
-  void least_sum();
+  bool least_sum();
   bool reduces_to_flat();
   bool try_sticking();
   Certificate judge(std::span<const double> r, std::span<const double> eta);
@@ -71,7 +79,7 @@ class DrumwrightShell {
   std::vector<double> r_, eta_, G_, step_, h_, u_step_, x_, f_shifted_, velocity_, Jz_;
   std::vector<char> set_;
   double kappa_ = 0, size_ = 0;
-  bool flat_ = false;
+  bool flat_ = false, inaccurate_ = false;
   ConeSolution answer_, trial_;
   int iterations_ = 0;
 
