@@ -167,8 +167,8 @@ void Values::set_default(const Parameter& parameter, const XmlAttribute& attribu
 
 void Values::override_parameter(const Parameter& parameter, const std::string& text) {
   const auto fail_set = [&](const std::string& message) {
-    throw InputError(fmt::format("--set {}={}: {}; {} takes {} (declared at {})", parameter.name, text, message,
-                                 parameter.name, parameter.takes(), source_.where(parameter.at)));
+    throw InputError(one_line(fmt::format("--set {}={}: {}; {} takes {} (declared at {})", parameter.name, text,
+                                          message, parameter.name, parameter.takes(), source_.where(parameter.at))));
   };
   NamedValue& value = scope_[parameter.name];
   overridden_[parameter.name] = {parameter.name + " = " + text};
@@ -218,11 +218,11 @@ void Values::check_overrides() const {
   std::set<std::string> seen;
   for (const auto& [name, text] : overrides_) {
     if (std::find(names.begin(), names.end(), name) == names.end())
-      throw InputError(
+      throw InputError(one_line(
           fmt::format("--set {}={}: {} declares no parameter \"{}\"; {}", name, text, source_.file, name,
-                      names.empty() ? std::string("it declares none") : suggest(name, names, "its parameters are:")));
+                      names.empty() ? std::string("it declares none") : suggest(name, names, "its parameters are:"))));
     if (!seen.insert(name).second)
-      throw InputError(fmt::format("--set {}={}: {} is set twice; keep one", name, text, name));
+      throw InputError(one_line(fmt::format("--set {}={}: {} is set twice; keep one", name, text, name)));
   }
 }
 

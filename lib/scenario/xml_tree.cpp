@@ -182,6 +182,18 @@ XmlElement read_element(const SourceText& source, const pugi::xml_node& node, in
 
 }  // namespace
 
+std::string one_line(std::string message) {
+  constexpr unsigned char del = 0x7F;
+  for (char& c : message)
+    if (static_cast<unsigned char>(c) < ' ' || static_cast<unsigned char>(c) == del) c = ' ';
+  constexpr std::size_t head = 400, tail = 300;  // bytes kept of a long message: what is wrong, what would be right
+  if (message.size() <= head + tail) return message;
+  std::size_t begin = head, end = message.size() - tail;
+  while (begin > 0 && continues(message[begin])) --begin;
+  while (end < message.size() && continues(message[end])) ++end;
+  return message.substr(0, begin) + " ... " + message.substr(end);
+}
+
 std::string SourceText::where(std::size_t at) const {
   at = std::min(at, text.size());
   int line = 1, column = 1;
@@ -198,7 +210,7 @@ std::string SourceText::where(std::size_t at) const {
 }
 
 void SourceText::fail(std::size_t at, const std::string& message) const {
-  throw InputError(where(at) + ": " + message);
+  throw InputError(where(at) + ": " + one_line(message));
 }
 
 const XmlAttribute* XmlElement::find(const std::string& attribute) const {

@@ -5,6 +5,9 @@
 
 namespace cb {
 
+/// A message on one line: what it quotes may have line ends and control characters, or be very long.
+std::string one_line(std::string message);
+
 /// The text of a scenario file, kept whole so that every message can say where.
 struct SourceText {
   std::string file;  ///< as the user named it

@@ -169,6 +169,21 @@ TEST_CASE("Without any one of its attributes a scenario is refused, or the attri
   CHECK(attributes > 60);
 }
 
+TEST_CASE("A message stays one line of bearable length, whatever it has to quote") {
+  const std::string text = file_text(std::string(TEST_DATA) + "/scenes/small.xml");
+  for (const std::string& value : {std::string("two\nlines"), std::string("bell\a"), std::string(1000000, 'x')}) {
+    for (const char* attribute : {"step=\"1e-3", "name=\"ball", "body=\"ball", "type=\"number", "kind=\"missing"}) {
+      const TextFile file(std::string(text).insert(text.find(attribute) + std::string(attribute).size(), value));
+      const std::string message = message_of(file.path());
+      CHECK_THAT(message, Catch::StartsWith(file.path() + ":"));
+      CHECK(message.size() < 1000);
+      for (const char c : message) REQUIRE(static_cast<unsigned char>(c) >= ' ');
+    }
+  }
+  const std::string set = message_of(std::string(TEST_DATA) + "/scenes/small.xml", {{"gap", "1\n+?\x1b"}});
+  CHECK_THAT(set, Catch::StartsWith("--set gap=1 +? : '?' is not expected here"));
+}
+
 TEST_CASE("A folder, a missing file and one that is far too long are refused by name") {
   CHECK_THAT(message_of(TEST_DATA), Catch::Contains("is a folder"));
   CHECK_THAT(message_of(std::string(TEST_DATA) + "/nowhere.xml"), Catch::Contains("nowhere.xml: cannot be read"));
