@@ -38,8 +38,6 @@ std::size_t place(const SourceText& source, const XmlAttribute& attribute, std::
 
 }  // namespace
 
-std::string number_text(double value) { return fmt::format("{}", value); }
-
 std::string Range::text() const {
   const bool below = std::isfinite(low), above = std::isfinite(high);
   if (below && above) return fmt::format("from {} to {}", low, high);
@@ -236,7 +234,7 @@ void Values::check_all_used() const {
 
 std::string Values::text_in_force(const Parameter& parameter) const {
   const NamedValue& value = scope_.at(parameter.name);
-  return value.is_word ? value.word : number_text(value.number);
+  return value.is_word ? value.word : fmt::format("{}", value.number);  // reads back as the same number
 }
 
 void Values::report(Scenario& scenario) const {

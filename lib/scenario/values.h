@@ -85,7 +85,5 @@ void check_attributes(const SourceText& source, const XmlElement& element, const
                       const std::vector<std::string>& optional);
 /// Refuses any child element.
 void check_empty(const SourceText& source, const XmlElement& element);
-/// A number as text that reads back as the same number.
-std::string number_text(double value);
 
 }  // namespace cb

@@ -229,6 +229,22 @@ TEST_CASE("A value that --set makes impossible further on names the place and th
         file.path() + ":19:33: radius is -1.5; it has to be more than 0 [with gap = 2 from --set]");
 }
 
+TEST_CASE("The example of the reference is a scenario, and the reference tells every element of the format") {
+  const std::string reference = file_text(std::string(SOURCE_ROOT) + "/docs/scenarios.md");
+  const std::size_t begin = reference.find("<?xml"), end = reference.find("```", begin);
+  const Scenario s = load_text(reference.substr(begin, end - begin), {{"boxes", "4"}, {"speed", "2"}});
+  CHECK(s.model.bodies.size() == 5);
+  CHECK(s.initial.v[6 * 4 + 5] == -4);  // rolls: w = -v/r
+  for (const char* element :
+       {"scenario", "parameters", "parameter", "derived", "simulation", "reference", "gravity", "harmonic", "bodies",
+        "half_space", "box", "sphere", "array", "contacts", "pair", "forces", "force"}) {
+    INFO(element);
+    CHECK(reference.find(std::string("<") + element) != std::string::npos);
+  }
+  for (const std::string& file : bundled_scenarios())
+    CHECK(reference.find("`" + std::filesystem::path(file).stem().string() + "`") != std::string::npos);
+}
+
 TEST_CASE("A scene is found as a path first, then by its name with or without .xml") {
   CHECK(find_scenario(small_path()) == small_path());
   CHECK(find_scenario("stack") == find_scenario("stack.xml"));
