@@ -79,6 +79,11 @@ Status ImpactState::start(const ContactProblem& problem, const Tolerances& toler
   return Status::ok;
 }
 
+double ImpactState::weight(int c) const {
+  const double tangential = K_[c](1, 1) + K_[c](2, 2);
+  return tangential > 0 ? (K_[c](0, 0) + tangential) / 3 : std::max(K_[c](0, 0), 0.0);
+}
+
 void ImpactState::measure(const Tolerances& tolerances) {
   find_islands(*problem_, islands_);
   approach_.assign(islands_.count, 0.0);
@@ -98,7 +103,7 @@ void ImpactState::measure(const Tolerances& tolerances) {
     }
     const int island = islands_.of_contact[c];
     approach_[island] = std::max(approach_[island], -u_n);
-    if (K_[c](0, 0) > 0) weighted_[island] = std::max(weighted_[island], -u_n / std::sqrt(K_[c](0, 0)));
+    if (weight(c) > 0) weighted_[island] = std::max(weighted_[island], -u_n / std::sqrt(weight(c)));
     rounding_[island] = std::max({rounding_[island], size[0], size[1], size[2]});
   }
   for (double approach : approach_) approach_before_ = std::max(approach_before_, approach);
@@ -106,7 +111,7 @@ void ImpactState::measure(const Tolerances& tolerances) {
   tolerance_.resize(nc());
   for (int c = 0; c < nc(); ++c) {
     const int island = islands_.of_contact[c];
-    const double scale = std::min(approach_[island], std::sqrt(std::max(K_[c](0, 0), 0.0)) * weighted_[island]);
+    const double scale = std::min(approach_[island], std::sqrt(weight(c)) * weighted_[island]);
     tolerance_[c] = std::max(tolerances.approach * scale, rounding_[island]);
   }
 }

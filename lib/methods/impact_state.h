@@ -16,7 +16,7 @@ class ImpactState {
  public:
   struct Tolerances {
     /// An approach is over when u_n >= -approach x (fastest approach of its island before the event), the fastest
-    /// both in m/s and in sqrt(J) (velocities over sqrt(W_nn), so that a light body's tolerance does not serve for a
+    /// both in m/s and in sqrt(J) (velocities over sqrt(w_c), so that a light body's tolerance does not serve for a
     /// heavy one), -. Looser: bodies go on approaching by that fraction.
     double approach = 1e-10;
     /// Velocities below rounding x (sum of |J v| and |w| of a row, largest of its island) are round-off, -. Looser: a
@@ -52,6 +52,7 @@ class ImpactState {
     int size;    // rows
     int values;  // of J^T and M^-1 J^T: size x 3, column-major
   };
+  double weight(int c) const;  // w_c, 1/kg: trace(W_cc) / 3, or W_nn of a contact without tangents
   void measure(const Tolerances& tolerances);
 
   const ContactProblem* problem_ = nullptr;

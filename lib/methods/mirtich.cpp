@@ -377,6 +377,9 @@ class Mirtich {
       solution.status = Status::not_finite;
       solution.reason = "the impulses grew beyond all bounds";
       solution.impulse.assign(3 * nc, 0.0);
+      solution.compression_work.assign(nc, 0.0);
+      solution.restitution_work.assign(nc, 0.0);
+      solution.friction_work.assign(nc, 0.0);
     } else if (solution.status == Status::ok && c >= 0) {
       solution.status = Status::nonconverged;
       solution.reason = "contacts still approach after " + std::to_string(solution.iterations) + " micro-impacts";

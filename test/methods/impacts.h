@@ -63,6 +63,23 @@ inline ContactProblem random_impact(std::mt19937& generator) {
   return p;
 }
 
+/// The same problem with all bodies in one block of M, as an articulated tree would have it.
+inline ContactProblem one_block(const ContactProblem& p) {
+  ContactProblem out = p;
+  out.M.clear();
+  out.M.add_block(p.nv());
+  for (int b = 0; b < p.M.blocks(); ++b)
+    out.M.block(0).block(p.M.first[b], p.M.first[b], p.M.block_size(b), p.M.block_size(b)) = p.M.block(b);
+  out.J.clear();
+  for (int c = 0; c < p.nc(); ++c) {
+    out.J.add_band();
+    auto J = out.J.entry(out.J.add_entry(0, p.nv()));
+    for (int e = p.J.band[c]; e < p.J.band[c + 1]; ++e)
+      J.middleCols(p.M.first[p.J.block[e]], p.J.entry(e).cols()) = p.J.entry(e);
+  }
+  return out;
+}
+
 inline Vector3d linear(const std::vector<double>& v) { return {v[0], v[1], v[2]}; }
 inline Vector3d angular(const std::vector<double>& v) { return {v[3], v[4], v[5]}; }
 

@@ -366,3 +366,60 @@ TEST_CASE("Mirtich's answer does not change with the units or with a turn of the
   const test::Outcome rotated = test::outcome(turned, solve(turned).impulse);
   for (int i = 0; i < p.nv(); ++i) CHECK(std::abs(rotated.v[i] - out.v[i]) < 1e-8);
 }
+
+TEST_CASE("Mirtich's answer is the same whether bodies come as blocks of their own or as one tree") {
+  const ContactProblem p = test::stack(3, 0.3, {0.02, -g * h, 0.01}, 0.02, 5);
+  const test::Outcome apart = test::outcome(p, solve(p).impulse);
+  const ContactProblem tree = test::one_block(p);
+  const test::Outcome together = test::outcome(tree, solve(tree).impulse);
+  for (int i = 0; i < p.nv(); ++i) CHECK(std::abs(apart.v[i] - together.v[i]) < 1e-9);
+}
+
+TEST_CASE("the referee upholds every claim of Mirtich's method and refutes a disturbed one") {
+  Referee referee;
+  std::vector<double> v_plus;
+  std::mt19937 generator(2);
+  const ContactMethod method = mirtich_row().make({});
+  ContactSolution solution;
+  for (int i = 0; i < 100; ++i) {
+    const ContactProblem p = i < 90 ? test::random_impact(generator) : test::stack(1 + i % 4, 0.5, {0, -1, 0}, 1, i);
+    method(p, solution);
+    REQUIRE(solution.status == Status::ok);
+    CHECK(Referee::holds(referee.check(p, solution, Law::mirtich, v_plus), solution, Law::mirtich, 1e-9));
+    ContactSolution disturbed = solution;
+    for (double& r : disturbed.impulse) r *= 1.01;
+    CHECK_FALSE(Referee::holds(referee.check(p, disturbed, Law::mirtich, v_plus), disturbed, Law::mirtich, 1e-9));
+    disturbed = solution;
+    disturbed.compression_work[0] -= 1e-6 * test::outcome(p, solution.impulse).energy_before;
+    CHECK_FALSE(Referee::holds(referee.check(p, disturbed, Law::mirtich, v_plus), disturbed, Law::mirtich, 1e-9));
+  }
+}
+
+TEST_CASE("a slow approach beside a slip a million times faster is integrated as exactly as any") {
+  // Coulomb friction over so short an impact keeps its direction: r = r_n (1, -mu u_t / |u_t|) up to the turn of the
+  // slip, which is of the order of 1e-6; Newton's and Stronge's restitution agree then.
+  for (double e : {0.0, 0.5, 1.0}) {
+    ContactProblem p;
+    test::add_body(p, 1, Vector3d::Constant(1.0 / 6), {1000, -1e-3, 500});
+    test::add_contact(p, 0, {0.5, -0.5, 0.3}, -1, {}, test::ground_axes(), 0.4, e);
+    const ContactSolution solution = solve(p);
+    REQUIRE(solution.status == Status::ok);
+    const test::Outcome out = test::outcome(p, solution.impulse);
+    CHECK(out.u[0] == Approx(e * 1e-3).margin(1e-8));
+    const double slip = std::hypot(out.u_minus[1], out.u_minus[2]);
+    for (int t : {1, 2})
+      CHECK(solution.impulse[t] == Approx(-0.4 * solution.impulse[0] * out.u_minus[t] / slip).epsilon(1e-5));
+  }
+}
+
+TEST_CASE("velocities beyond the range of doubles never come back as an answer that is ok") {
+  for (const Vector3d& v : {Vector3d(1e200, -1e200, 0), Vector3d(1, -1.7e308, 0), Vector3d(1e300, -1, 0)}) {
+    ContactProblem p = test::sphere(v, Vector3d::Zero(), 0.5, 1);
+    const ContactSolution solution = solve(p);
+    for (double r : solution.impulse) CHECK(std::isfinite(r));
+    if (solution.status == Status::ok) {
+      const test::Outcome out = test::outcome(p, solution.impulse);
+      CHECK(out.u[0] >= -1e-9 * v.cwiseAbs().maxCoeff());
+    }
+  }
+}

@@ -286,6 +286,57 @@ TEST_CASE("Newton's answer does not change with the units or with a turn of the 
   }
 }
 
+TEST_CASE("Newton's answer is the same whether bodies come as blocks of their own or as one tree") {
+  for (const char* variant : {"uncapped", "stick-tested"}) {
+    const ContactProblem p = test::stack(3, 0.3, {0.02, -g * h, 0.01}, 0.02, 5);
+    const test::Outcome apart = test::outcome(p, solve(newton(variant), p).impulse);
+    const ContactProblem tree = test::one_block(p);
+    const test::Outcome together = test::outcome(tree, solve(newton(variant), tree).impulse);
+    for (int i = 0; i < p.nv(); ++i) CHECK(std::abs(apart.v[i] - together.v[i]) < 1e-12);
+  }
+}
+
+TEST_CASE("the referee upholds every claim of Newton's method and refutes a disturbed one") {
+  Referee referee;
+  std::vector<double> v_plus;
+  std::mt19937 generator(2);
+  for (const char* variant : {"uncapped", "stick-tested"}) {
+    const ContactMethod method = newton(variant);
+    for (int i = 0; i < 100; ++i) {
+      const ContactProblem p = i < 90 ? test::random_impact(generator) : test::stack(1 + i % 5, 0.5, {0, -1, 0}, 1, i);
+      ContactSolution solution = solve(method, p);
+      REQUIRE(solution.status == Status::ok);
+      CHECK(Referee::holds(referee.check(p, solution, Law::newton, v_plus), solution, Law::newton, 1e-9));
+      for (double& r : solution.impulse) r *= 1 - 1e-6;
+      CHECK_FALSE(Referee::holds(referee.check(p, solution, Law::newton, v_plus), solution, Law::newton, 1e-9));
+    }
+  }
+}
+
+TEST_CASE("bodies a million times apart in mass stop approaching all the same") {
+  for (const char* variant : {"uncapped", "stick-tested"}) {
+    ContactProblem p = test::stack(2, 0.5, {0, -g * h, 0});
+    p.M.block(0) *= 1e6;
+    const ContactSolution solution = solve(newton(variant), p);
+    CHECK(solution.status == Status::ok);
+    Referee referee;
+    std::vector<double> v_plus;
+    CHECK(referee.check(p, solution, Law::newton, v_plus).model <= 1e-9);
+  }
+}
+
+TEST_CASE("velocities beyond the range of doubles are not passed off as an answer") {
+  for (const char* variant : {"uncapped", "stick-tested"}) {
+    const ContactProblem p = test::sphere({1e200, -1e200, 0}, Vector3d::Zero());
+    const ContactSolution solution = solve(newton(variant), p);
+    for (double r : solution.impulse) CHECK(std::isfinite(r));
+  }
+  ContactProblem p = test::sphere({1, -1.7e308, 0}, Vector3d::Zero(), 0.5, 1);
+  const ContactSolution solution = solve(newton("uncapped"), p);
+  CHECK(solution.status == Status::not_finite);
+  CHECK(solution.impulse == std::vector<double>(3, 0.0));
+}
+
 TEST_CASE("Newton's method solves the same problem twice to the last bit, after others as before") {
   const ContactProblem p = test::stack(4, 0.5, {0, -g * h, 0}, 0.01);
   const ContactMethod method = newton("stick-tested");
