@@ -237,11 +237,11 @@ SliderState DiskSlider::at(double t) {
   // Quintic that takes position, velocity and acceleration at both ends.
   const double s = (t - t0_) / h, r = 1 - s;
   const double s2 = s * s, r2 = r * r, s3 = s2 * s, r3 = r2 * r;
-  const double p0 = r3 * (1 + 3 * s + 6 * s2), p1 = s3 * (1 + 3 * r + 6 * r2);
+  const double p1 = s3 * (1 + 3 * r + 6 * r2);
   const double v0 = s * r3 * (1 + 3 * s), v1 = -r * s3 * (1 + 3 * r);
   const double a0 = 0.5 * s2 * r3, a1 = 0.5 * r2 * s3;
   SliderState state;
-  state.p = p0 * s0_.p + p1 * s1_.p + h * (v0 * s0_.v + v1 * s1_.v) + h * h * (a0 * a0_ + a1 * a1_);
+  state.p = s0_.p + p1 * (s1_.p - s0_.p) + h * (v0 * s0_.v + v1 * s1_.v) + h * h * (a0 * a0_ + a1 * a1_);
   // Velocity: cubic in velocity and acceleration.
   state.v = r2 * (1 + 2 * s) * s0_.v + s2 * (1 + 2 * r) * s1_.v + h * s * r * (r * a0_ - s * a1_);
   return state;
