@@ -34,6 +34,7 @@ int run(int argc, char** argv) {
 
   cb::Action action;
   cb::add_run(program, action);
+  cb::add_solve(program, action);
   cb::add_check(program, action);
   cb::add_list(program, action);
 

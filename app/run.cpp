@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -7,9 +8,11 @@
 #include <new>
 
 #include "commands.h"
+#include "contact/problem_files.h"
 #include "evaluation/scene_errors.h"
 #include "flags.h"
 #include "limits.h"
+#include "method_flags.h"
 #include "output/number.h"
 #include "output/progress.h"
 #include "output/run_files.h"
@@ -25,10 +28,9 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 /// The command line of `run`, as text.
-struct RunFlags {
+struct RunFlags : MethodFlags {
   std::string scenario, method;
-  Text variant, solver, k, epsilon, epsilon_relative, restitution, friction, step, duration, compression_bound,
-      regularise, record_every, time_limit, memory_limit, out;
+  Text restitution, friction, step, duration, record_every, save_problems, save_every, time_limit, memory_limit, out;
   std::vector<std::string> set;
   bool quiet = false, json = false;
 };
@@ -41,69 +43,13 @@ struct RunPlan {
   std::string unavailable;  ///< why the solver cannot be used here; empty where it can
   SimulationOptions simulation;
   long record_every = 1;
+  fs::path save_problems;  ///< empty: none
+  long save_every = 1;
   std::optional<double> time_limit_s, memory_limit_mb;
   fs::path out;
   bool quiet = false, json = false;
   RunSummary summary;  ///< what is known before the run
 };
-
-/// A choice among the names that a method has, the first where nothing was asked for.
-std::string pick(const char* flag, const Text& asked, std::string_view method, const std::vector<std::string>& names) {
-  if (!asked) return names.empty() ? std::string() : names.front();
-  if (names.empty())
-    throw UsageError(fmt::format("--{0} {1}: {2} has no {0} to choose; leave --{0} out", flag, *asked, method));
-  if (std::find(names.begin(), names.end(), *asked) == names.end())
-    throw UsageError(
-        fmt::format("--{} {}: {} has no such {}; {}", flag, *asked, method, flag, suggest(*asked, names, "there are")));
-  return *asked;
-}
-
-/// Does the method understand the flag? Asking for one that it has no use for is an error.
-bool understands(const MethodRow& method, std::string_view flag, const Text& asked) {
-  const auto has = [&](const MethodRow& row) {
-    return std::any_of(row.options.begin(), row.options.end(), [&](const auto& o) { return o.flag == flag; });
-  };
-  if (has(method)) return true;
-  if (!asked) return false;
-  std::vector<std::string> others;
-  for (const MethodRow& row : methods())
-    if (has(row)) others.emplace_back(row.name);
-  throw UsageError(fmt::format("--{} {}: --method {} has no use for it, only {} has; leave it out", flag, *asked,
-                               method.name, join(others)));
-}
-
-MethodOptions method_options(const RunFlags& flags, const MethodRow& method, const Scenario& scenario) {
-  MethodOptions options;
-  std::vector<std::string> solvers, variants;
-  for (const SolverRow& row : method.solvers) solvers.emplace_back(row.name);
-  for (const std::string_view variant : method.variants) variants.emplace_back(variant);
-  options.solver = pick("solver", flags.solver, method.name, solvers);
-  options.variant = pick("variant", flags.variant, method.name, variants);
-
-  if (understands(method, "k", flags.k)) {
-    constexpr const char* expected = "an even number of edges, at least 4, as in --k 8";
-    options.k = scenario.k.value_or(options.k);
-    if (flags.k) options.k = static_cast<int>(whole_flag("k", *flags.k, 4, 1 << 20, expected));
-    if (options.k % 2 != 0) throw UsageError(fmt::format("--k {}: must be {}", options.k, expected));
-  }
-  const bool absolute = understands(method, "epsilon", flags.epsilon);
-  const bool relative = understands(method, "epsilon-relative", flags.epsilon_relative);
-  if (flags.epsilon && flags.epsilon_relative)
-    throw UsageError("--epsilon and --epsilon-relative exclude each other: give one of them");
-  if (absolute && flags.epsilon)
-    options.epsilon = positive_flag("epsilon", *flags.epsilon, "a positive number of joules, as in --epsilon 1e-12");
-  if (relative && flags.epsilon_relative)
-    options.epsilon_relative =
-        positive_flag("epsilon-relative", *flags.epsilon_relative,
-                      "a positive fraction of the kinetic energy, as in --epsilon-relative 1e-12");
-  if (understands(method, "compression-bound", flags.compression_bound)) {
-    options.compression_bound = scenario.compression_bound.value_or(options.compression_bound);
-    if (flags.compression_bound) options.compression_bound = on_off_flag("compression-bound", *flags.compression_bound);
-  }
-  if (understands(method, "regularise", flags.regularise) && flags.regularise)
-    options.regularise = number_flag("regularise", *flags.regularise, 0, HUGE_VAL, "a number of at least 0");
-  return options;
-}
 
 /// The part of a directory's name that a value makes.
 std::string file_name_part(const std::string& value) {
@@ -180,17 +126,27 @@ RunPlan make_plan(const RunFlags& flags) {
   if (flags.time_limit) plan.time_limit_s = positive_flag("time-limit", *flags.time_limit, seconds);
   if (flags.memory_limit)
     plan.memory_limit_mb = positive_flag("memory-limit", *flags.memory_limit, "a positive number of MB");
+  if (flags.save_problems) {
+    if (!fclib_available()) throw UsageError(fmt::format("--save-problems: {}", fclib_unavailable_reason()));
+    if (flags.save_problems->empty()) throw UsageError("--save-problems '': must name a directory");
+    plan.save_problems = *flags.save_problems;
+  }
+  if (flags.save_every) {
+    if (!flags.save_problems)
+      throw UsageError(
+          fmt::format("--save-every {}: says how often --save-problems DIR stores; give that too", *flags.save_every));
+    plan.save_every = whole_flag("save-every", *flags.save_every, 1, 1L << 60, "a whole number of events, at least 1");
+  }
   if (flags.out && flags.out->empty()) throw UsageError("--out '': must name a directory");
-  method_options(flags, *plan.method, Scenario());  // the flags by themselves
+  method_options(flags, *plan.method, {}, {});  // the flags by themselves
 
   plan.scenario = load_scenario(find_scenario(flags.scenario), overrides);
   for (PairLaw& law : plan.scenario.pairs.laws) {
     if (plan.summary.friction) law.mu = *plan.summary.friction;
     if (plan.summary.restitution) law.restitution = *plan.summary.restitution;
   }
-  plan.options = method_options(flags, *plan.method, plan.scenario);
-  for (const SolverRow& row : plan.method->solvers)
-    if (row.name == plan.options.solver) plan.unavailable = row.unavailable;
+  plan.options = method_options(flags, *plan.method, plan.scenario.k, plan.scenario.compression_bound);
+  plan.unavailable = unavailable_reason(*plan.method, plan.options);
   plan.simulation.step = step.value_or(plan.scenario.step);
   plan.simulation.duration = duration.value_or(plan.scenario.duration);
   constexpr double most_steps = 1e12;  // decades of computing; far below what a step counter holds
@@ -221,15 +177,30 @@ void fail_writing(RunSummary& summary, const std::string& path, int error) {
 
 bool ends_run(Status status) { return status != Status::ok && status != Status::inaccurate; }
 
-/// Where a contact problem can be kept for `solve`; called with the problem and the name of its file without ending.
-using ProblemStore = std::function<void(const ContactProblem&, const std::string& name)>;
+/// Keeps a contact problem for `solve`; called with the problem, the name of its file without ending, and its time.
+using ProblemStore = std::function<void(const ContactProblem&, const std::string& name, double t)>;
+
+/// Writes FCLIB files into the directory of --save-problems; empty where none is asked for.
+ProblemStore problem_store(const RunPlan& plan) {
+  if (plan.save_problems.empty()) return {};
+  return [&plan](const ContactProblem& problem, const std::string& name, double t) {
+    write_contact_problem((plan.save_problems / (name + ".hdf5")).string(), problem,
+                          fmt::format("{}, t = {} s", plan.scenario.name, number_text(t)));
+  };
+}
 
 /// The run itself. Fills in what came of it; may throw.
 void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors& errors, const ProblemStore& store,
               RunSummary& summary) {
   RunTally& tally = summary.tally;
   Simulation simulation(plan.scenario, plan.simulation, plan.method->make(plan.options), plan.method->law);
+  long events = 0;
   simulation.on_event = [&](const EventRecord& event) {
+    if (store && events++ % plan.save_every == 0) {
+      const Clock::time_point before_writing = Clock::now();
+      store(event.problem, fmt::format("event_{:09}", events), event.t);
+      summary.write_s += std::chrono::duration<double>(Clock::now() - before_writing).count();
+    }
     errors.observe_event(event);
     tally.observe_event(
         event, Referee::holds(event.residuals, event.solution, plan.method->law, plan.simulation.accepted_residual));
@@ -268,7 +239,7 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
     if (last) {
       summary.status = record.status;
       summary.reason = simulation.reason();
-      if (store) store(simulation.problem(), "last_problem");
+      if (store && simulation.problem().nc() > 0) store(simulation.problem(), "last_problem", record.t);
       break;
     }
     if (!files.ok()) break;
@@ -283,6 +254,15 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
 int execute(const RunPlan& plan) {
   Limits limits(plan.time_limit_s, plan.memory_limit_mb);
   RunSummary summary = plan.summary;
+
+  if (!plan.save_problems.empty()) {
+    std::error_code refused;
+    fs::create_directories(plan.save_problems, refused);
+    if (!refused && access(plan.save_problems.c_str(), W_OK) != 0) refused.assign(errno, std::generic_category());
+    if (refused)
+      throw UsageError(fmt::format("--save-problems: {} cannot be written: {}; name a directory that can",
+                                   plan.save_problems.string(), refused.message()));
+  }
 
   // The place of the summary first; then the other files, whose failure leaves no half-made run behind.
   std::error_code refused;
@@ -311,8 +291,11 @@ int execute(const RunPlan& plan) {
       summary.status = Status::unavailable;
       summary.reason = plan.unavailable;
     } else {
-      simulate(plan, files, limits, *errors, ProblemStore(), summary);
+      simulate(plan, files, limits, *errors, problem_store(plan), summary);
     }
+  } catch (const FileError& error) {
+    summary.status = Status::write_failed;
+    summary.reason = error.what();
   } catch (const std::bad_alloc&) {
     summary.status = Status::memory_limit;
     summary.reason = limits.reason(Status::memory_limit);
@@ -366,12 +349,7 @@ void add_run(CLI::App& program, Action& action) {
   run.add_option("--method", flags->method, "contact model: see contactbench list methods")
       ->required()
       ->type_name("METHOD");
-  add("--variant", flags->variant, "NAME", "named reading of a model (newton: uncapped, stick-tested) [the first]");
-  add("--solver", flags->solver, "NAME", "see contactbench list solvers [the method's first]");
-  add("--k", flags->k, "EDGES", "ap: edges of the friction polygon, even, at least 4 [scenario, else 4]");
-  add("--epsilon", flags->epsilon, "J", "convex: suboptimality at which the solver may stop [1e-12]");
-  add("--epsilon-relative", flags->epsilon_relative, "FRACTION",
-      "convex: the same as a fraction of the kinetic energy before the event");
+  add_method_flags(run, *flags);
   add("--restitution", flags->restitution, "E", "override every contact pair, 0 to 1 [scenario]");
   add("--friction", flags->friction, "MU", "override every contact pair, at least 0 [scenario]");
   add("--step", flags->step, "S", "step size in s [scenario]");
@@ -380,11 +358,11 @@ void add_run(CLI::App& program, Action& action) {
       ->type_name("NAME=VALUE")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  add("--compression-bound", flags->compression_bound, "on|off",
-      "convex: bound the sum of normal impulses of each island [scenario, else on]");
-  add("--regularise", flags->regularise, "E", "ap: add E to the diagonal, stated in every output [0]");
   add("--record-every", flags->record_every, "N",
       "keep each N-th step in trajectory.csv and steps.csv; 0: neither file [1]");
+  add("--save-problems", flags->save_problems, "DIR",
+      "store the contact problems of the events as FCLIB files, for solve [none]");
+  add("--save-every", flags->save_every, "N", "store each N-th event's problem only [1]");
   add("--time-limit", flags->time_limit, "S", "stop after S seconds of waiting, keep what there is [none]");
   add("--memory-limit", flags->memory_limit, "MB", "stop beyond MB of memory, keep what there is [none]");
   add("--out", flags->out, "DIR", "where the files go [results/runs/<scenario>__<method>...]");

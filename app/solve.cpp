@@ -1,0 +1,370 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "commands.h"
+#include "contact/problem_files.h"
+#include "contact/referee.h"
+#include "flags.h"
+#include "lcp/lcp.h"
+#include "lcp/lcp_files.h"
+#include "method_flags.h"
+#include "scenario/near_name.h"
+#include "simulation/simulation.h"
+
+namespace cb {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// The command line of `solve`, as text.
+struct SolveFlags : MethodFlags {
+  Text problem, kind, matrix, vector, method, tolerance, time_limit, repeat, out;
+  bool symmetrise = false, json = false;
+};
+
+/// What is printed, in this order, and how the program ends.
+struct Report {
+  Json json = Json::object();
+  Status status = Status::ok;
+  std::string reason;
+  std::vector<double> answer;  ///< empty where there is none to write
+};
+
+/// A flag that this kind of problem cannot use.
+void refuse_flag(std::string_view flag, const Text& value, std::string_view why) {
+  if (value) throw UsageError(fmt::format("--{} {}: {}; leave it out", flag, *value, why));
+}
+
+/// What the command line may say of every kind.
+struct Common {
+  long repeat = 1;
+  std::optional<double> tolerance, time_limit_s;
+};
+
+Common common_flags(const SolveFlags& flags) {
+  Common common;
+  if (flags.repeat)
+    common.repeat = whole_flag("repeat", *flags.repeat, 1, 1'000'000, "a whole number of solves, at least 1");
+  if (flags.tolerance)
+    common.tolerance = positive_flag("tolerance", *flags.tolerance, "a positive residual, as in --tolerance 1e-10");
+  if (flags.time_limit)
+    common.time_limit_s = positive_flag("time-limit", *flags.time_limit, "a positive number of seconds");
+  if (flags.out) {
+    const std::filesystem::path folder = std::filesystem::path(*flags.out).parent_path();
+    std::error_code error;
+    if (flags.out->empty() || std::filesystem::is_directory(*flags.out, error) ||
+        (!folder.empty() && !std::filesystem::is_directory(folder, error)))
+      throw UsageError(fmt::format("--out {}: must name a file in a folder that exists, as in --out answer.mtx",
+                                   flags.out->empty() ? "''" : *flags.out));
+  }
+  return common;
+}
+
+/// Seconds of each of `repeat` calls; where there are several, one more comes first that is not counted.
+template <class Solve>
+std::vector<double> timed(long repeat, Solve&& solve) {
+  using Clock = std::chrono::steady_clock;
+  if (repeat > 1) solve();
+  std::vector<double> seconds;
+  for (long i = 0; i < repeat; ++i) {
+    const Clock::time_point start = Clock::now();
+    solve();
+    seconds.push_back(std::chrono::duration<double>(Clock::now() - start).count());
+  }
+  std::sort(seconds.begin(), seconds.end());
+  return seconds;
+}
+
+double median(const std::vector<double>& sorted) {
+  const std::size_t n = sorted.size();
+  return n % 2 == 1 ? sorted[n / 2] : (sorted[n / 2 - 1] + sorted[n / 2]) / 2;
+}
+
+Json number(double x) { return std::isfinite(x) ? Json(x) : Json(); }
+Json number(const std::optional<double>& x) { return x ? number(*x) : Json(); }
+
+Status status_of(LcpStatus status) {
+  switch (status) {
+    case LcpStatus::solved:
+      return Status::ok;
+    case LcpStatus::inaccurate:
+      return Status::inaccurate;
+    case LcpStatus::ray:
+      return Status::ray;
+    case LcpStatus::nonconverged:
+      return Status::nonconverged;
+    case LcpStatus::cycling:
+      return Status::cycling;
+    case LcpStatus::singular:
+      return Status::singular;
+    case LcpStatus::not_finite:
+      return Status::not_finite;
+    case LcpStatus::time_limit:
+      return Status::time_limit;
+    case LcpStatus::memory_limit:
+      return Status::memory_limit;
+    case LcpStatus::unavailable:
+      break;
+  }
+  return Status::unavailable;
+}
+
+bool answered(Status status) { return status == Status::ok || status == Status::inaccurate; }
+
+/// A claim of success that the check refutes, said once for both kinds.
+void refute(Report& report, double residual, double tolerance, std::string_view measure) {
+  if (report.status != Status::ok) return;
+  report.status = Status::inaccurate;
+  report.reason = fmt::format("the checked {} is {:.3g}, beyond {:g}", measure, residual, tolerance);
+}
+
+Report solve_lcp(const SolveFlags& flags) {
+  constexpr std::string_view useless = "--kind lcp has no use for it";
+  refuse_flag("method", flags.method, useless);
+  refuse_flag("variant", flags.variant, useless);
+  refuse_flag("k", flags.k, useless);
+  refuse_flag("epsilon", flags.epsilon, useless);
+  refuse_flag("epsilon-relative", flags.epsilon_relative, useless);
+  refuse_flag("compression-bound", flags.compression_bound, useless);
+  refuse_flag("regularise", flags.regularise, useless);
+  if (flags.symmetrise) throw UsageError(fmt::format("--symmetrise: {}; leave it out", useless));
+  const Common common = common_flags(flags);
+
+  if (flags.problem && (flags.matrix || flags.vector))
+    throw UsageError(
+        fmt::format("{}: --matrix and --vector are the whole problem; leave one or the other out", *flags.problem));
+  if (!flags.problem && !(flags.matrix && flags.vector))
+    throw UsageError("the problem is missing: give --matrix M.mtx --vector q.mtx, or a Siconos text file");
+  if (flags.problem && flags.problem->ends_with(".mtx"))
+    throw UsageError(fmt::format("{}: a Matrix Market file is one half of an LCP; give --matrix M.mtx --vector q.mtx",
+                                 *flags.problem));
+  const std::string chosen = flags.solver.value_or(std::string(lcp_solvers().front().name));
+  const LcpSolverRow* row = find_lcp_solver(chosen);
+  if (!row) {
+    std::vector<std::string> known;
+    for (const LcpSolverRow& known_row : lcp_solvers()) known.emplace_back(known_row.name);
+    throw UsageError(fmt::format("--solver {}: no such LCP solver; {}", chosen, suggest(chosen, known, "there are")));
+  }
+
+  const LcpProblem problem =
+      flags.problem ? read_lcp_siconos(*flags.problem) : read_lcp_matrix_market(*flags.matrix, *flags.vector);
+  LcpOptions options;
+  if (common.tolerance) options.tolerance = *common.tolerance;
+  if (common.time_limit_s) options.time_limit_s = *common.time_limit_s;
+
+  Report report;
+  LcpSolution solution;
+  std::vector<double> seconds;
+  double residual = HUGE_VAL;
+  if (!row->unavailable.empty()) {
+    solution.status = LcpStatus::unavailable;
+    solution.reason = row->unavailable;
+  } else {
+    const LcpSolver solver = row->make(options);
+    seconds = timed(common.repeat, [&] { solver(problem, solution); });
+    if (solution.z.size() == problem.q.size() && solution.z.allFinite())
+      residual = natural_residual(problem, solution.z);
+  }
+  report.status = status_of(solution.status);
+  report.reason = solution.reason;
+  const bool claimed = solution.status == LcpStatus::solved;
+  const bool holds = residual <= options.tolerance;
+  if (!holds) refute(report, residual, options.tolerance, "natural residual");
+  if (answered(report.status)) report.answer.assign(solution.z.data(), solution.z.data() + solution.z.size());
+
+  Json& json = report.json;
+  json["kind"] = "lcp";
+  json["problem"] = flags.problem ? *flags.problem : *flags.matrix;
+  if (flags.vector) json["vector"] = *flags.vector;
+  json["solver"] = row->name;
+  json["tolerance"] = options.tolerance;
+  json["status"] = name(report.status);
+  json["reason"] = report.reason;
+  json["pivots"] = solution.pivots;
+  json["factorisations"] = solution.factorisations;
+  json["claimed_residual"] = number(solution.residual);
+  json["residual"] = number(residual);
+  json["false_claim"] = claimed && !holds;
+  json["repeats"] = seconds.size();
+  json["time_min_s"] = seconds.empty() ? Json() : Json(seconds.front());
+  json["time_median_s"] = seconds.empty() ? Json() : Json(median(seconds));
+  json["size"] = problem.n();
+  return report;
+}
+
+/// Joules that the impulses put in: r.u- + r.W r / 2 = r.(u- + u+) / 2. The objective of `convex`.
+double energy_change(const ContactProblem& problem, const std::vector<double>& impulse,
+                     const std::vector<double>& v_plus) {
+  std::vector<double> before, after;
+  contact_velocity(problem, problem.v_minus, before);
+  contact_velocity(problem, v_plus, after);
+  double sum = 0;
+  for (std::size_t i = 0; i < impulse.size(); ++i) sum += impulse[i] * (before[i] + after[i]) / 2;
+  return sum;
+}
+
+Report solve_contact(const SolveFlags& flags) {
+  constexpr std::string_view useless = "--kind contact has no use for it";
+  refuse_flag("matrix", flags.matrix, useless);
+  refuse_flag("vector", flags.vector, useless);
+  refuse_flag("time-limit", flags.time_limit, useless);
+  const Common common = common_flags(flags);
+  if (!flags.problem)
+    throw UsageError("the problem is missing: give an FCLIB HDF5 file or a Siconos friction text file");
+  if (!flags.method) throw UsageError("--method is missing; contactbench list methods says what there is");
+  const MethodRow& row = method_flag(*flags.method);
+  const MethodOptions options = method_options(flags, row, {}, {});
+  const double tolerance = common.tolerance.value_or(SimulationOptions().accepted_residual);
+
+  const StoredProblem stored = read_contact_problem(*flags.problem, {.symmetrise = flags.symmetrise});
+  const ContactProblem& problem = stored.problem;
+  if (flags.symmetrise && stored.format == ProblemFormat::fclib_global)
+    throw UsageError(
+        fmt::format("--symmetrise: {} is given by M and H, there is no W to symmetrise; leave it out", *flags.problem));
+  if (options.epsilon_relative && quadratic_form(problem.M, problem.v_minus) == 0)
+    throw UsageError(fmt::format("--epsilon-relative: {} has no kinetic energy before the event; give --epsilon in J",
+                                 *flags.problem));
+
+  Report report;
+  ContactSolution solution;
+  std::vector<double> seconds, v_plus;
+  Residuals residuals;
+  bool checked = false, holds = false;
+  if (const std::string reason = unavailable_reason(row, options); !reason.empty()) {
+    solution.status = Status::unavailable;
+    solution.reason = reason;
+  } else {
+    const ContactMethod method = row.make(options);
+    seconds = timed(common.repeat, [&] { method(problem, solution); });
+    checked = solution.impulse.size() == 3 * static_cast<std::size_t>(problem.nc());
+    if (checked) {
+      Referee referee;
+      residuals = referee.check(problem, solution, row.law, v_plus);
+      holds = Referee::holds(residuals, solution, row.law, tolerance);
+    }
+  }
+  report.status = solution.status;
+  report.reason = solution.reason;
+  if (!holds) {
+    if (row.law == Law::convex && report.status == Status::ok) {
+      report.status = Status::inaccurate;
+      report.reason =
+          fmt::format("the checked gap is {:.3g} J (allowed: {:.3g}), the infeasibility {:.3g}",
+                      residuals.gap.value_or(HUGE_VAL), solution.epsilon, residuals.infeasibility.value_or(HUGE_VAL));
+    }
+    refute(report, residuals.model, tolerance, "residual of the model");
+  }
+  if (checked && residuals.finite && answered(report.status)) report.answer = solution.impulse;
+
+  Json& json = report.json;
+  json["kind"] = "contact";
+  json["problem"] = *flags.problem;
+  json["format"] = name(stored.format);
+  json["notes"] = stored.notes;
+  json["method"] = row.name;
+  json["solver"] = options.solver.empty() ? Json() : Json(options.solver);
+  json["variant"] = options.variant.empty() ? Json() : Json(options.variant);
+  for (const OptionRow& option : row.options) {
+    if (option.flag == "k") json["k"] = options.k;
+    if (option.flag == "epsilon") json["epsilon"] = options.epsilon_relative ? Json() : Json(options.epsilon);
+    if (option.flag == "epsilon-relative") json["epsilon_relative"] = number(options.epsilon_relative);
+    if (option.flag == "compression-bound") json["compression_bound"] = options.compression_bound;
+    if (option.flag == "regularise") json["regularise"] = options.regularise;
+  }
+  json["status"] = name(report.status);
+  json["reason"] = report.reason;
+  json["claimed_residual"] = checked ? number(solution.claimed_residual) : Json();
+  json["residual"] = checked ? number(residuals.model) : Json();
+  json["law_residual"] = checked ? number(residuals.law) : Json();
+  json["gap"] = checked ? number(residuals.gap) : Json();
+  json["infeasibility"] = checked ? number(residuals.infeasibility) : Json();
+  json["false_claim"] = solution.status == Status::ok && !holds;
+  json["energy_before_j"] = quadratic_form(problem.M, problem.v_minus) / 2;
+  json["energy_change_j"] = checked ? number(energy_change(problem, solution.impulse, v_plus)) : Json();
+  json["iterations"] = solution.iterations;
+  json["repeats"] = seconds.size();
+  json["time_min_s"] = seconds.empty() ? Json() : Json(seconds.front());
+  json["time_median_s"] = seconds.empty() ? Json() : Json(median(seconds));
+  json["size"] = solution.size;
+  json["contacts"] = problem.nc();
+  json["velocities"] = problem.nv();
+  return report;
+}
+
+/// key  value, a line each; what is empty is left out.
+void print_text(const Json& json) {
+  for (const auto& item : json.items()) {
+    const Json& value = item.value();
+    if (value.is_null() || (value.is_string() && value.get<std::string>().empty())) continue;
+    if (value.is_array()) {
+      for (const Json& line : value) fmt::print("  {:<18}{}\n", "note", line.get<std::string>());
+      continue;
+    }
+    fmt::print("  {:<18}{}\n", item.key(), value.is_string() ? value.get<std::string>() : value.dump());
+  }
+}
+
+int solve(const SolveFlags& flags) {
+  if (!flags.kind) throw UsageError("--kind is missing: give --kind lcp or --kind contact");
+  if (*flags.kind != "lcp" && *flags.kind != "contact")
+    throw UsageError(fmt::format("--kind {}: must be lcp or contact", flags.kind->empty() ? "''" : *flags.kind));
+  Report report;
+  try {
+    report = *flags.kind == "lcp" ? solve_lcp(flags) : solve_contact(flags);
+  } catch (const FileError& error) {
+    throw UsageError(error.what());
+  }
+  if (flags.out && !report.answer.empty()) {
+    try {
+      write_matrix_market(*flags.out, report.answer);
+      report.json["out"] = *flags.out;
+    } catch (const FileError& error) {
+      report.status = Status::write_failed;
+      report.json["status"] = name(report.status);
+      report.json["reason"] = report.reason = error.what();
+    }
+  }
+  if (flags.json)
+    fmt::print("{}\n", report.json.dump(2, ' ', false, Json::error_handler_t::replace));
+  else
+    print_text(report.json);
+  if (answered(report.status)) return finished;
+  fmt::print(stderr, "contactbench solve: {}: {}\n", name(report.status),
+             report.reason.empty() ? explanation(report.status) : report.reason);
+  return not_finished;
+}
+
+}  // namespace
+
+void add_solve(CLI::App& program, Action& action) {
+  CLI::App& command = *program.add_subcommand("solve", "solve one stored problem, no simulation");
+  const auto flags = std::make_shared<SolveFlags>();
+  const auto add = [&](const char* flag, Text& value, const char* type, const char* summary) {
+    command.add_option(flag, value, summary)->type_name(type);
+  };
+  add("problem", flags->problem, "PROBLEM",
+      "contact: FCLIB HDF5 (local or global) or Siconos friction text; lcp: Siconos LCP text");
+  add("--kind", flags->kind, "lcp|contact", "what the problem is");
+  add("--matrix", flags->matrix, "M.mtx", "lcp: the matrix, Matrix Market, array or coordinate");
+  add("--vector", flags->vector, "q.mtx", "lcp: the vector");
+  add("--method", flags->method, "METHOD", "contact: see contactbench list methods");
+  add_method_flags(command, *flags);
+  command.add_flag("--symmetrise", flags->symmetrise,
+                   "contact: solve with the symmetric part of W where it is not symmetric (refused without)");
+  add("--tolerance", flags->tolerance, "RESIDUAL",
+      "checked residual beyond which an answer counts as inaccurate [lcp 1e-10, contact 1e-9]");
+  add("--time-limit", flags->time_limit, "S", "lcp: stop the solver after S seconds [none]");
+  add("--repeat", flags->repeat, "N", "solve N times for the times; several: after one that is not counted [1]");
+  add("--out", flags->out, "FILE.mtx", "where the answer goes: z, or the impulses n, t1, t2 of each contact");
+  command.add_flag("--json", flags->json, "as JSON");
+  command.callback([flags, &action] { action = [flags] { return solve(*flags); }; });
+}
+
+}  // namespace cb
