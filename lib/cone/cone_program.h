@@ -45,6 +45,9 @@ struct ConeOptions {
   double feasibility = 1e-11;
   /// Interior-point iterations before `nonconverged`.
   int iteration_limit = 100;
+  /// -: fraction of the longest step inside the cones that is taken. Nearer to 1: fewer iterations until the iterates
+  /// leave the central path.
+  double step_fraction = 0.98;
   /// Newton steps of one polish (or of one first try) before it is given up.
   int polish_limit = 12;
   /// -: regularisation of the equalities of Newton's method, as a fraction of W_ii; r is not unique, and this picks the

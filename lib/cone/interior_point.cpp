@@ -255,6 +255,8 @@ void InteriorPoint::prepare(const ConeProgram& p) {
   g1_.resize(nv);
   g2_.resize(nv);
   Jdw_.resize(3 * nc);
+  t_.resize(3 * nc);
+  Mg_.resize(nv);
   Jdv_.resize(nc);
   dr_.resize(3 * nc);
   deta_.assign(nc, 0.0);
@@ -292,25 +294,42 @@ bool InteriorPoint::newton_step(const ConeProgram& p, double border_diagonal, do
       kkt_.solve_in_place(g1_, g2_);
     else
       kkt_.solve_in_place(g2_);
-    // g.dw and the Schur complement, formed contact by contact.
-    multiply(*p.J, *p.M, g2_, dr_);
+    // With t = e_n - J g2 the Schur complement is t.G t + g2.(M A^-1 M) g2: a sum of squares, no cancellation.
+    multiply(*p.J, *p.M, g2_, t_);
+    multiply(*p.M, two ? g1_ : g2_, Mg_);
     double pivot = border_diagonal, rhs = -border_rhs;
+    for (std::size_t i = 0; i < g2_.size(); ++i) pivot += g2_[i] * Mg_[i];
     for (int c = 0; c < nc; ++c) {
-      const Vector3d column = mat3(&G_[9 * c]).col(0);
-      pivot += column[0] - column.dot(vec3(&dr_[3 * c]));
-      rhs += c_r_[3 * c] - column.dot(vec3(&Jdw_[3 * c]));
+      auto t = vec3(&t_[3 * c]);
+      t = -t;
+      t[0] += 1;
+      const Vector3d Gt = mat3(&G_[9 * c]) * t;
+      pivot += t.dot(Gt);
+      vec3(&dr_[3 * c]) = vec3(&c_r_[3 * c]) - mat3(&G_[9 * c]) * vec3(&Jdw_[3 * c]);
+      rhs += dr_[3 * c];
     }
     if (!(pivot > 0)) return false;
-    ds_ = rhs / pivot;
+    for (int refinement = 0; refinement < 2; ++refinement) {
+      const double more = rhs / pivot;
+      ds_ += more;
+      rhs = -border_rhs - border_diagonal * ds_;
+      for (int c = 0; c < nc; ++c) {
+        auto dr = vec3(&dr_[3 * c]);
+        dr.noalias() -= more * (mat3(&G_[9 * c]) * vec3(&t_[3 * c]));
+        rhs += dr[0];
+      }
+    }
     for (std::size_t i = 0; i < h2_.size(); ++i) h2_[i] -= ds_ * g2_[i];
     if (two)
       for (std::size_t i = 0; i < h1_.size(); ++i) h1_[i] -= ds_ * g1_[i];
-    multiply(*p.J, *p.M, h2_, Jdw_);
-  }
-  for (int c = 0; c < nc; ++c) {
-    Vector3d dy = vec3(&Jdw_[3 * c]);
-    dy[0] += ds_;
-    vec3(&dr_[3 * c]) = vec3(&c_r_[3 * c]) - mat3(&G_[9 * c]) * dy;
+    for (int i = 0; i < 3 * nc; ++i) Jdw_[i] += ds_ * t_[i];
+    for (int c = 0; c < nc; ++c) Jdw_[3 * c] -= ds_;
+  } else {
+    for (int c = 0; c < nc; ++c) {
+      Vector3d dy = vec3(&Jdw_[3 * c]);
+      if (ds_ != 0) dy[0] += ds_;
+      vec3(&dr_[3 * c]) = vec3(&c_r_[3 * c]) - mat3(&G_[9 * c]) * dy;
+    }
   }
   if (two) {
     normals(p, h1_, Jdv_);
@@ -426,7 +445,7 @@ bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x) {
   x.infeasibility = certificate.infeasibility;
   // Where the natural map is at rounding there is nothing better, even if the certificate multiplies that rounding (by
   // mu, or by large impulses) beyond what was asked for.
-  const bool at_rounding = best <= options_.rounding * size_;
+  const bool at_rounding = best <= options_.rounding * std::max(size_, certificate.size);
   const bool accepted =
       x.infeasibility <= options_.feasibility && (at_rounding || std::abs(x.gap) <= 1e-14 * size_ * size_);
   x.status = accepted ? ConeStatus::solved : ConeStatus::nonconverged;
@@ -607,7 +626,7 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
     }
     step_slacks();
     const double limit = longest();
-    const double alpha = std::min(1.0, std::max(0.9, 1 - mean / (size_ * size_)) * limit);
+    const double alpha = std::min(1.0, options_.step_fraction * limit);
     for (int i = 0; i < 3 * nc; ++i) {
       x.r[i] += alpha * dr_[i];
       y_[i] += alpha * dy_[i];

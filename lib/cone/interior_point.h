@@ -51,7 +51,6 @@ class InteriorPoint {
   void prepare(const ConeProgram& program);
   double newton_terms(const ConeProgram& program, const ConeSolution& x);
   bool newton_step(const ConeProgram& program, double border_diagonal, double border_rhs, bool border, double ds_known);
-  void scale(const ConeProgram& program);
 
   ConeOptions options_;
   KktSystem kkt_;
@@ -61,7 +60,7 @@ class InteriorPoint {
   double mean_weight_ = 0;
   // Terms of a Newton step: dr = c_r - G (J dw + e_n ds), deta = c_eta - D N dv.
   std::vector<double> G_, D_, c_r_, c_eta_;
-  std::vector<double> h1_, h2_, g1_, g2_, Jdw_, Jdv_, dr_, deta_;
+  std::vector<double> h1_, h2_, g1_, g2_, t_, Mg_, Jdw_, Jdv_, dr_, deta_;
   double ds_ = 0;
   bool s_active_ = false;
   // Interior point iterate beyond r, eta, s.

@@ -350,7 +350,8 @@ void DrumwrightShell::equalities(const std::vector<char>& in_set, double target,
   step_.resize(3 * nc);
   u_step_.resize(3 * nc);
   h_.resize(nv);
-  for (int k = 0; k < 4; ++k) {
+  double last = HUGE_VAL;
+  for (int k = 0;; ++k) {
     step_.assign(3 * nc, 0.0);
     for (int c = 0; c < nc; ++c)
       if (in_set[c]) step_[3 * c] = x[c];
@@ -359,12 +360,15 @@ void DrumwrightShell::equalities(const std::vector<char>& in_set, double target,
     island_.factor.solve_in_place(velocity);
     if (target == 0)
       for (int i = 0; i < nv; ++i) velocity[i] += island_.v0[i];
-    if (k == 3) break;
     multiply(island_.J, island_.M, velocity, u_step_);
+    double worst = 0;
     for (int c = 0; c < nc; ++c) {
       const double miss = u_step_[3 * c] + (target == 0 ? island_.offset[3 * c] : -target);
       step_[3 * c] = in_set[c] ? -G_[9 * c] * miss : 0;
+      if (in_set[c]) worst = std::max(worst, std::abs(miss));
     }
+    if (worst == 0 || k == tolerances_.cone.polish_limit || worst > 0.1 * last) break;
+    last = worst;
     std::fill(h_.begin(), h_.end(), 0.0);
     multiply_transposed_add(island_.J, island_.M, step_, h_);
     normals_.solve_in_place(h_);

@@ -23,7 +23,7 @@ class DrumwrightShell {
     /// -: scaled infeasibility up to which an answer is accepted.
     double infeasibility = 1e-10;
     /// -: residual of N z = 1 (z: proof of the least sum) and of T z = 0 below which they count as solvable.
-    double solvable = 1e-11;
+    double solvable = 1e-10;
     /// -: normal velocity, as a fraction of the event's, up to which a contact counts as touching after the
     /// frictionless solution.
     double touching = 1e-9;
