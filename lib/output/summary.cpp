@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "output/row_file.h"
@@ -20,6 +22,13 @@ Json text(const std::string& value) { return value.empty() ? Json() : Json(value
 template <class T>
 Json maybe(const std::optional<T>& value) {
   return value ? Json(*value) : Json();
+}
+/// A parameter's value: a number where it reads as one, else the word.
+Json parameter(const std::string& value) {
+  double x = 0;
+  const char* last = value.data() + value.size();
+  const auto [end, error] = std::from_chars(value.data(), last, x);
+  return error == std::errc() && end == last && std::isfinite(x) ? Json(x) : Json(value);
 }
 Json choice(const Choice& of) {
   return {{"method", text(of.method)}, {"solver", text(of.solver)}, {"variant", text(of.variant)}};
@@ -70,7 +79,7 @@ std::string_view name(ReferenceKind kind) {
 std::string to_json(const RunSummary& run) {
   const RunTally& tally = run.tally;
   Json parameters = Json::object(), errors = Json::object();
-  for (const auto& [key, value] : run.parameters) parameters[key] = value;
+  for (const auto& [key, value] : run.parameters) parameters[key] = parameter(value);
   for (const auto& [key, value] : run.errors) errors[key] = value;
 
   Json json = {

@@ -73,7 +73,7 @@ class SummaryFile {
   bool replace(const std::string& text);
 
   /// Characters beyond the provisional text that the final one may grow by without asking the disk for more.
-  static constexpr std::size_t reserve = 16384;
+  static constexpr std::size_t reserve = 8192;
 
  private:
   int file_ = -1;

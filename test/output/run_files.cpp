@@ -1,0 +1,174 @@
+#include "output/run_files.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <limits>
+#include <sstream>
+
+#include "output/temporary.h"
+
+using namespace cb;
+
+namespace {
+
+std::vector<std::string> cells(std::string_view line) {
+  if (line.ends_with('\n')) line.remove_suffix(1);
+  std::vector<std::string> out(1);
+  for (const char c : line) {
+    if (c == ',')
+      out.emplace_back();
+    else
+      out.back() += c;
+  }
+  return out;
+}
+
+std::vector<std::string> lines(const std::string& text) {
+  std::vector<std::string> out;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) out.push_back(line);
+  return out;
+}
+
+/// The cells of a step by the names of their columns.
+std::string cell(const StepRecord& record, const std::string& column) {
+  char row[steps_row_room];
+  const char* end = print_step(row, record);
+  const auto names = cells(steps_header), values = cells({row, end});
+  REQUIRE(end[-1] == '\n');
+  REQUIRE(values.size() == names.size());
+  const auto at = std::find(names.begin(), names.end(), column);
+  REQUIRE(at != names.end());
+  return values[static_cast<std::size_t>(at - names.begin())];
+}
+
+Model two_bodies() {
+  Model model;
+  for (const char* name : {"left", "right, far"}) {
+    Body body;
+    body.name = name;
+    body.mass = 1;
+    body.inertia = Vec3(1, 1, 1);
+    model.bodies.push_back(body);
+  }
+  return model;
+}
+
+State state_at(double t) {
+  State state;
+  state.t = t;
+  state.pose.resize(2);
+  state.pose[1].p = Vec3(0.1, -2, 1e-17);
+  state.v = {1, 2, 3, 4, 5, 6, -1, -2, -3, -4, -5, 0.3};
+  return state;
+}
+
+StepRecord record_at(long step, double t) {
+  StepRecord record;
+  record.step = step;
+  record.t = t;
+  return record;
+}
+
+}  // namespace
+
+TEST_CASE("the columns of a run's files are those that users script against", "[output]") {
+  CHECK(trajectory_header == "t,body,px,py,pz,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n");
+  CHECK(steps_header ==
+        "step,t,events,contacts,size,iterations,status,claimed_residual,residual,law_residual,gap,infeasibility,"
+        "event_energy_gain,max_penetration,kinetic_energy,potential_energy,dynamics_s,collision_s,assembly_s,solve_s,"
+        "step_s\n");
+}
+
+TEST_CASE("a step without an event has empty residuals, not zero ones", "[output]") {
+  StepRecord record = record_at(3, 0.25);
+  for (const char* column : {"claimed_residual", "residual", "law_residual", "gap", "infeasibility"})
+    CHECK(cell(record, column).empty());
+  CHECK(cell(record, "step") == "3");
+  CHECK(cell(record, "t") == "0.25");
+  CHECK(cell(record, "events") == "0");
+  CHECK(cell(record, "status") == "ok");
+  CHECK(cell(record, "event_energy_gain") == "0");
+
+  record.events = 1;
+  record.residual = 1e-12;
+  record.law_residual = 0.5;
+  record.status = Status::inaccurate;
+  CHECK(cell(record, "claimed_residual") == "0");
+  CHECK(cell(record, "residual") == "1e-12");
+  CHECK(cell(record, "law_residual") == "0.5");
+  CHECK(cell(record, "gap").empty());
+  CHECK(cell(record, "status") == "inaccurate");
+}
+
+TEST_CASE("the longest possible step fits its row", "[output]") {
+  StepRecord record;
+  const double longest = -2.2250738585072014e-308;
+  record.step = std::numeric_limits<long>::min();
+  record.events = record.contacts = record.size = record.iterations = std::numeric_limits<int>::min();
+  record.status = Status::energy_blowup;
+  record.t = record.claimed_residual = record.residual = record.event_energy_gain = record.max_penetration = longest;
+  record.law_residual = record.gap = record.infeasibility = longest;
+  record.kinetic_energy = record.potential_energy = longest;
+  record.times = {longest, longest, longest, longest, longest};
+  std::string row(2 * steps_row_room, '\0');
+  CHECK(static_cast<std::size_t>(print_step(row.data(), record) - row.data()) <= steps_row_room);
+}
+
+TEST_CASE("a number that is none never reaches a file", "[output]") {
+  StepRecord record;
+  record.events = 1;
+  record.residual = std::numeric_limits<double>::quiet_NaN();
+  record.kinetic_energy = std::numeric_limits<double>::infinity();
+  CHECK(cell(record, "residual").empty());
+  CHECK(cell(record, "kinetic_energy").empty());
+}
+
+TEST_CASE("the trajectory has a row for each body and recorded step from t = 0 on", "[output]") {
+  TemporaryDirectory directory;
+  {
+    RunFiles files(directory.path(), two_bodies(), 2);
+    files.start(state_at(0));
+    for (int n = 1; n <= 5; ++n) files.step(state_at(0.1 * n), record_at(n, 0.1 * n));
+    CHECK(files.ok());
+  }
+  const auto trajectory = lines(read_file(directory.path() / "trajectory.csv"));
+  REQUIRE(trajectory.size() == 1 + 3 * 2);  // t = 0, 0.2, 0.4
+  CHECK(trajectory[1] == "0,left,0,0,0,1,0,0,0,1,2,3,4,5,6");
+  CHECK(trajectory[2] == "0,\"right, far\",0.1,-2,1e-17,1,0,0,0,-1,-2,-3,-4,-5,0.3");
+  CHECK(cells(trajectory[3])[0] == "0.2");
+  CHECK(cells(trajectory[6])[0] == "0.4");
+
+  const auto steps = lines(read_file(directory.path() / "steps.csv"));
+  REQUIRE(steps.size() == 3);
+  CHECK(cells(steps[1])[0] == "2");
+  CHECK(cells(steps[2])[0] == "4");
+}
+
+TEST_CASE("the step that ends a run has its row, its unfinished state has none", "[output]") {
+  TemporaryDirectory directory;
+  {
+    RunFiles files(directory.path(), two_bodies(), 10);
+    files.start(state_at(0));
+    StepRecord record = record_at(7, 0.7);
+    record.status = Status::ray;
+    files.last_step(record);
+  }
+  CHECK(lines(read_file(directory.path() / "trajectory.csv")).size() == 3);
+  const auto steps = lines(read_file(directory.path() / "steps.csv"));
+  REQUIRE(steps.size() == 2);
+  CHECK(cells(steps[1])[6] == "ray");
+}
+
+TEST_CASE("a run that records nothing removes the rows of an earlier one", "[output]") {
+  TemporaryDirectory directory;
+  { RunFiles files(directory.path(), two_bodies(), 1); }
+  CHECK(std::filesystem::exists(directory.path() / "trajectory.csv"));
+  RunFiles files(directory.path(), two_bodies(), 0);
+  files.start(state_at(0));
+  files.step(state_at(1), record_at(1, 1));
+  files.flush();
+  CHECK(files.ok());
+  CHECK_FALSE(std::filesystem::exists(directory.path() / "trajectory.csv"));
+  CHECK_FALSE(std::filesystem::exists(directory.path() / "steps.csv"));
+}

@@ -1,0 +1,176 @@
+// Wrong flags and wrong files: one message that names the flag or the place and the fix, exit code 2, nothing written.
+
+#include <catch2/catch.hpp>
+#include <regex>
+#include <set>
+
+#include "program/program.h"
+
+using namespace program;
+
+namespace {
+
+/// Runs in an empty directory; demands exit code 2, one line on standard error that holds all `parts`, nothing else.
+void refused(const std::vector<std::string>& arguments, const std::vector<std::string>& parts) {
+  TemporaryDirectory directory;
+  const Result result = run(directory.path(), arguments);
+  std::string command;
+  for (const std::string& argument : arguments) command += argument + ' ';
+  INFO(command << "-> " << result.err);
+  CHECK(result.code == 2);
+  CHECK(result.out.empty());
+  CHECK(lines(result.err).size() == 1);
+  for (const std::string& part : parts) CHECK(result.err.find(part) != std::string::npos);
+  CHECK(content(directory.path()).empty());
+}
+
+std::vector<std::string> run_with(const std::vector<std::string>& more, const std::string& method = "ap") {
+  std::vector<std::string> arguments = {"run", "sticking_box.xml", "--method", method, "--duration", "0.01"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+}  // namespace
+
+TEST_CASE("a command that is missing or unknown is named", "[program]") {
+  refused({}, {"command", "run", "check", "list"});
+  refused({"rnu"}, {"rnu", "did you mean \"run\""});
+  refused({"simulate"}, {"simulate", "run", "check", "list"});
+  refused({""}, {"command"});
+}
+
+TEST_CASE("a flag that does not exist is an error, flags to come included", "[program]") {
+  refused(run_with({"--frobnicate"}), {"--frobnicate"});
+  refused(run_with({"--frictoin", "0.5"}), {"--frictoin", "--friction"});
+  refused(run_with({"--prune", "on"}), {"--prune"});
+  refused(run_with({"--warm-start", "off"}), {"--warm-start"});
+  refused({"--nonsense"}, {"--nonsense"});
+  refused({"check", "sticking_box.xml", "--solver", "lemke"}, {"--solver"});
+  refused({"list", "--quiet"}, {"--quiet"});
+  refused(run_with({"stack.xml"}), {"stack.xml"});
+}
+
+TEST_CASE("what a run cannot do without is asked for", "[program]") {
+  refused({"run", "sticking_box.xml"}, {"--method"});
+  refused({"run", "--method", "ap"}, {"scenario"});
+  refused(run_with({"--k"}), {"--k"});
+  refused(run_with({"--k", "8", "--k", "16"}), {"--k"});
+}
+
+TEST_CASE("a name that is not in a table comes with the ones that are", "[program]") {
+  refused({"run", "sticking_box.xml", "--method", "convx"}, {"--method", "convx", "did you mean \"convex\""});
+  refused({"run", "sticking_box.xml", "--method", "magic"}, {"--method", "newton", "mirtich", "ap", "convex"});
+  refused(run_with({"--solver", "lemka"}), {"--solver", "lemka", "did you mean \"lemke\""});
+  refused(run_with({"--solver", "lemke"}, "convex"), {"--solver", "lemke", "ipm"});
+  refused(run_with({"--solver", "lemke"}, "newton"), {"--solver", "newton"});
+  refused(run_with({"--variant", "uncaped"}, "newton"), {"--variant", "did you mean \"uncapped\""});
+  refused(run_with({"--variant", "uncapped"}), {"--variant", "ap"});
+  refused({"list", "method"}, {"method", "did you mean \"methods\""});
+  refused({"list", "weather"}, {"weather", "statuses"});
+  refused({"check", "sticking_box.xml", "--method", "app"}, {"--method", "app"});
+}
+
+TEST_CASE("a flag that the method has no use for says so", "[program]") {
+  refused(run_with({"--k", "8"}, "convex"), {"--k", "convex", "ap"});
+  refused(run_with({"--k", "8"}, "newton"), {"--k", "newton"});
+  refused(run_with({"--epsilon", "1e-6"}), {"--epsilon", "convex"});
+  refused(run_with({"--epsilon-relative", "1e-6"}), {"--epsilon-relative", "convex"});
+  refused(run_with({"--compression-bound", "on"}), {"--compression-bound", "convex"});
+  refused(run_with({"--regularise", "1e-9"}, "convex"), {"--regularise", "ap"});
+}
+
+TEST_CASE("a friction polygon has an even number of edges, at least four", "[program]") {
+  for (const char* k : {"0", "2", "3", "5", "7", "-4", "8.5", "eight", "nan", "", "1e1", "4x", "99999999999999999999"})
+    refused(run_with({std::string("--k=") + k}), {"--k", "even"});
+}
+
+TEST_CASE("steps, durations and limits are positive finite numbers", "[program]") {
+  for (const char* value : {"0", "-1", "nan", "inf", "-inf", "1e999", "one", "0x10", "1,5", "1e-3s", ""}) {
+    refused({"run", "sticking_box.xml", "--method", "ap", std::string("--step=") + value}, {"--step", "positive"});
+    refused({"run", "sticking_box.xml", "--method", "ap", std::string("--duration=") + value},
+            {"--duration", "positive"});
+  }
+  refused(run_with({"--time-limit", "0"}), {"--time-limit", "positive"});
+  refused(run_with({"--time-limit", "-5"}), {"--time-limit", "positive"});
+  refused(run_with({"--memory-limit", "0"}), {"--memory-limit", "positive"});
+  refused(run_with({"--step", "1e-300"}), {"--step", "longer step"});
+  refused(run_with({"--record-every", "-1"}), {"--record-every"});
+  refused(run_with({"--record-every", "0.5"}), {"--record-every"});
+}
+
+TEST_CASE("physical numbers stay in their range", "[program]") {
+  for (const char* value : {"-0.1", "1.1", "nan", "two"})
+    refused(run_with({std::string("--restitution=") + value}), {"--restitution", "from 0 to 1"});
+  refused(run_with({"--restitution", "-0.5"}), {"--restitution", "-0.5"});  // a value, not another flag
+  for (const char* value : {"-0.1", "nan", "inf", "mu"})
+    refused(run_with({std::string("--friction=") + value}), {"--friction"});
+  for (const char* value : {"-1e-12", "0", "nan", "small"})
+    refused(run_with({std::string("--epsilon=") + value}, "convex"), {"--epsilon", "positive"});
+  refused(run_with({"--epsilon", "1e-6", "--epsilon-relative", "1e-6"}, "convex"),
+          {"--epsilon", "--epsilon-relative", "one of them"});
+  refused(run_with({"--compression-bound", "yes"}, "convex"), {"--compression-bound", "on or off"});
+  refused(run_with({"--regularise", "-1"}), {"--regularise"});
+}
+
+TEST_CASE("a parameter must be one that the scenario declares", "[program]") {
+  refused(run_with({"--set", "boxes=2"}), {"boxes"});
+  refused(run_with({"--set", "boxes"}), {"--set", "NAME=VALUE"});
+  refused(run_with({"--set", "=2"}), {"--set", "NAME=VALUE"});
+  refused(run_with({"--set", "mu=0.5", "--set", "mu=0.6"}), {"--set", "mu", "twice"});
+  refused({"run", "stack.xml", "--method", "ap", "--set", "boxes=-3"}, {"boxes"});
+  refused({"check", "stack.xml", "--set", "boxes=none"}, {"boxes"});
+}
+
+TEST_CASE("a scenario that is not there is told from those that are", "[program]") {
+  refused({"run", "stickin_box.xml", "--method", "ap"}, {"stickin_box.xml", "sticking_box"});
+  refused({"check", "/nowhere/at/all.xml"}, {"/nowhere/at/all.xml"});
+  refused({"check", "."}, {"."});
+}
+
+TEST_CASE("a folder that cannot be written is refused before anything runs", "[program]") {
+  TemporaryDirectory directory;
+  std::ofstream(directory.path() / "file") << "in the way";
+  for (const std::string out : {"file", "file/below", "/proc/nowhere/run"}) {
+    const Result result = run(directory.path(), run_with({"--out", out}));
+    INFO(result.err);
+    CHECK(result.code == 2);
+    CHECK(lines(result.err).size() == 1);
+    CHECK(result.err.find("--out") != std::string::npos);
+    CHECK(result.err.find(out) != std::string::npos);
+  }
+  CHECK(content(directory.path()) == std::vector<std::string>{"file"});
+  CHECK(read_file(directory.path() / "file") == "in the way");
+
+  // One of the files is in the way of a folder.
+  fs::create_directories(directory.path() / "run" / "trajectory.csv");
+  const Result result = run(directory.path(), run_with({"--out", "run"}));
+  CHECK(result.code == 2);
+  CHECK(result.err.find("trajectory.csv") != std::string::npos);
+  CHECK_FALSE(fs::exists(directory.path() / "run" / "summary.json"));
+  refused(run_with({"--out", ""}), {"--out"});
+}
+
+TEST_CASE("each broken scenario gives one message with file and line", "[program]") {
+  const std::regex place(R"(\.xml:\d+:\d+: .+)");
+  std::set<std::string> messages;
+  int files = 0;
+  for (const auto& entry : fs::directory_iterator(fs::path(TEST_DATA) / "broken")) {
+    if (entry.path().extension() != ".xml") continue;
+    ++files;
+    TemporaryDirectory directory;
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"check", entry.path().string()},
+          std::vector<std::string>{"run", entry.path().string(), "--method", "ap"}}) {
+      const Result result = run(directory.path(), arguments);
+      INFO(entry.path() << ": " << result.err);
+      CHECK(result.code == 2);
+      CHECK(result.out.empty());
+      CHECK(lines(result.err).size() == 1);
+      CHECK(std::regex_search(result.err, place));
+      CHECK(content(directory.path()).empty());
+      messages.insert(result.err.substr(result.err.find(".xml:")));
+    }
+  }
+  CHECK(files >= 20);
+  CHECK(messages.size() >= 20);
+}

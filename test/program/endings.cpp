@@ -1,0 +1,164 @@
+// Runs that do not finish: the files are readable, the summary says what happened, the exit code is 3.
+
+#include <catch2/catch.hpp>
+
+#include "program/program.h"
+
+using namespace program;
+
+namespace {
+
+/// A run that would take long, into `out`.
+std::vector<std::string> long_run(const std::vector<std::string>& more = {}) {
+  std::vector<std::string> arguments = {"run", "sticking_box.xml", "--method", "ap", "--duration", "1e6", "--out", "r"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+/// All rows are whole: a killed or failed run leaves files that every reader takes.
+void readable(const fs::path& file, std::size_t columns) {
+  const std::string text = read_file(file);
+  REQUIRE_FALSE(text.empty());
+  CHECK(text.back() == '\n');
+  for (const std::string& line : lines(text)) REQUIRE(cells(line).size() == columns);
+}
+
+}  // namespace
+
+TEST_CASE("an interrupted run ends after its step with every file whole", "[program]") {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    TemporaryDirectory directory;
+    const fs::path out = directory.path() / "r";
+    Process process(directory.path(), long_run({"--record-every", "10"}));
+    // The header is there at once; a second's flush brings rows.
+    REQUIRE(wait_until([&] { return fs::exists(out / "steps.csv") && fs::file_size(out / "steps.csv") > 1000; }));
+    process.send(signal);
+    const Result result = process.wait();
+    INFO(result.err);
+    CHECK(result.code == 3);
+    CHECK(result.err.find("interrupted") != std::string::npos);
+    const Json json = summary(out);
+    CHECK(json["status"] == "interrupted");
+    CHECK(json["finished"] == false);
+    CHECK(json["reason"].is_string());
+    const long steps = json["steps"].get<long>();
+    CHECK(steps > 0);
+    CHECK(json["t_reached"].get<double>() == Approx(1e-3 * static_cast<double>(steps)));
+    CHECK_FALSE(json["errors"].empty());
+    readable(out / "trajectory.csv", 15);
+    readable(out / "steps.csv", 21);
+    CHECK(lines(read_file(out / "steps.csv")).size() == static_cast<std::size_t>(1 + steps / 10));
+  }
+}
+
+TEST_CASE("a killed run leaves whole rows and a summary that says so", "[program]") {
+  TemporaryDirectory directory;
+  const fs::path out = directory.path() / "r";
+  Process process(directory.path(), long_run());
+  REQUIRE(wait_until([&] { return fs::exists(out / "steps.csv") && fs::file_size(out / "steps.csv") > 1000; }));
+  process.send(SIGKILL);
+  CHECK(process.wait().code == -SIGKILL);
+  const Json json = summary(out);
+  CHECK(json["status"] == "crash");
+  CHECK(json["finished"] == false);
+  CHECK(json["reason"].get<std::string>().find("did not finish") != std::string::npos);
+  readable(out / "trajectory.csv", 15);
+  readable(out / "steps.csv", 21);
+}
+
+TEST_CASE("a time limit keeps what there is", "[program]") {
+  TemporaryDirectory directory;
+  const Result result = run(directory.path(), long_run({"--time-limit", "0.2"}));
+  INFO(result.err);
+  CHECK(result.code == 3);
+  CHECK(result.err.find("time_limit") != std::string::npos);
+  const Json json = summary(directory.path() / "r");
+  CHECK(json["status"] == "time_limit");
+  CHECK(json["finished"] == false);
+  CHECK(json["steps"].get<long>() > 0);
+  CHECK(json["time"]["wall_s"].get<double>() < 5);
+  readable(directory.path() / "r" / "steps.csv", 21);
+}
+
+TEST_CASE("a memory limit ends the run with its name", "[program]") {
+  // One megabyte is less than the program by itself needs.
+  TemporaryDirectory directory;
+  const Result result = run(directory.path(), long_run({"--memory-limit", "1"}));
+  INFO(result.err);
+  CHECK(result.code == 3);
+  const Json json = summary(directory.path() / "r");
+  CHECK(json["status"] == "memory_limit");
+  CHECK(json["finished"] == false);
+}
+
+TEST_CASE("a disk that fills up ends the run with whole files and a summary", "[program]") {
+  // No file may grow beyond 64 kB: the summary has its place by then, the rows run into it.
+  TemporaryDirectory directory;
+  const Result result = run(directory.path(), long_run(), [] {
+    rlimit limit{65536, 65536};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  });
+  INFO(result.err);
+  CHECK(result.code == 3);
+  CHECK(result.err.find("write_failed") != std::string::npos);
+  const fs::path out = directory.path() / "r";
+  const Json json = summary(out);
+  CHECK(json["status"] == "write_failed");
+  CHECK(json["finished"] == false);
+  CHECK(json["reason"].get<std::string>().find(".csv") != std::string::npos);
+  readable(out / "trajectory.csv", 15);
+  readable(out / "steps.csv", 21);
+  CHECK(fs::file_size(out / "trajectory.csv") <= 65536);
+}
+
+TEST_CASE("a full disk is found out by a run that finishes within one buffer", "[program]") {
+  TemporaryDirectory directory;
+  fs::create_directory(directory.path() / "r");
+  fs::create_symlink("/dev/full", directory.path() / "r" / "steps.csv");
+  const Result result =
+      run(directory.path(), {"run", "sticking_box.xml", "--method", "ap", "--duration", "0.01", "--out", "r"});
+  INFO(result.err);
+  CHECK(result.code == 3);
+  const Json json = summary(directory.path() / "r");
+  CHECK(json["status"] == "write_failed");
+  CHECK(json["reason"].get<std::string>().find("steps.csv") != std::string::npos);
+}
+
+TEST_CASE("a summary that finds no room goes to standard error", "[program]") {
+  TemporaryDirectory directory;
+  fs::create_directory(directory.path() / "r");
+  fs::create_symlink("/dev/full", directory.path() / "r" / "summary.json");
+  const Result result =
+      run(directory.path(), {"run", "sticking_box.xml", "--method", "ap", "--duration", "0.01", "--out", "r"});
+  CHECK(result.code == 3);
+  const std::size_t end = result.err.rfind('}');
+  REQUIRE(end != std::string::npos);
+  const Json json = Json::parse(result.err.substr(0, end + 1));
+  CHECK(json["status"] == "write_failed");
+  CHECK(json["scenario"] == "sticking_box");
+}
+
+TEST_CASE("a listing that nobody can read is no success", "[program]") {
+  TemporaryDirectory directory;
+  const Result result = run(directory.path(), {"list"}, [] { dup2(open("/dev/full", O_WRONLY), STDOUT_FILENO); });
+  CHECK(result.code == 3);
+  CHECK(result.err.find("standard output") != std::string::npos);
+}
+
+TEST_CASE("a solver that is not installed ends the run as unavailable", "[program]") {
+  TemporaryDirectory directory;
+  const Result listed = run(directory.path(), {"list", "solvers", "--json"});
+  REQUIRE(listed.code == 0);
+  for (const Json& row : Json::parse(listed.out)) {
+    if (row["unavailable"].is_null() || row["method"].is_null()) continue;
+    const Result result =
+        run(directory.path(), {"run", "sticking_box.xml", "--method", row["method"].get<std::string>(), "--solver",
+                               row["name"].get<std::string>(), "--duration", "0.01", "--out", "r"});
+    CHECK(result.code == 3);
+    const Json json = summary(directory.path() / "r");
+    CHECK(json["status"] == "unavailable");
+    CHECK(json["reason"] == row["unavailable"]);
+    CHECK(json["steps"] == 0);
+    readable(directory.path() / "r" / "trajectory.csv", 15);
+  }
+}

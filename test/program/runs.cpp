@@ -1,0 +1,287 @@
+// What a run leaves behind.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <set>
+
+#include "program/program.h"
+
+using namespace program;
+
+namespace {
+
+const char* trajectory_header = "t,body,px,py,pz,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz";
+const char* steps_header =
+    "step,t,events,contacts,size,iterations,status,claimed_residual,residual,law_residual,gap,infeasibility,"
+    "event_energy_gain,max_penetration,kinetic_energy,potential_energy,dynamics_s,collision_s,assembly_s,solve_s,"
+    "step_s";
+
+/// Removes what two runs with the same input may differ in.
+void strip(Json& json) {
+  if (!json.is_object()) return;
+  for (auto entry = json.begin(); entry != json.end();) {
+    const std::string& key = entry.key();
+    if (key.ends_with("_s") || key == "peak_memory_mb") {
+      entry = json.erase(entry);
+    } else {
+      strip(entry.value());
+      ++entry;
+    }
+  }
+}
+
+/// A CSV file without the columns that end in _s.
+std::string strip_csv(const std::string& text) {
+  std::string out;
+  std::vector<bool> keep;
+  for (const std::string& line : lines(text)) {
+    const auto row = cells(line);
+    if (keep.empty())
+      for (const std::string& column : row) keep.push_back(!column.ends_with("_s"));
+    for (std::size_t i = 0; i < row.size(); ++i)
+      if (keep[i]) out += row[i] + ',';
+    out += '\n';
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("a scene is found by its name from any folder and its files go to a folder named after the run",
+          "[program]") {
+  TemporaryDirectory directory;
+  const Result result =
+      run(directory.path(), {"run", "sticking_box.xml", "--method", "ap", "--solver", "lemke", "--k", "8", "--duration",
+                             "0.05", "--friction", "0.8", "--set", "rotate_cone=0.1"});
+  INFO(result.err);
+  REQUIRE(result.code == 0);
+  CHECK(result.err.empty());  // redirected: no progress
+  const fs::path out = directory.path() / "results/runs/sticking_box__ap__lemke__k8__T0.05__mu0.8__rotate_cone0.1";
+  CHECK(fs::exists(out / "trajectory.csv"));
+  CHECK(fs::exists(out / "steps.csv"));
+  const Json json = summary(out);
+  CHECK(json["scenario"] == "sticking_box");
+  CHECK(json["method"] == "ap");
+  CHECK(json["solver"] == "lemke");
+  CHECK(json["requested"]["solver"] == "lemke");
+  CHECK(json["used"]["solver"] == "lemke");
+  CHECK(json["options"]["k"] == 8);
+  CHECK(json["options"]["friction"] == 0.8);
+  CHECK(json["options"]["duration"] == 0.05);
+  CHECK(json["options"]["rotate_cone"] == 0.1);
+  CHECK(json["status"] == "ok");
+  CHECK(json["reason"].is_null());
+  CHECK(json["finished"] == true);
+  CHECK(json["steps"] == 50);
+  CHECK(json["t_reached"] == 0.05);
+  CHECK(json["contacts_max"] == 4);
+  CHECK(json["residuals"]["max"].get<double>() <= 1e-9);
+  CHECK(json["residuals"]["false_claims"] == 0);
+  CHECK(json["reference"]["kind"] == "analytic");
+  CHECK_FALSE(json["errors"].empty());
+  CHECK(json["peak_memory_mb"].get<double>() > 1);
+  CHECK(result.out.find("sticking_box") != std::string::npos);
+}
+
+TEST_CASE("the default folder tells methods and their accuracy apart", "[program]") {
+  TemporaryDirectory directory;
+  const auto start = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"run", "sticking_box.xml", "--quiet", "--duration", "0.002", "--method"});
+    const Result result = run(directory.path(), more);
+    INFO(result.err);
+    CHECK(result.code == 0);
+    CHECK(result.out.empty());
+  };
+  start({"ap"});
+  start({"ap", "--k", "4"});
+  start({"convex"});
+  start({"convex", "--epsilon", "0.01"});
+  start({"convex", "--epsilon-relative", "1e-6", "--compression-bound", "off"});
+  start({"newton", "--step", "0.0005"});
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(directory.path() / "results" / "runs"))
+    names.insert(entry.path().filename().string());
+  CHECK(names == std::set<std::string>{"sticking_box__ap__lemke__k8__T0.002", "sticking_box__ap__lemke__k4__T0.002",
+                                       "sticking_box__convex__ipm__eps1e-12__T0.002",
+                                       "sticking_box__convex__ipm__eps0.01__T0.002",
+                                       "sticking_box__convex__ipm__epsrel1e-06__bound-off__T0.002",
+                                       "sticking_box__newton__uncapped__h0.0005__T0.002"});
+}
+
+TEST_CASE("the files have the columns of the contract and a row for each body and step", "[program]") {
+  TemporaryDirectory directory;
+  const Result result = run(directory.path(), {"run", "stack.xml", "--method", "convex", "--set", "boxes=3",
+                                               "--duration", "0.02", "--out", "here/and/there", "--quiet"});
+  INFO(result.err);
+  REQUIRE(result.code == 0);
+  CHECK(result.out.empty());
+  const fs::path out = directory.path() / "here/and/there";
+  const auto trajectory = lines(read_file(out / "trajectory.csv"));
+  REQUIRE(trajectory.size() == 1 + 3 * 21);
+  CHECK(trajectory[0] == trajectory_header);
+  for (const std::string& line : trajectory) REQUIRE(cells(line).size() == 15);
+  CHECK(cells(trajectory[1])[0] == "0");
+  CHECK(cells(trajectory.back())[0] == "0.02");
+  const auto steps = lines(read_file(out / "steps.csv"));
+  REQUIRE(steps.size() == 1 + 20);
+  CHECK(steps[0] == steps_header);
+  const std::size_t columns = cells(steps[0]).size();
+  for (std::size_t i = 1; i < steps.size(); ++i) {
+    const auto row = cells(steps[i]);
+    REQUIRE(row.size() == columns);
+    CHECK(row[0] == std::to_string(i));
+    CHECK(row[6] == "ok");
+    CHECK(row[3] == "12");         // contacts: four an interface
+    CHECK_FALSE(row[10].empty());  // gap: this method has one
+    for (const std::string& cell : row) CHECK(cell.find_first_of("nN") != 0);
+  }
+  CHECK(summary(out)["parameters"]["boxes"] == 3);
+}
+
+TEST_CASE("a method without a duality gap leaves its cells empty", "[program]") {
+  TemporaryDirectory directory;
+  REQUIRE(run(directory.path(),
+              {"run", "sticking_box.xml", "--method", "ap", "--duration", "0.003", "--out", "r", "--quiet"})
+              .code == 0);
+  for (const std::string& line : lines(read_file(directory.path() / "r" / "steps.csv"))) {
+    const auto row = cells(line);
+    if (row[0] == "step") continue;
+    CHECK(row[10].empty());
+    CHECK(row[11].empty());
+  }
+  CHECK(summary(directory.path() / "r")["residuals"]["gap_max_j"].is_null());
+}
+
+TEST_CASE("two runs with the same input write the same bytes but for times and memory", "[program]") {
+  for (const std::vector<std::string>& method :
+       {std::vector<std::string>{"ap", "--k", "8"}, std::vector<std::string>{"convex"}}) {
+    TemporaryDirectory directory;
+    for (const char* out : {"one", "two"}) {
+      std::vector<std::string> arguments = {
+          "run", "circular_sliding.xml", "--duration", "0.2", "--quiet", "--out", out, "--method"};
+      arguments.insert(arguments.end(), method.begin(), method.end());
+      REQUIRE(run(directory.path(), arguments).code == 0);
+    }
+    const fs::path one = directory.path() / "one", two = directory.path() / "two";
+    CHECK(read_file(one / "trajectory.csv") == read_file(two / "trajectory.csv"));
+    CHECK(strip_csv(read_file(one / "steps.csv")) == strip_csv(read_file(two / "steps.csv")));
+    Json a = summary(one), b = summary(two);
+    strip(a);
+    strip(b);
+    CHECK(a.dump(2) == b.dump(2));
+  }
+}
+
+TEST_CASE("a run over an earlier one leaves nothing of it", "[program]") {
+  TemporaryDirectory directory;
+  const auto start = [&](const char* duration, const char* every) {
+    REQUIRE(run(directory.path(), {"run", "sticking_box.xml", "--method", "ap", "--duration", duration,
+                                   "--record-every", every, "--out", "r", "--quiet"})
+                .code == 0);
+  };
+  start("0.05", "1");
+  start("0.01", "1");
+  CHECK(lines(read_file(directory.path() / "r" / "steps.csv")).size() == 11);
+  CHECK(summary(directory.path() / "r")["steps"] == 10);
+  start("0.01", "4");
+  const auto steps = lines(read_file(directory.path() / "r" / "steps.csv"));
+  REQUIRE(steps.size() == 3);
+  CHECK(cells(steps[2])[0] == "8");
+  CHECK(lines(read_file(directory.path() / "r" / "trajectory.csv")).size() == 4);
+  start("0.01", "0");
+  CHECK(content(directory.path() / "r") == std::vector<std::string>{"summary.json"});
+  CHECK(summary(directory.path() / "r")["steps"] == 10);
+}
+
+TEST_CASE("overriding friction changes whether the box holds", "[program]") {
+  // tan 30 = 0.577: at mu = 0.3 the box slides off with g (sin 30 - 0.3 cos 30) = 2.354 m/s^2.
+  TemporaryDirectory directory;
+  REQUIRE(run(directory.path(), {"run", "sticking_box.xml", "--method", "convex", "--friction", "0.3", "--duration",
+                                 "0.1", "--out", "r", "--quiet"})
+              .code == 0);
+  const auto last = cells(lines(read_file(directory.path() / "r" / "trajectory.csv")).back());
+  const double vx = std::stod(last[9]), vy = std::stod(last[10]);
+  const double a = 9.8 * (0.5 - 0.3 * std::sqrt(0.75));
+  CHECK(std::hypot(vx, vy) == Approx(a * 0.1).epsilon(1e-6));
+}
+
+TEST_CASE("the summary on standard output is the one in the file", "[program]") {
+  TemporaryDirectory directory;
+  const Result result =
+      run(directory.path(), {"run", "sliding_box.xml", "--method", "ap", "--duration", "0.01", "--out", "r", "--json"});
+  REQUIRE(result.code == 0);
+  CHECK(Json::parse(result.out) == summary(directory.path() / "r"));
+  CHECK(result.out == read_file(directory.path() / "r" / "summary.json"));
+}
+
+TEST_CASE("check says what a scene has without writing anything", "[program]") {
+  TemporaryDirectory directory;
+  const Result result = run(directory.path(), {"check", "stack.xml", "--set", "boxes=5", "--method", "convex"});
+  INFO(result.err << result.out);
+  REQUIRE(result.code == 0);
+  for (const char* part : {"5 box", "half-space", "20 at the start", "friction 0.5", "boxes = 5", "(0, -9.8, 0)",
+                           "left out", "nothing", "convex"})
+    CHECK(result.out.find(part) != std::string::npos);
+  CHECK(content(directory.path()).empty());
+}
+
+TEST_CASE("every scene that comes with the program is valid", "[program]") {
+  TemporaryDirectory directory;
+  const Result listed = run(directory.path(), {"list", "scenarios", "--json"});
+  REQUIRE(listed.code == 0);
+  const Json scenes = Json::parse(listed.out);
+  CHECK(scenes.size() >= 5);
+  for (const Json& scene : scenes) {
+    const Result checked = run(directory.path(), {"check", scene["name"].get<std::string>()});
+    INFO(checked.err);
+    CHECK(checked.code == 0);
+    CHECK(checked.out.find(scene["summary"].get<std::string>()) != std::string::npos);
+  }
+}
+
+TEST_CASE("list names what is here", "[program]") {
+  TemporaryDirectory directory;
+  const auto names = [&](const char* topic) {
+    const Result result = run(directory.path(), {"list", topic, "--json"});
+    INFO(result.err);
+    REQUIRE(result.code == 0);
+    std::set<std::string> out;
+    for (const Json& row : Json::parse(result.out)) {
+      CHECK(row["summary"].is_string());
+      out.insert(row["name"].get<std::string>());
+    }
+    // The plain form has a line for each.
+    const Result plain = run(directory.path(), {"list", topic});
+    for (const std::string& name : out) CHECK(plain.out.find(name) != std::string::npos);
+    return out;
+  };
+  const auto has = [](const std::set<std::string>& all, std::initializer_list<const char*> some) {
+    for (const char* name : some) CHECK(all.contains(name));
+  };
+  has(names("methods"), {"newton", "mirtich", "ap", "convex"});
+  has(names("solvers"), {"lemke", "ipm"});
+  has(names("references"), {"sliding_box", "sticking_box"});
+  CHECK(names("statuses") == std::set<std::string>{"ok", "inaccurate", "nonconverged", "ray", "cycling", "singular",
+                                                   "not_finite", "energy_blowup", "penetration", "interrupted",
+                                                   "write_failed", "event_stall", "time_limit", "memory_limit", "crash",
+                                                   "unavailable", "unsupported", "input_error"});
+  const Result all = run(directory.path(), {"list", "--json"});
+  REQUIRE(all.code == 0);
+  const Json topics = Json::parse(all.out);
+  for (const char* topic : {"methods", "solvers", "scenarios", "references", "statuses"})
+    CHECK(topics[topic].is_array());
+  CHECK(run(directory.path(), {"list"}).code == 0);
+}
+
+TEST_CASE("help and version are answers, not errors", "[program]") {
+  TemporaryDirectory directory;
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"--help"}, std::vector<std::string>{"run", "--help"},
+        std::vector<std::string>{"check", "--help"}, std::vector<std::string>{"list", "--help"},
+        std::vector<std::string>{"--version"}}) {
+    const Result result = run(directory.path(), arguments);
+    CHECK(result.code == 0);
+    CHECK(result.out.find("contactbench") != std::string::npos);
+    CHECK(result.err.empty());
+  }
+}
