@@ -29,9 +29,9 @@ for number, (cell, look) in enumerate(zip(cells, looks)):
 top.set(title="creep: distance from the start, 0 m is exact", xlabel="time (s)", ylabel="displacement (m)", yscale="log")
 if floor:
     top.axhline(FLOOR, color="0.55", linewidth=0.8, linestyle=(0, (6, 3)), zorder=2)
-    top.annotate("exactly 0, or below $10^{-18}$ m, is drawn here", (1, FLOOR), xycoords=("axes fraction", "data"), xytext=(-2, 4),
-                 textcoords="offset points", ha="right", fontsize=7.5, color="0.35")
-    top.set_ylim(bottom=FLOOR / 4)
+    top.annotate("exactly 0, or below $10^{-18}$ m, is drawn here", (1, FLOOR), xycoords=("axes fraction", "data"), xytext=(-2, -4),
+                 textcoords="offset points", ha="right", va="top", fontsize=7.5, color="0.35")
+    top.set_ylim(bottom=FLOOR / 100)
 common.timing_panel(bottom, cells, looks, "processing time")
 figure.tight_layout()
 common.legend(figure, common.handles(cells, looks), columns=2)

@@ -29,7 +29,7 @@ figure, (path, distance) = plt.subplots(1, 2, figsize=(9.5, 4.2))
 x, z = exact(np.linspace(0, 2 * np.pi, 400))
 truth = path.plot(x, z, color="0.78", linewidth=6, label="exact", zorder=2)[0]
 extent = 3 * RADIUS
-clipped = False
+clipped, least = False, 1.0
 for number, (cell, look) in enumerate(zip(cells, looks)):
     t, px, pz = cell.series("trajectory.csv", "t", "px", "pz")
     if len(t) == 0:
@@ -38,13 +38,15 @@ for number, (cell, look) in enumerate(zip(cells, looks)):
     every = max(1, int(round(0.02 / (t[1] - t[0])))) if len(t) > 1 else 1
     dx, dz = px - px[0], pz - pz[0]
     clipped = clipped or bool(np.max(np.hypot(dx, dz)) > 2 * extent)
-    path.plot(dx[::every], dz[::every], **{**look, "marker": ""})
+    path.plot(dx[::every], dz[::every], **{**look, "marker": "", "linewidth": 0.7})
     # Two markers of each curve in the first turn, at places of their own.
     turn = max(1, min(len(t) - 1, int(np.searchsorted(t, 2 * np.pi))))
     at = [int(turn * (number + 0.5 + half) / len(cells) / 2) for half in (0, len(cells))]
     path.plot(dx[at], dz[at], **{**look, "linestyle": "", "markersize": 6, "zorder": 5})
     ex, ez = exact(t)
-    common.curve(distance, t, np.maximum(np.hypot(dx - ex, dz - ez), 1e-16), look, number, len(cells), cell.how_it_ended,
+    error = np.maximum(np.hypot(dx - ex, dz - ez), 1e-16)
+    least = min(least, float(np.quantile(error, 0.02)))
+    common.curve(distance, t, error, look, number, len(cells), cell.how_it_ended,
                  points=300)
 
 path.set(title="path from above" + (" (cut off)" if clipped else ""), xlabel="x (m)", ylabel="z (m)")
@@ -54,6 +56,7 @@ if clipped:
 path.set_aspect("equal", adjustable="box")
 path.invert_yaxis()  # y points up, towards the reader: x to the right puts z downwards
 distance.set(title="distance from the exact position", xlabel="time (s)", ylabel="distance (m)", yscale="log")
+distance.set_ylim(bottom=least / 3)  # all begin at 0
 figure.tight_layout()
 common.legend(figure, [truth] + common.handles(cells, looks))
 common.save(figure, options, "figure05")
