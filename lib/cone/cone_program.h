@@ -50,13 +50,15 @@ struct ConeOptions {
   double step_fraction = 0.98;
   /// Newton steps of one polish (or of one first try) before it is given up.
   int polish_limit = 12;
+  /// Newton steps without progress (a halved natural map) before that.
+  int polish_patience = 3;
   /// -: regularisation of the equalities of Newton's method, as a fraction of W_ii; r is not unique, and this picks the
   /// answer next to the iterate. It does not perturb the answer (it is proximal); larger: more steps, better pivots.
   double proximal = 1e-8;
   /// -: norm of the natural map over sqrt(energy) that counts as rounding: Newton's method then ends.
   double rounding = 1e-13;
   /// Largest nv at which the dense kernel serves (measured: bench/cone).
-  int dense_limit = 48;
+  int dense_limit = 24;
 };
 
 struct ConeSolution {

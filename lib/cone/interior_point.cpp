@@ -417,13 +417,13 @@ bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x) {
     if (!std::isfinite(residual)) break;
     if (residual < 0.5 * best)
       stalled = 0;
-    else if (best < options_.rounding * size_ || ++stalled > 3)
+    else if (best < options_.rounding * size_ || ++stalled > options_.polish_patience)
       break;
     if (residual < best) {
       best = residual;
       best_ = x;
     }
-    if (best <= 1e-16 * size_ || k == options_.polish_limit) break;
+    if (best <= 1e-2 * options_.rounding * size_ || k == options_.polish_limit) break;
     if (!kkt_.factor(G_, D_)) break;
     const double excess = normal_sum(x.r) - p.kappa;
     if (!newton_step(p, options_.proximal / mean_weight_, -excess, s_active_, -x.s)) break;
