@@ -91,5 +91,6 @@ const LcpSolverRow* find_lcp_solver(std::string_view name);
 
 /// Rows, one a file (lcp/lemke.cpp, ...).
 LcpSolverRow lemke_row();
+LcpSolverRow pgs_row();
 
 }  // namespace cb

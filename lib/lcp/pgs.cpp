@@ -1,0 +1,98 @@
+// Projected Gauss-Seidel for linear complementarity problems. Outside the paper: the example of docs/adding.md.
+//
+// Problem: z >= 0, w = M z + q >= 0, z.w = 0 (n unknowns). Sweep over the rows, each solved for its own unknown:
+//   z_i <- max(0, z_i - w_i / M_ii),   w <- w + M_i (change of z_i)
+//
+// Source: R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity Problem (1992), sec. 5.2 (projected
+// successive overrelaxation with relaxation 1). Converges for symmetric positive definite M; for symmetric positive
+// semidefinite M with positive diagonal the residual does; for others nothing is known.
+//
+// Differences from the source:
+//  1. w is formed afresh at every check, and the residual is the common one on the whole of the original data: a row
+//     that was just solved says nothing about the rows after it.
+//  2. The expanded form is condensed first.
+//
+// Returns: solved; singular where a diagonal is not positive: the sweep divides by it (the slip bounds of a friction
+// pyramid have a zero there: such LCPs are refused before the first sweep, unless they are regularised);
+// nonconverged (sweep limit; the reason says where the iterates grew without bound); time_limit; not_finite. On each of
+// them z is the best iterate that a check has seen.
+
+#include <chrono>
+#include <cmath>
+#include <memory>
+
+#include "lcp/lcp.h"
+
+namespace cb {
+
+namespace {
+
+struct PgsOptions : LcpOptions {
+  int check_every = 10;  ///< sweeps between two checks; more: cheaper sweeps, later endings
+};
+
+class Pgs {
+ public:
+  explicit Pgs(const LcpOptions& options) { static_cast<LcpOptions&>(o_) = options; }
+
+  void solve(const LcpProblem& problem, LcpSolution& solution) {
+    const auto end = [&](LcpStatus status, std::string reason = "") {
+      solution.status = status;
+      solution.reason = std::move(reason);
+      if (problem.expanded) recover_free(problem, solution.z, solution.x);
+    };
+    const auto start = std::chrono::steady_clock::now();
+    const int n = problem.n(), limit = o_.pivot_limit > 0 ? o_.pivot_limit : 50 * (n + problem.nx()) + 1000;
+    solution.pivots = solution.factorisations = 0;
+    solution.residual = HUGE_VAL;
+    solution.z.setZero(n);
+    solution.x.resize(0);
+    if (problem.expanded && !condense(problem, condensed_)) return end(LcpStatus::singular, "A is singular");
+    const LcpProblem& form = problem.expanded ? condensed_ : problem;
+    if (!form.M.allFinite() || !form.q.allFinite()) return end(LcpStatus::not_finite, "the data are not finite");
+    for (int i = 0; i < n; ++i)
+      if (form.M(i, i) <= 0)
+        return end(LcpStatus::singular, "row " + std::to_string(i + 1) + " has no positive diagonal to divide by");
+
+    z_.setZero(n);
+    for (;;) {
+      const double residual = natural_residual(form, z_);
+      if (residual < solution.residual) {
+        solution.residual = residual;
+        solution.z = z_;
+      }
+      if (residual <= o_.tolerance) return end(LcpStatus::solved);
+      if (!z_.allFinite()) return end(LcpStatus::nonconverged, "the iterates grow without bound");
+      if (solution.pivots >= limit) return end(LcpStatus::nonconverged, "sweep limit");
+      const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+      if (o_.time_limit_s > 0 && elapsed.count() > o_.time_limit_s) return end(LcpStatus::time_limit, "time limit");
+
+      w_ = form.M * z_ + form.q;
+      for (int s = 0; s < o_.check_every && solution.pivots < limit; ++s, ++solution.pivots)
+        for (int i = 0; i < n; ++i) {
+          const double free = z_[i] - w_[i] / form.M(i, i);
+          const double next = free < 0 ? 0 : free, change = next - z_[i];  // a NaN stays
+          if (change == 0) continue;
+          w_ += change * form.M.col(i);
+          z_[i] = next;
+        }
+    }
+  }
+
+ private:
+  PgsOptions o_;
+  LcpProblem condensed_;
+  Eigen::VectorXd z_, w_;  // n
+};
+
+}  // namespace
+
+LcpSolverRow pgs_row() {
+  return {"pgs", "projected Gauss-Seidel, outside the paper; not for rows without a positive diagonal (A-P's LCP)",
+          "Cottle, Pang and Stone 1992, sec. 5.2", "", [](const LcpOptions& options) -> LcpSolver {
+            auto solver = std::make_shared<Pgs>(options);
+            return [solver](const LcpProblem& problem, LcpSolution& solution) { solver->solve(problem, solution); };
+          }};
+}
+
+}  // namespace cb
