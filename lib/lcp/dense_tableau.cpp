@@ -57,9 +57,10 @@ void eliminate_any(double* table, int columns, int r, int s, const double* pivot
 
 static_assert(DenseTableau::lanes == lane_count);
 
-void DenseTableau::start(const Eigen::MatrixXd& M, const Eigen::VectorXd& scale) {
+void DenseTableau::start(const Eigen::MatrixXd& M, const Eigen::VectorXd& rows, const Eigen::VectorXd& columns) {
   M_ = &M;
-  scale_ = &scale;
+  row_scale_ = &rows;
+  column_scale_ = &columns;
   n_ = static_cast<int>(M.rows());
   padded_ = (n_ + lanes - 1) / lanes * lanes;
   table_.resize(Eigen::Index(padded_) * (n_ + 1));
@@ -71,11 +72,10 @@ void DenseTableau::start(const Eigen::MatrixXd& M, const Eigen::VectorXd& scale)
 
 void DenseTableau::restart() {
   const auto& M = *M_;
-  const auto& scale = *scale_;
   rhs_.setZero();
   for (int j = 0; j < n_; ++j) {
     double* column = table_.data() + std::size_t(j) * padded_;
-    Eigen::Map<Eigen::VectorXd>(column, n_) = M.col(j).cwiseProduct(scale) * scale[j];
+    Eigen::Map<Eigen::VectorXd>(column, n_) = M.col(j).cwiseProduct(*row_scale_) * (*column_scale_)[j];
     std::fill(column + n_, column + padded_, 0.0);
     basic_[j] = j;
     nonbasic_[j] = n_ + j;

@@ -15,9 +15,9 @@ constexpr int complement(int variable, int n) { return variable < n ? variable +
 /// row; one pass over the table.
 class DenseTableau {
  public:
-  /// Takes a problem: pair scales S (n). Both are referred to until the next start.
-  void start(const Eigen::MatrixXd& M, const Eigen::VectorXd& scale);
-  /// Basis of all w: T = S M S, rhs = 0, covering column 0.
+  /// Takes a problem and its scales R, C (n). All are referred to until the next start.
+  void start(const Eigen::MatrixXd& M, const Eigen::VectorXd& rows, const Eigen::VectorXd& columns);
+  /// Basis of all w: T = R M C, rhs = 0, covering column 0.
   void restart();
   /// w = M z, in the problem's own units.
   void multiply(const Eigen::VectorXd& z, Eigen::VectorXd& w) const;
@@ -50,7 +50,7 @@ class DenseTableau {
 
  private:
   const Eigen::MatrixXd* M_ = nullptr;
-  const Eigen::VectorXd* scale_ = nullptr;
+  const Eigen::VectorXd *row_scale_ = nullptr, *column_scale_ = nullptr;
   int n_ = 0, padded_ = 0;
   Eigen::VectorXd table_, rhs_;
   std::vector<int> basic_;     // n: variable of each row

@@ -23,79 +23,93 @@ constexpr std::array<std::string_view, 10> status_names{"solved",       "inaccur
                                                         "cycling",      "singular",   "not_finite", "time_limit",
                                                         "memory_limit", "unavailable"};
 
-/// Completes rho where the diagonal is zero; `each_entry(f)` calls f(i, j, M_ij) for every coupling.
-template <class EachEntry>
-void complete(Eigen::VectorXd& rho, EachEntry&& each_entry) {
-  const Eigen::Index n = rho.size();
-  bool complete_already = true;
-  for (Eigen::Index i = 0; i < n; ++i) complete_already = complete_already && rho[i] > 0;
-  if (complete_already) return;
-  // Entries of rho below zero mark the incomplete rows and hold minus the largest coupling^2 / rho_j so far.
-  for (Eigen::Index i = 0; i < n; ++i)
-    if (!(rho[i] > 0)) rho[i] = -0.0;
-  each_entry([&](int i, int j, double m) {
-    if (std::signbit(rho[i]) && !std::signbit(rho[j]) && rho[j] > 0) rho[i] = std::min(rho[i], -m * m / rho[j]);
-    if (std::signbit(rho[j]) && !std::signbit(rho[i]) && rho[i] > 0) rho[j] = std::min(rho[j], -m * m / rho[i]);
-  });
-  for (Eigen::Index i = 0; i < n; ++i)
-    if (std::signbit(rho[i])) rho[i] = rho[i] < 0 ? -rho[i] : 1.0;
+double power_of_two_near(double x) { return std::ldexp(1.0, std::ilogb(x * M_SQRT2)); }
+
+/// Scales of pairs with a diagonal; false where some have none.
+bool scale_known(PairScales& scales) {
+  const Eigen::Index n = scales.rho.size();
+  scales.rows.resize(n);
+  scales.columns.resize(n);
+  bool whole = true;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const bool known = scales.rho[i] > 0;
+    scales.rows[i] = scales.columns[i] = known ? power_of_two_near(1 / std::sqrt(scales.rho[i])) : 0;
+    whole = whole && known;
+  }
+  return whole;
+}
+
+/// Notes the coupling of a pair i that has no diagonal with a pair j that has one.
+void note_coupling(PairScales& scales, Eigen::Index i, Eigen::Index j, double m_ij, double m_ji) {
+  const double rho = scales.rho[j];
+  if (!(rho > 0)) return;
+  scales.loop[i] = std::max(scales.loop[i], std::abs(m_ij * m_ji) / rho);
+  scales.along_row[i] = std::max(scales.along_row[i], m_ij * m_ij / rho);
+  scales.along_column[i] = std::max(scales.along_column[i], m_ji * m_ji / rho);
+}
+
+/// Scales of the pairs without a diagonal, from the couplings noted.
+void scale_coupled(PairScales& scales) {
+  for (Eigen::Index i = 0; i < scales.rho.size(); ++i) {
+    if (scales.rho[i] > 0) continue;
+    const double row = scales.along_row[i], column = scales.along_column[i], coupling = std::max(row, column);
+    const double rho = scales.loop[i] > 0 ? scales.loop[i] : coupling > 0 ? coupling : 1.0;
+    scales.rho[i] = rho;
+    scales.rows[i] = power_of_two_near(1 / std::sqrt(row > 0 ? row : rho));
+    scales.columns[i] = power_of_two_near(1 / std::sqrt(column > 0 ? column : rho));
+  }
 }
 
 }  // namespace
 
 std::string_view name(LcpStatus status) { return status_names[static_cast<std::size_t>(status)]; }
 
-void pair_scales(const LcpProblem& problem, Eigen::VectorXd& rho) {
+void pair_scales(const LcpProblem& problem, PairScales& scales) {
   const int n = problem.n();
+  auto& rho = scales.rho;
   rho.resize(n);
+  for (Eigen::VectorXd* x : {&scales.loop, &scales.along_row, &scales.along_column}) x->setZero(n);
   if (!problem.expanded) {
     const auto& M = problem.M;
-    // A diagonal that is tiny beside the row's coupling says nothing about the pair: only then look at row and column.
+    // A diagonal that is tiny beside the row's coupling says nothing about the pair; look only where it might be.
     const double largest = n > 0 ? M.diagonal().cwiseAbs().maxCoeff() : 0;
-    bool whole = n > 0;
     for (int i = 0; i < n; ++i) {
       rho[i] = std::abs(M(i, i));
-      whole = whole && rho[i] > zero_diagonal * largest;
-    }
-    if (whole) return;
-    for (int i = 0; i < n; ++i)
-      if (rho[i] <= zero_diagonal * largest &&
-          rho[i] <= zero_diagonal * std::sqrt(M.row(i).cwiseAbs().maxCoeff() * M.col(i).cwiseAbs().maxCoeff()))
+      if (rho[i] == 0 || rho[i] > zero_diagonal * largest) continue;
+      if (rho[i] <= zero_diagonal * std::sqrt(M.row(i).cwiseAbs().maxCoeff() * M.col(i).cwiseAbs().maxCoeff()))
         rho[i] = 0;
-    complete(rho, [&](auto&& couple) {
-      for (int i = 0; i < n; ++i) {
-        if (!std::signbit(rho[i])) continue;
-        for (int j = 0; j < n; ++j) {
-          if (std::signbit(rho[j])) continue;
-          const double m = std::max(std::abs(M(i, j)), std::abs(M(j, i)));
-          couple(i, j, m);
-        }
-      }
-    });
+    }
+    if (scale_known(scales)) return;
+    for (int i = 0; i < n; ++i) {
+      if (rho[i] != 0) continue;
+      for (int j = 0; j < n; ++j)
+        if (M(j, i) != 0 || M(i, j) != 0) note_coupling(scales, i, j, M(i, j), M(j, i));
+    }
+    scale_coupled(scales);
     return;
   }
-  // Expanded: C B / A_kk row by row through the columns of C and the rows of B.
+
+  // diag(D) - sum_k C_ik B_ki / A_kk, column k of C against row k of B.
   rho.setZero();
-  static thread_local SparseMatrix transposed;  // B^T: column k holds row k of B
-  transposed = problem.B.transpose();
+  const SparseMatrix rows_of_B = problem.B.transpose();
   for (int k = 0; k < problem.nx(); ++k) {
     const double a = problem.A.coeff(k, k);
     if (a == 0) continue;
-    SparseMatrix::InnerIterator b(transposed, k);
+    SparseMatrix::InnerIterator b(rows_of_B, k);
     for (SparseMatrix::InnerIterator c(problem.C, k); c; ++c) {
       while (b && b.row() < c.row()) ++b;
       if (b && b.row() == c.row()) rho[c.row()] -= c.value() * b.value() / a;
     }
   }
+  for (int j = 0; j < n; ++j) rho[j] = std::abs(rho[j] + problem.D.coeff(j, j));
+  if (scale_known(scales)) return;
   for (int j = 0; j < n; ++j)
-    for (SparseMatrix::InnerIterator d(problem.D, j); d; ++d)
-      if (d.row() == j) rho[j] += d.value();
-  rho = rho.cwiseAbs();
-  complete(rho, [&](auto&& couple) {
-    for (int j = 0; j < n; ++j)
-      for (SparseMatrix::InnerIterator d(problem.D, j); d; ++d)
-        if (d.row() != j) couple(static_cast<int>(d.row()), j, std::abs(d.value()));
-  });
+    for (SparseMatrix::InnerIterator d(problem.D, j); d; ++d) {
+      const auto i = static_cast<int>(d.row());
+      if (rho[i] == 0) note_coupling(scales, i, j, d.value(), problem.D.coeff(j, i));
+      if (rho[j] == 0) note_coupling(scales, j, i, problem.D.coeff(j, i), d.value());
+    }
+  scale_coupled(scales);
 }
 
 bool recover_free(const LcpProblem& problem, const Eigen::VectorXd& z, Eigen::VectorXd& x) {
@@ -122,7 +136,8 @@ bool condense(const LcpProblem& problem, LcpProblem& dense) {
 double natural_residual(const LcpProblem& problem, const Eigen::VectorXd& z) {
   constexpr double refused = std::numeric_limits<double>::infinity();
   if (z.size() != problem.n() || !z.allFinite()) return refused;
-  Eigen::VectorXd w, q = problem.q, rho;
+  Eigen::VectorXd w, q = problem.q;
+  PairScales scales;
   if (problem.expanded) {
     Eigen::VectorXd x, x0;
     if (!recover_free(problem, z, x) || !recover_free(problem, Eigen::VectorXd::Zero(problem.n()), x0)) return refused;
@@ -131,10 +146,10 @@ double natural_residual(const LcpProblem& problem, const Eigen::VectorXd& z) {
   } else {
     w = problem.q + problem.M * z;
   }
-  pair_scales(problem, rho);
+  pair_scales(problem, scales);
   double scale = 0, worst = 0;
   for (int i = 0; i < problem.n(); ++i) {
-    const double root = std::sqrt(rho[i]);
+    const double root = std::sqrt(scales.rho[i]);
     scale = std::max(scale, std::abs(q[i]) / root);
     const double e = std::abs(std::min(z[i] * root, w[i] / root));
     if (!(e <= worst)) worst = e;  // a NaN stays

@@ -66,12 +66,13 @@ struct Rung {
   double perturbation;
   unsigned seed;
   bool random_cover;
+  double pivot_tolerance;  ///< as a multiple of the option
 };
-constexpr std::array<Rung, 5> ladder{{{"cover of ones", 1, 1, false},
-                                      {"larger perturbation", 100, 2, false},
-                                      {"random cover", 1, 3, true},
-                                      {"random cover, larger perturbation", 1000, 4, true},
-                                      {"random cover, smaller perturbation", 0.01, 5, true}}};
+constexpr std::array<Rung, 5> ladder{{{"cover of ones", 1, 1, false, 1},
+                                      {"larger perturbation", 100, 2, false, 1e-2},
+                                      {"random cover", 1, 3, true, 1e-2},
+                                      {"random cover, smaller pivots", 10, 4, true, 1e-4},
+                                      {"random cover, smaller perturbation", 0.01, 5, true, 1}}};
 
 enum class End { solution, ray, doubtful_ray, pivot_limit, time_limit, bad_pivot };
 
@@ -137,15 +138,17 @@ class Lemke {
   DenseTableau dense_;
   SparseBasis sparse_;
   LcpProblem condensed_;
-  int n_ = 0, pivots_ = 0, pivot_limit_ = 0, ray_variable_ = 0;
+  int n_ = 0, pivots_ = 0, pivot_limit_ = 0, rung_limit_ = 0, ray_variable_ = 0;
+  double pivot_tolerance_ = 0;
   Clock::time_point deadline_;
-  double q_scale_ = 1;                      // max_i |q_i| / sqrt(rho_i)
-  Eigen::VectorXd rho_, root_, scale_, q_;  // n: pair scales, their roots, powers of two, scaled q
-  Eigen::VectorXd q_original_;              // n, in the problem's units, free unknowns eliminated
-  Eigen::VectorXd noise_, load_, base_;     // n: p, q + delta p, c
-  Eigen::VectorXd values_, score_;          // padded
-  Eigen::VectorXd z_, w_, product_;         // n
-  Eigen::VectorXd best_, answer_;           // n: best vertex of a rung, of all rungs
+  double q_scale_ = 1;  // max_i |q_i| / sqrt(rho_i)
+  PairScales scales_;
+  Eigen::VectorXd root_, q_;             // n: sqrt(rho_i), scaled q
+  Eigen::VectorXd q_original_;           // n, in the problem's units, free unknowns eliminated
+  Eigen::VectorXd noise_, load_, base_;  // n: p, q + delta p, c
+  Eigen::VectorXd values_, score_;       // padded
+  Eigen::VectorXd z_, w_, product_;      // n
+  Eigen::VectorXd best_, answer_;        // n: best vertex of a rung, of all rungs
   std::vector<int> active_;
 };
 
@@ -173,7 +176,7 @@ int Lemke::ratio_test(const double* column, const double* rhs, int artificial_ro
     load(column + i, c);
     load(rhs + i, x);
     const Lanes ratio = (x + o_.harris) / -c;
-    const Lanes candidate = c < -o_.pivot_tolerance ? ratio : infinity;
+    const Lanes candidate = c < -pivot_tolerance_ ? ratio : infinity;
     nearest = candidate < nearest ? candidate : nearest;
   }
   double bound = HUGE_VAL;
@@ -188,7 +191,7 @@ int Lemke::ratio_test(const double* column, const double* rhs, int artificial_ro
     load(column + i, c);
     load(rhs + i, x);
     const Lanes blocking = x <= -c * bound ? -c : Lanes{};
-    const Lanes size = c < -o_.pivot_tolerance ? blocking : Lanes{};
+    const Lanes size = c < -pivot_tolerance_ ? blocking : Lanes{};
     largest = size > largest ? size : largest;
     store(size, score_.data() + i);
   }
@@ -215,7 +218,7 @@ End Lemke::follow_path(Table& table) {
     if (!table.pivot(row, entering)) return End::bad_pivot;
     ++pivots_;
     if (leaving == artificial) return End::solution;
-    if (pivots_ >= pivot_limit_) return End::pivot_limit;
+    if (pivots_ >= rung_limit_) return End::pivot_limit;
     if (o_.time_limit_s > 0 && pivots_ % 16 == 0 && Clock::now() > deadline_) return End::time_limit;
     entering = complement(leaving, n_);
     column = table.column(entering);
@@ -241,7 +244,7 @@ bool Lemke::ray_holds(Table& table) {
     else if (variable < n_)
       w_[variable] = value;
     else
-      z_[variable - n_] = value * scale_[variable - n_];
+      z_[variable - n_] = value * scales_.columns[variable - n_];
   };
   for (int i = 0; i < n_; ++i) put(table.basic(i), column[i]);
   put(ray_variable_, 1);
@@ -249,7 +252,7 @@ bool Lemke::ray_holds(Table& table) {
   table.multiply(z_, product_);
   double error = 0;
   for (int i = 0; i < n_; ++i)
-    error = std::max(error, std::abs(product_[i] * scale_[i] + base_[i] * artificial - w_[i]));
+    error = std::max(error, std::abs(product_[i] * scales_.rows[i] + base_[i] * artificial - w_[i]));
   return lowest >= -o_.ray_tolerance * largest && error <= o_.ray_tolerance * largest;
 }
 
@@ -267,14 +270,14 @@ double Lemke::vertex(Table& table, LcpSolution& solution) {
 
   // M_aa z_a = -q_a through the inverse that the table holds; then residuals from the original M.
   double before = HUGE_VAL;
-  for (const int i : active_) z_[i] = -q_original_[i] * scale_[i];
+  for (const int i : active_) z_[i] = -q_original_[i] * scales_.rows[i];
   for (int step = 0;; ++step) {
     table.solve_active(active_, z_.data(), values_.data());
-    for (const int i : active_) z[i] += z_[i] * scale_[i];
+    for (const int i : active_) z[i] += z_[i] * scales_.columns[i];
     table.multiply(z, w_);
     w_ += q_original_;
     double worst = 0;
-    for (const int i : active_) worst = std::max(worst, std::abs(z_[i] = -w_[i] * scale_[i]));
+    for (const int i : active_) worst = std::max(worst, std::abs(z_[i] = -w_[i] * scales_.rows[i]));
     if (step >= o_.refinements || !(worst < 0.5 * before) || worst <= o_.refined * q_scale_) break;
     before = worst;
   }
@@ -307,6 +310,8 @@ double Lemke::vertex(Table& table, LcpSolution& solution) {
 template <class Table>
 End Lemke::attempt(Table& table, const Rung& rung, LcpSolution& solution) {
   double delta = o_.perturbation * rung.perturbation;
+  pivot_tolerance_ = o_.pivot_tolerance * rung.pivot_tolerance;
+  rung_limit_ = pivots_ + (pivot_limit_ - pivots_) / 2;
   table.restart();
   set_noise(rung.seed);
   load_ = q_ + delta * noise_;
@@ -367,7 +372,7 @@ void Lemke::climb_ladder(Table& table, LcpSolution& solution) {
     if (end == End::ray) ++rays;
     solution.reason += (first ? "" : "; ") + std::string(rung.name) + ": " + std::string(text(end));
     first = false;
-    if (end == End::pivot_limit || end == End::time_limit) break;
+    if (pivots_ >= pivot_limit_ - 1 || end == End::time_limit) break;
   }
 
   // No rung reached a checked solution.
@@ -389,17 +394,13 @@ void Lemke::set_noise(unsigned seed) {
   for (int i = 0; i < n_; ++i) noise_[i] = 1 + draw(seed, static_cast<unsigned>(i));
 }
 
-// Scales from rho_ and the condensed load.
+// Scales from rho and the condensed load.
 void Lemke::set_scales() {
-  root_ = rho_.cwiseSqrt();
-  scale_.resize(n_);
+  root_ = scales_.rho.cwiseSqrt();
   q_scale_ = 0;
-  for (int i = 0; i < n_; ++i) {
-    scale_[i] = std::ldexp(1.0, -std::ilogb(root_[i] * M_SQRT2));
-    q_scale_ = std::max(q_scale_, std::abs(q_original_[i]) / root_[i]);
-  }
+  for (int i = 0; i < n_; ++i) q_scale_ = std::max(q_scale_, std::abs(q_original_[i]) / root_[i]);
   if (q_scale_ == 0) q_scale_ = 1;
-  q_ = q_original_.cwiseProduct(scale_) / q_scale_;
+  q_ = q_original_.cwiseProduct(scales_.rows) / q_scale_;
 }
 
 void Lemke::solve(const LcpProblem& problem, LcpSolution& solution) {
@@ -428,18 +429,18 @@ void Lemke::solve(const LcpProblem& problem, LcpSolution& solution) {
     if (!sparse) form = &condensed_;
   }
   q_original_ = sparse ? sparse_.condensed_load() : form->q;
-  pair_scales(*form, rho_);
+  pair_scales(*form, scales_);
   set_scales();
-  if (!std::isfinite(q_.sum() + scale_.sum()) || (!sparse && !form->M.allFinite()))
+  if (!std::isfinite(q_.sum() + scales_.rows.sum() + scales_.columns.sum()) || (!sparse && !form->M.allFinite()))
     return refuse(LcpStatus::not_finite, "the data are not finite");
 
   if (sparse) {
-    sparse_.set_scales(scale_);
+    sparse_.set_scales(scales_.rows, scales_.columns);
     climb_ladder(sparse_, solution);
     solution.factorisations = sparse_.factorisations();
     sparse_.free_unknowns(solution.z, solution.x);
   } else {
-    dense_.start(form->M, scale_);
+    dense_.start(form->M, scales_.rows, scales_.columns);
     climb_ladder(dense_, solution);
     if (problem.expanded) recover_free(problem, solution.z, solution.x);
   }

@@ -1,6 +1,6 @@
 // Revised form of Lemke's dictionary for an expanded problem (lcp.h).
 //
-// Equations, scaled by pairs (S) and by the diagonal of A (X), all powers of two:
+// Equations, scaled by pairs (R, C) and by the diagonal of A (X), all powers of two:
 //   A x + B z = 0,   C x + D z + c z_0 - w = -q        (x shifted by A^-1 a, q condensed accordingly)
 // A column of the dictionary needs one solve with the factorised basis and the exchanges since (product form): Lemke's
 // method never asks for a row. Cost of a pivot: the triangular solves, C x, and one axpy of n for each exchange kept;
@@ -59,7 +59,7 @@ void SparseBasis::multiply(const Eigen::VectorXd& z, Eigen::VectorXd& w) {
   w.noalias() -= p.C * residual_x_;
 }
 
-void SparseBasis::set_scales(const Eigen::VectorXd& scale) {
+void SparseBasis::set_scales(const Eigen::VectorXd& pair_rows, const Eigen::VectorXd& pair_columns) {
   const auto& p = *problem_;
   x_scale_.resize(nx_);
   for (int k = 0; k < nx_; ++k) x_scale_[k] = power_of_two_below_inverse_root(std::abs(p.A.coeff(k, k)));
@@ -72,9 +72,9 @@ void SparseBasis::set_scales(const Eigen::VectorXd& scale) {
       for (SparseMatrix::InnerIterator it(matrix, j); it; ++it) it.valueRef() *= rows[it.row()] * columns[j];
   };
   rescale(A_, x_scale_, x_scale_);
-  rescale(B_, x_scale_, scale);
-  rescale(C_, scale, x_scale_);
-  rescale(D_, scale, scale);
+  rescale(B_, x_scale_, pair_columns);
+  rescale(C_, pair_rows, x_scale_);
+  rescale(D_, pair_rows, pair_columns);
 }
 
 void SparseBasis::restart() {

@@ -20,7 +20,7 @@ class SparseBasis {
   const Eigen::VectorXd& condensed_load() const { return condensed_load_; }
   /// x = -A^-1 (B z + a)
   void free_unknowns(const Eigen::VectorXd& z, Eigen::VectorXd& x);
-  void set_scales(const Eigen::VectorXd& scale);
+  void set_scales(const Eigen::VectorXd& pair_rows, const Eigen::VectorXd& pair_columns);
 
   void restart();
   int padded() const { return padded_; }
@@ -51,7 +51,7 @@ class SparseBasis {
 
   const LcpProblem* problem_ = nullptr;
   int n_ = 0, nx_ = 0, padded_ = 0, factorisations_ = 0, refactor_every_ = refactor_every;
-  SparseMatrix A_, B_, C_, D_;  // scaled: X A X, X B S, S C X, S D S
+  SparseMatrix A_, B_, C_, D_;  // scaled by rows and columns
   Eigen::VectorXd x_scale_, condensed_load_, cover_, load_, rhs_, change_, pair_, slack_, work_x_, residual_x_;
   std::vector<int> basic_, row_;       // n: variable of each row; 2 n + 1: row of each variable, or -1
   std::vector<int> reduced_row_;       // n: row of the factorised matrix, or -1 where w_i is basic
