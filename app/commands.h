@@ -15,6 +15,9 @@ struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Writes to standard error and lets a failure be: there is nowhere left to say so.
+void print_error(const std::string& text);
+
 /// What is left to do once the flags are read; returns an ExitCode.
 using Action = std::function<int()>;
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstring>
 #include <fstream>
@@ -29,12 +30,14 @@ rlim_t data_size() {
   return 0;
 }
 
-/// Soft limit on private memory; infinity takes it off.
-bool limit_data(rlim_t bytes) {
-  rlimit limit;
-  if (getrlimit(RLIMIT_DATA, &limit) != 0) return false;
+/// Sets the soft limit on private memory and returns the one before.
+rlim_t limit_data(rlim_t bytes) {
+  rlimit limit = {RLIM_INFINITY, RLIM_INFINITY};
+  getrlimit(RLIMIT_DATA, &limit);
+  const rlim_t before = limit.rlim_cur;
   limit.rlim_cur = std::min(bytes, limit.rlim_max);
-  return setrlimit(RLIMIT_DATA, &limit) == 0;
+  setrlimit(RLIMIT_DATA, &limit);
+  return before;
 }
 
 }  // namespace
@@ -46,16 +49,19 @@ Limits::Limits(std::optional<double> time_s, std::optional<double> memory_mb) : 
   for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
   struct sigaction hangup = {};
   if (sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);
+}
 
-  // check() sees memory only between steps; a single step that asks for much more is refused by the system, which ends
-  // in bad_alloc.
-  if (memory_mb_)
-    if (const rlim_t data = data_size()) bounded_ = limit_data(data + static_cast<rlim_t>(*memory_mb_ * 1048576));
+void Limits::bound_memory() {
+#if !defined(__SANITIZE_ADDRESS__)  // whose allocator takes a refusal for the end of the world
+  if (!memory_mb_) return;
+  const rlim_t data = data_size();
+  if (data > 0) data_limit_before_ = limit_data(data + static_cast<rlim_t>(*memory_mb_ * 1048576));
+#endif
 }
 
 void Limits::lift() {
-  if (bounded_) limit_data(RLIM_INFINITY);
-  bounded_ = false;
+  if (data_limit_before_) limit_data(*data_limit_before_);
+  data_limit_before_.reset();
 }
 
 Status Limits::check(Clock::time_point now) {

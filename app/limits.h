@@ -19,6 +19,9 @@ class Limits {
   Limits(const Limits&) = delete;
   Limits& operator=(const Limits&) = delete;
 
+  /// Has the system refuse a single step that asks for much more than the limit, which check() would see too late: it
+  /// ends in bad_alloc. Private memory counts from here on.
+  void bound_memory();
   /// ok, interrupted, time_limit or memory_limit. Cheap: memory is looked at now and then.
   Status check(Clock::time_point now);
   /// One line for a status that check() returned.
@@ -36,7 +39,7 @@ class Limits {
   Clock::time_point start_ = Clock::now(), memory_checked_ = start_;
   std::optional<double> time_s_, memory_mb_;
   int steps_since_memory_check_ = 0;
-  bool bounded_ = false;
+  std::optional<unsigned long> data_limit_before_;  // bytes
 };
 
 }  // namespace cb

@@ -19,7 +19,7 @@ void use_one_thread() {
 }
 
 int say(const std::string& command, const std::string& message, int code) {
-  fmt::print(stderr, "contactbench{}{}: {}\n", command.empty() ? "" : " ", command, message);
+  cb::print_error(fmt::format("contactbench{}{}: {}\n", command.empty() ? "" : " ", command, message));
   return code;
 }
 
@@ -50,6 +50,8 @@ int run(int argc, char** argv) {
     return program.exit(request);
   } catch (const CLI::ExtrasError&) {
     return say(command, cb::unknown_flag(program, command), cb::wrong_input);
+  } catch (const CLI::ArgumentMismatch& error) {
+    return say(command, std::string(error.what()) + "; a flag stands once, with one value after it", cb::wrong_input);
   } catch (const CLI::ParseError& error) {
     return say(command, error.what(), cb::wrong_input);
   } catch (const cb::UsageError& error) {
@@ -57,11 +59,15 @@ int run(int argc, char** argv) {
   } catch (const cb::InputError& error) {
     return say(command, error.what(), cb::wrong_input);
   } catch (const std::exception& error) {
+    // fmt throws where standard output takes no more; main says so.
+    if (std::ferror(stdout) != 0) return cb::finished;
     return say(command, std::string("a fault in the program: ") + error.what(), cb::program_fault);
   }
 }
 
 }  // namespace
+
+void cb::print_error(const std::string& text) { std::fputs(text.c_str(), stderr); }
 
 int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);  // a reader that left is an error like any other

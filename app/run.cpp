@@ -291,6 +291,7 @@ int execute(const RunPlan& plan) {
       summary.status = Status::unavailable;
       summary.reason = plan.unavailable;
     } else {
+      limits.bound_memory();
       simulate(plan, files, limits, *errors, problem_store(plan), summary);
     }
   } catch (const FileError& error) {
@@ -323,11 +324,11 @@ int execute(const RunPlan& plan) {
   const std::string json = to_json(summary);
   if (!summary_file.replace(json)) {
     if (code == finished) code = not_finished;
-    fmt::print(stderr, "{}", json);
+    print_error(json);
   }
   if (code != finished)
-    fmt::print(stderr, "contactbench run: {}: {} (at t = {:g} s; {})\n", name(summary.status), summary.reason,
-               summary.tally.t_reached, summary_file.ok() ? plan.out.string() : "the summary is above");
+    print_error(fmt::format("contactbench run: {}: {} (at t = {:g} s; {})\n", name(summary.status), summary.reason,
+                            summary.tally.t_reached, summary_file.ok() ? plan.out.string() : "the summary is above"));
   if (plan.json)
     fmt::print("{}", json);
   else if (!plan.quiet)

@@ -14,13 +14,16 @@ void Progress::print(Clock::time_point now, double t, double duration, int conta
   shown_ = true;
   const double spent = std::chrono::duration<double>(now - start_).count();
   const auto left = t > 0 ? static_cast<long>(spent * (duration - t) / t + 0.5) : 0;
-  fmt::print(stderr, "\r{:.3f} of {:g} s ({:.0f} %), {} contacts, {}:{:02}:{:02} left\033[K", t, duration,
-             100 * t / duration, contacts, left / 3600, left / 60 % 60, left % 60);
+  // A terminal that went away must not end the run.
+  std::fputs(fmt::format("\r{:.3f} of {:g} s ({:.0f} %), {} contacts, {}:{:02}:{:02} left\033[K", t, duration,
+                         100 * t / duration, contacts, left / 3600, left / 60 % 60, left % 60)
+                 .c_str(),
+             stderr);
   std::fflush(stderr);
 }
 
 void Progress::clear() {
-  if (shown_) fmt::print(stderr, "\r\033[K");
+  if (shown_) std::fputs("\r\033[K", stderr);
   shown_ = false;
 }
 

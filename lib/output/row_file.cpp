@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 
 #include "output/number.h"
@@ -35,8 +36,7 @@ std::size_t write_all(int file, std::string_view text, long offset, int& error) 
   return done;
 }
 
-RowFile::RowFile(const std::filesystem::path& path, std::string_view header)
-    : buffer_(new char[capacity]), path_(path.string()) {
+RowFile::RowFile(const std::filesystem::path& path, std::string_view header) : path_(path.string()) {
   file_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (file_ < 0) error_ = errno;
   end_row(print_text(begin_row(header.size()), header));
@@ -47,6 +47,13 @@ RowFile::~RowFile() {
   if (file_ < 0) return;
   flush();
   ::close(file_);
+}
+
+void RowFile::make_room(std::size_t room) {
+  flush();
+  if (room <= size_) return;
+  size_ = std::max(room, capacity);
+  buffer_.reset(new char[size_]);
 }
 
 void RowFile::flush() {

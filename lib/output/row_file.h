@@ -26,9 +26,9 @@ class RowFile {
   int error() const { return error_; }
   const std::string& path() const { return path_; }
 
-  /// Room for one row of at most `room` characters (room <= capacity).
+  /// Room for one row of at most `room` characters.
   char* begin_row(std::size_t room) {
-    if (used_ + room > capacity) flush();
+    if (used_ + room > size_) make_room(room);
     return buffer_.get() + used_;
   }
   /// `end`: one past the last character of the row, its line break included.
@@ -36,11 +36,15 @@ class RowFile {
   /// Hands all rows to the system.
   void flush();
 
-  static constexpr std::size_t capacity = std::size_t(1) << 20;
+  /// Characters written at a time: enough that the system calls cost nothing beside the printing, few enough that the
+  /// files of a run fill a disk side by side.
+  static constexpr std::size_t capacity = std::size_t(1) << 16;
 
  private:
+  void make_room(std::size_t room);
+
   std::unique_ptr<char[]> buffer_;
-  std::size_t used_ = 0;
+  std::size_t size_ = 0, used_ = 0;
   long written_ = 0;  // bytes in the file, whole rows
   int file_ = -1;
   int error_ = 0;

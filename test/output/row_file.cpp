@@ -88,6 +88,19 @@ TEST_CASE("rows arrive in order however often the buffer fills up", "[output]") 
   CHECK(read_file(path) == all);
 }
 
+TEST_CASE("a row longer than the buffer is written whole", "[output]") {
+  TemporaryDirectory directory;
+  const auto path = directory.path() / "rows.csv";
+  const std::string row = std::string(3 * RowFile::capacity, 'x') + '\n';
+  {
+    RowFile file(path, "h\n");
+    add(file, "short\n");
+    add(file, row);
+    add(file, "short\n");
+  }
+  CHECK(read_file(path) == "h\nshort\n" + row + "short\n");
+}
+
 TEST_CASE("a file whose disk is full ends with a whole row and keeps the error", "[output]") {
   TemporaryDirectory directory;
   const auto path = directory.path() / "rows.csv";
