@@ -28,7 +28,7 @@ def arguments():
     parser.add_argument("--program", type=pathlib.Path, default=None, help="contactbench [build/bin/contactbench]")
     parser.add_argument("--out", type=pathlib.Path, default=root / "results/solve_all", help="folder of the tables")
     parser.add_argument("--k", type=int, nargs="+", default=[4, 8], help="edges of the friction polygon for ap")
-    parser.add_argument("--epsilon-relative", default="1e-14",
+    parser.add_argument("--epsilon-relative", default="1e-12",
                         help="convex: suboptimality as a fraction of the energy before the event")
     parser.add_argument("--repeat", type=int, default=5, help="timed solves of each problem")
     parser.add_argument("--limit", type=float, default=60, help="seconds for one problem and solver, repeats included")
