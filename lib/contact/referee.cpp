@@ -319,7 +319,9 @@ double Referee::mirtich(const ContactProblem& problem, const ContactSolution& so
   const auto& friction = solution.friction_work;
   for (const auto* work : {&stored, &returned, &friction})
     if (static_cast<int>(work->size()) != nc || !all_finite(*work)) return HUGE_VAL;
+  // The work of the impulses is r.(u- + u+) / 2; the kinetic energy of v knows nothing of the offset.
   double worst = 0, balance = -energy_gain;
+  for (int i = 0; i < 3 * nc; ++i) balance -= solution.impulse[i] * problem.offset[i];
   for (int c = 0; c < nc; ++c) {
     const double root_w = std::sqrt(weight_[c]), r_n = solution.impulse[3 * c], e = problem.restitution[c];
     worst = std::max({worst, -u_plus_[3 * c] / root_w / size_, -r_n * root_w / size_,
