@@ -83,6 +83,7 @@ struct LcpSolverRow {
   std::string_view source;
   std::string_view unavailable;  ///< why it cannot be used here; empty where it can
   LcpSolver (*make)(const LcpOptions& options);
+  bool wants_expanded = false;  ///< better served by the expanded form whatever the size
 };
 
 /// All LCP solvers: the one table that `ap`, `solve`, `list` and the tests read.
@@ -92,5 +93,6 @@ const LcpSolverRow* find_lcp_solver(std::string_view name);
 /// Rows, one a file (lcp/lemke.cpp, ...).
 LcpSolverRow lemke_row();
 LcpSolverRow pgs_row();
+LcpSolverRow ynl_row();
 
 }  // namespace cb

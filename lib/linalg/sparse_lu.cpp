@@ -52,6 +52,17 @@ void SparseLu::solve(std::span<double> x) {
   if (order_ > 0) klu_solve(data_->symbolic, data_->numeric, order_, 1, x.data(), &data_->common);
 }
 
+double SparseLu::entries() const {
+  return order_ > 0 && data_->numeric != nullptr ? double(data_->numeric->lnz) + double(data_->numeric->unz) : 0;
+}
+
+double SparseLu::flops() {
+  auto& d = *data_;
+  if (order_ == 0 || d.numeric == nullptr) return 0;
+  klu_flops(d.symbolic, d.numeric, &d.common);
+  return d.common.flops;
+}
+
 void ProductForm::resize(int n) {
   if (n != padded_) columns_.clear();
   padded_ = n;

@@ -22,6 +22,8 @@ class SparseLu {
   /// x <- A^-1 x
   void solve(std::span<double> x);
   int order() const { return order_; }
+  double entries() const;  ///< nonzeros of both factors
+  double flops();          ///< of the factorisation
 
   /// Reciprocal condition estimate (smallest over largest pivot) below which a matrix counts as singular, -.
   static constexpr double singular_below = 1e-14;

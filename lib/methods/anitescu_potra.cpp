@@ -90,12 +90,14 @@ class AnitescuPotra {
 AnitescuPotra::AnitescuPotra(const MethodOptions& options) : k_(options.k), regularise_(options.regularise) {
   const std::string_view solver = options.solver.empty() ? std::string_view("lemke") : options.solver;
   const LcpSolverRow* row = find_lcp_solver(solver);
-  if (row == nullptr)
+  if (row == nullptr) {
     solver_failure_ = "no LCP solver named " + std::string(solver);
-  else if (!row->unavailable.empty())
+  } else if (!row->unavailable.empty()) {
     solver_failure_ = std::string(row->unavailable);
-  else
+  } else {
+    if (row->wants_expanded) lcp_options_.dense_limit = 0;
     solver_ = row->make(lcp_options_);
+  }
   for (int i = 0; i < k_; ++i) {
     // Exact zeros and ones on the axes, and exactly opposite pairs: a box that slides along t1 stays on its line.
     const int half = k_ / 2, j = i % half;
