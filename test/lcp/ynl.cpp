@@ -21,8 +21,8 @@ LcpSolution solve(const LcpProblem& problem, const LcpOptions& options = {}) {
   return solution;
 }
 
-LcpProblem stored(const std::string& name) {
-  const std::string path = std::string(TEST_DATA) + "/problems/" + name;
+LcpProblem stored(const std::string& name, const std::string& folder = "/problems/") {
+  const std::string path = TEST_DATA + folder + name;
   return read_lcp_matrix_market(path + ".M.mtx", path + ".q.mtx");
 }
 
@@ -154,6 +154,26 @@ TEST_CASE("Where all rows tie the search still ends in a solution") {
     const LcpSolution found = solve(dense(M, VectorXd::Constant(n, -1)));
     REQUIRE(found.status == LcpStatus::solved);
     CHECK((found.z - VectorXd::Constant(n, 0.2)).lpNorm<Eigen::Infinity>() < 1e-12);
+  }
+}
+
+TEST_CASE("The search solves every stored problem that exact arithmetic can, and the stacks of up to eight boxes") {
+  std::vector<LcpProblem> problems;
+  for (const char* name :
+       {"lcp_badscale_10", "lcp_copositive_20", "lcp_degenerate_6", "lcp_murty_upper_8", "lcp_psd_asym_20",
+        "lcp_psd_asym_3", "lcp_psd_rankdef_20", "lcp_spd_20", "lcp_spd_8", "siconos_lcp_CPS_2", "siconos_lcp_CPS_4bis",
+        "siconos_lcp_Pang_isolated_sol", "siconos_lcp_deudeu", "siconos_lcp_deudeu_block", "siconos_lcp_enum_fails",
+        "siconos_lcp_exp_murty", "siconos_lcp_exp_murty2", "siconos_lcp_tobenna", "siconos_lcp_trivial_block"})
+    problems.push_back(stored(name));
+  for (const char* motion : {"rest", "rnd"})
+    for (const char* size : {"1", "2", "4", "8"})
+      for (const char* k : {"4", "8"})
+        problems.push_back(stored(std::string("stack_") + motion + "_n" + size + "_k" + k, "/stacks/"));
+  for (std::size_t i = 0; i < problems.size(); ++i) {
+    const LcpSolution found = solve(problems[i]);
+    CAPTURE(i, found.reason);
+    CHECK(found.status == LcpStatus::solved);
+    CHECK(natural_residual(problems[i], found.z) <= 1e-10);
   }
 }
 
