@@ -92,6 +92,8 @@ const LcpSolverRow* find_lcp_solver(std::string_view name);
 
 /// Rows, one a file (lcp/lemke.cpp, ...).
 LcpSolverRow lemke_row();
+LcpSolverRow path_row();
+LcpSolverRow path_library_row();
 LcpSolverRow pgs_row();
 LcpSolverRow ynl_row();
 

@@ -5,7 +5,7 @@
 namespace cb {
 
 std::span<const LcpSolverRow> lcp_solvers() {
-  static const std::array rows{lemke_row(), ynl_row(), pgs_row()};
+  static const std::array rows{lemke_row(), path_row(), path_library_row(), ynl_row(), pgs_row()};
   return rows;
 }
 

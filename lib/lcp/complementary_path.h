@@ -1,0 +1,189 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string_view>
+#include <vector>
+
+#include "lcp/dense_tableau.h"
+#include "lcp/lcp.h"
+#include "lcp/scaling.h"
+
+namespace cb {
+
+// What solvers share that follow a path of complementary bases w = M z + q + c z_0. A Table is the dictionary of the
+// scaled problem at a basis: DenseTableau or SparseBasis. Scaled: |M_ii| ~ 1, max |q_i| ~ 1.
+
+/// Pseudo-random number in [0, 1) that depends on nothing but its arguments.
+double draw(unsigned seed, unsigned i);
+/// Are all numbers of an expanded problem finite?
+bool finite(const LcpProblem& problem);
+
+/// Scales of a problem and its load, the free unknowns eliminated.
+struct ScaledLoad {
+  PairScales scales;
+  Eigen::VectorXd root;      ///< n: sqrt(rho_i)
+  Eigen::VectorXd original;  ///< n, in the problem's units
+  Eigen::VectorXd q;         ///< n: original_i rows_i / size
+  double size = 1;           ///< max_i |original_i| / root_i, or 1
+  /// From scales and original. False where they are not finite.
+  bool set();
+};
+
+/// Ratio test in two passes after Harris (1973): among the rows that block within `harris` the largest pivot wins.
+class RatioTest {
+ public:
+  double pivot_tolerance = 1e-9;  ///< an entry that blocks must be larger than this, -
+  /// Rows whose basic value would fall to no less than minus this still compete for the largest pivot, -.
+  double harris = 1e-12;
+  void resize(int padded) { score_.resize(padded); }
+  /// Row that blocks the entering variable, or -1. `preferred` wins whenever it is among them (-1: none).
+  int row(const double* column, const double* rhs, int preferred);
+
+ private:
+  Eigen::VectorXd score_;  // padded
+};
+
+/// How a path ends.
+enum class PathEnd { solution, ray, doubtful_ray, turned_back, pivot_limit, time_limit, bad_pivot };
+std::string_view text(PathEnd end);
+
+/// Follows a path by pivots: whatever variable left the basis last, its complement enters, until z_0 leaves.
+struct PathFollower {
+  using Clock = std::chrono::steady_clock;
+  RatioTest ratio;
+  int pivots = 0;       ///< so far
+  int pivot_limit = 0;  ///< pivots at which a path ends
+  bool timed = false;
+  Clock::time_point deadline;
+  double retreat = HUGE_VAL;  ///< z_0 beyond which the path has turned back
+  int ray_variable = 0;       ///< what nothing blocks, where a path ends in a ray
+
+  bool late() const { return timed && Clock::now() > deadline; }
+
+  /// From the basis that z_0 has just entered, `leaving` having left it. `at_basis()` is called after each pivot while
+  /// z_0 is basic.
+  template <class Table, class AtBasis>
+  PathEnd follow(Table& table, int n, int leaving, AtBasis&& at_basis) {
+    const int artificial = 2 * n;
+    for (;;) {
+      if (leaving == artificial) return PathEnd::solution;
+      if (pivots >= pivot_limit) return PathEnd::pivot_limit;
+      if (pivots % 16 == 0 && late()) return PathEnd::time_limit;
+      if (table.rhs()[table.row_of(artificial)] > retreat) return PathEnd::turned_back;
+      at_basis();
+      const int entering = complement(leaving, n);
+      const int row = ratio.row(table.column(entering), table.rhs(), table.row_of(artificial));
+      if (row < 0) {
+        ray_variable = entering;
+        return PathEnd::ray;
+      }
+      leaving = table.basic(row);
+      if (!table.pivot(row, entering)) return PathEnd::bad_pivot;
+      ++pivots;
+    }
+  }
+};
+
+/// Vertices and rays of a basis, judged on the original data.
+struct PathJudge {
+  double refined = 1e-16;       ///< refinement stops below this residual of the equalities, -
+  int refinements = 3;          ///< steps of iterative refinement at most
+  double ray_tolerance = 1e-9;  ///< a ray may violate its equations by this much of its largest entry, -
+
+  /// The vertex of the present basis for the load, refined on the original data, then clipped: z, its natural residual,
+  /// and (returned) how far its lowest variable was below zero, scaled. HUGE_VAL where the basis cannot be factorised.
+  template <class Table>
+  double vertex(Table& table, const ScaledLoad& load, Eigen::VectorXd& z, double& residual);
+
+  /// Is the direction along which nothing blocks `variable` a ray of w = M z + q + c z_0?
+  /// With d the change per unit of the variable: M dz + c dz_0 = dw, all of it >= 0, dz.dw = 0 by the basis.
+  template <class Table>
+  bool ray_holds(Table& table, const ScaledLoad& load, const Eigen::VectorXd& cover, int variable);
+
+ private:
+  Eigen::VectorXd scratch_, w_, z_, product_;
+  std::vector<int> active_;
+};
+
+template <class Table>
+double PathJudge::vertex(Table& table, const ScaledLoad& load, Eigen::VectorXd& z, double& residual) {
+  const auto n = static_cast<int>(load.q.size());
+  const auto& scales = load.scales;
+  residual = HUGE_VAL;
+  if (!table.refresh()) return HUGE_VAL;
+  scratch_.resize(table.padded());
+  w_.resize(n);
+  z_.resize(n);
+  active_.clear();
+  for (int i = 0; i < n; ++i)
+    if (table.is_basic(n + i)) active_.push_back(i);
+  z.setZero(n);
+
+  // M_aa z_a = -q_a through the inverse that the table holds; then residuals from the original M.
+  double before = HUGE_VAL;
+  for (const int i : active_) z_[i] = -load.original[i] * scales.rows[i];
+  for (int step = 0;; ++step) {
+    table.solve_active(active_, z_.data(), scratch_.data());
+    for (const int i : active_) z[i] += z_[i] * scales.columns[i];
+    table.multiply(z, w_);
+    w_ += load.original;
+    double worst = 0;
+    for (const int i : active_) worst = std::max(worst, std::abs(z_[i] = -w_[i] * scales.rows[i]));
+    if (step >= refinements || !(worst < 0.5 * before) || worst <= refined * load.size) break;
+    before = worst;
+  }
+
+  // Clip, and judge what is left.
+  double lowest = 0;
+  for (int i = 0; i < n; ++i)
+    if (!table.is_basic(n + i)) lowest = std::min(lowest, w_[i] / load.root[i]);
+  bool clipped = false;
+  for (const int i : active_)
+    if (!(z[i] >= 0)) {
+      lowest = std::min(lowest, z[i] * load.root[i]);
+      z[i] = 0;
+      clipped = true;
+    }
+  if (clipped) {
+    table.multiply(z, w_);
+    w_ += load.original;
+  }
+  double worst = 0;
+  for (int i = 0; i < n; ++i) {
+    const double e = std::abs(std::min(z[i] * load.root[i], w_[i] / load.root[i]));
+    if (!(e <= worst)) worst = e;
+  }
+  residual = std::isfinite(worst) ? worst / load.size : HUGE_VAL;
+  return -lowest / load.size;
+}
+
+template <class Table>
+bool PathJudge::ray_holds(Table& table, const ScaledLoad& load, const Eigen::VectorXd& cover, int variable) {
+  const auto n = static_cast<int>(load.q.size());
+  const double* column = table.column(variable);
+  z_.setZero(n);
+  w_.setZero(n);
+  double artificial = 0, largest = 1;
+  const auto put = [&](int v, double value) {
+    largest = std::max(largest, std::abs(value));
+    if (v == 2 * n)
+      artificial = value;
+    else if (v < n)
+      w_[v] = value;
+    else
+      z_[v - n] = value * load.scales.columns[v - n];
+  };
+  for (int i = 0; i < n; ++i) put(table.basic(i), column[i]);
+  put(variable, 1);
+  const double lowest = std::min({artificial, z_.minCoeff(), w_.minCoeff()});
+  table.multiply(z_, product_);
+  double error = 0;
+  for (int i = 0; i < n; ++i)
+    error = std::max(error, std::abs(product_[i] * load.scales.rows[i] + cover[i] * artificial - w_[i]));
+  return lowest >= -ray_tolerance * largest && error <= ray_tolerance * largest;
+}
+
+}  // namespace cb
