@@ -48,10 +48,23 @@ struct ConeOptions {
   /// -: fraction of the longest step inside the cones that is taken. Nearer to 1: fewer iterations until the iterates
   /// leave the central path.
   double step_fraction = 0.98;
+  /// -: proximal term of an interior point step, as a fraction of W_ii: bounds the scaling matrices. It does not
+  /// perturb the answer; larger: slower at the end.
+  double regularisation = 1e-10;
+  /// Interior point iterations without a better iterate before the best is returned.
+  int patience = 15;
   /// Newton steps of one polish (or of one first try) before it is given up.
   int polish_limit = 12;
-  /// Newton steps without progress (a halved natural map) before that.
-  int polish_patience = 3;
+  /// Newton steps in a row without progress (a halved natural map) before it is given up: from a guess, and from an
+  /// interior point iterate, where either the active constraints are named rightly or another iteration is cheaper.
+  int guess_patience = 3;
+  int iterate_patience = 2;
+  /// Steps of the careful polish that has the last word where the interior point method stalls, and its first proximal
+  /// term (it falls by tens while that goes well).
+  int careful_limit = 40;
+  double careful_proximal = 1e-3;
+  /// -: complementarity over energy at which the first polish is tried; each later one at a hundredth.
+  double polish_from = 1e-5;
   /// -: regularisation of the equalities of Newton's method, as a fraction of W_ii; r is not unique, and this picks the
   /// answer next to the iterate. It does not perturb the answer (it is proximal); larger: more steps, better pivots.
   double proximal = 1e-8;

@@ -344,9 +344,11 @@ bool InteriorPoint::newton_step(const ConeProgram& p, double border_diagonal, do
 // place. Returns the norm of the natural map, sqrt(J).
 double InteriorPoint::newton_terms(const ConeProgram& p, const ConeSolution& x) {
   const int nc = p.nc();
+  products_ = 0;
+  double missing = 0;
   double sum = 0;
   for (int c = 0; c < nc; ++c) {
-    const double w = (*p.weight)[c], mu = (*p.mu)[c], stiff = 1 / (options_.proximal * w);
+    const double w = (*p.weight)[c], mu = (*p.mu)[c], stiff = 1 / (proximal_ * w);
     const auto r = vec3(&x.r[3 * c]);
     Vector3d y = vec3(&velocities_.u_hat[3 * c]);
     y[0] += x.s;
@@ -354,6 +356,8 @@ double InteriorPoint::newton_terms(const ConeProgram& p, const ConeSolution& x) 
     auto step = vec3(&c_r_[3 * c]);
     const Vector3d z = r - y / w;
     const double t = std::sqrt(z[1] * z[1] + z[2] * z[2]);
+    products_ += std::abs(r.dot(y));
+    if (p.has_bound()) missing = std::max(missing, mu * tangential(y.data()) - y[0]);
     if (mu == 0) {  // a half-line: r_t = 0
       G.setZero();
       step = -r;
@@ -387,6 +391,7 @@ double InteriorPoint::newton_terms(const ConeProgram& p, const ConeSolution& x) 
     }
     if (!p.has_eta()) continue;
     const double u_n = velocities_.u[3 * c];
+    products_ += std::abs(x.eta[c] * u_n);
     if (p.fixed || x.eta[c] - u_n / w > 0) {
       D_[c] = stiff;
       c_eta_[c] = -stiff * u_n;
@@ -400,33 +405,49 @@ double InteriorPoint::newton_terms(const ConeProgram& p, const ConeSolution& x) 
   s_active_ = false;
   if (p.has_bound()) {
     const double excess = normal_sum(x.r) - p.kappa;
+    products_ += missing * p.kappa;
     s_active_ = x.s + excess * mean_weight_ > 0;
     sum += s_active_ ? excess * excess * mean_weight_ : x.s * x.s / mean_weight_;
   }
   return std::sqrt(sum);
 }
 
-bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x) {
+bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x, int patience, Steps steps) {
   prepare(p);
   if (!p.has_eta()) x.eta.assign(p.nc(), 0.0);
   double best = HUGE_VAL;
   int stalled = 0;
-  for (int k = 0; k <= options_.polish_limit; ++k) {
+  const bool careful = steps == Steps::careful;
+  const int limit = careful ? options_.careful_limit : options_.polish_limit;
+  proximal_ = careful ? options_.careful_proximal : options_.proximal;
+  const auto terms = [&] {
     velocities_.evaluate(p, x.r, p.has_eta() ? std::span<const double>(x.eta) : std::span<const double>());
-    const double residual = newton_terms(p, x);
-    if (!std::isfinite(residual)) break;
+    return newton_terms(p, x);
+  };
+  for (int k = 0; k <= limit; ++k) {
+    double residual = terms();
+    if (!std::isfinite(residual) && !careful) break;
     if (residual < 0.5 * best)
       stalled = 0;
-    else if (best < options_.rounding * size_ || ++stalled > options_.polish_patience)
+    else if (best < options_.rounding * size_ || ++stalled > patience)
       break;
     if (residual < best) {
       best = residual;
       best_ = x;
+      proximal_ = std::max(options_.proximal, 0.1 * proximal_);
+    } else if (careful) {
+      // A wrong guess of the active constraints asks for the impossible: back, with a stronger proximal term.
+      best_.iterations = x.iterations;
+      x = best_;
+      proximal_ = std::min(1.0, 30 * proximal_);
+      residual = terms();
     }
-    if (best <= 1e-2 * options_.rounding * size_ || k == options_.polish_limit) break;
+    // Far below rounding, and no product of a large impulse with a velocity that should be zero is left.
+    const double tiny = 1e-2 * options_.rounding;
+    if ((best <= tiny * size_ && products_ <= tiny * size_ * size_) || k == limit) break;
     if (!kkt_.factor(G_, D_)) break;
     const double excess = normal_sum(x.r) - p.kappa;
-    if (!newton_step(p, options_.proximal / mean_weight_, -excess, s_active_, -x.s)) break;
+    if (!newton_step(p, proximal_ / mean_weight_, -excess, s_active_, -x.s)) break;
     ++x.iterations;
     for (std::size_t i = 0; i < x.r.size(); ++i) x.r[i] += dr_[i];
     if (p.has_eta())
@@ -445,7 +466,9 @@ bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x) {
   x.infeasibility = certificate.infeasibility;
   // Where the natural map is at rounding there is nothing better, even if the certificate multiplies that rounding (by
   // mu, or by large impulses) beyond what was asked for.
-  const bool at_rounding = best <= options_.rounding * std::max(size_, certificate.size);
+  // Large impulses raise rounding itself; that is the excuse of the last attempt, and of programs without eta.
+  const double scale = careful || !p.has_eta() ? std::max(size_, certificate.size) : size_;
+  const bool at_rounding = best <= options_.rounding * scale;
   const bool accepted =
       x.infeasibility <= options_.feasibility && (at_rounding || std::abs(x.gap) <= 1e-14 * size_ * size_);
   x.status = accepted ? ConeStatus::solved : ConeStatus::nonconverged;
@@ -477,7 +500,6 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
   a_.assign(nc, 0.0);
   dy_.resize(3 * nc);
   da_.resize(nc);
-  c_y_.resize(3 * nc);
   for (int c = 0; c < nc; ++c) {
     const double root_w = std::sqrt((*p.weight)[c]);
     x.r[3 * c] = start / root_w;
@@ -494,11 +516,16 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
   }
   const int cones = nc * (inequality ? 2 : 1) + (p.has_bound() ? 1 : 0);
   scaling_.resize(4 * nc);
+  damping_.resize(9 * nc);
+  const double delta = options_.regularisation;
+  Matrix3d damping;
   const auto scaling = [&](int c) {
     return Scaling{scaling_[4 * c], Vector3d(scaling_[4 * c + 1], scaling_[4 * c + 2], scaling_[4 * c + 3])};
   };
   std::span<const double> no_eta;
-  double next_polish = 1e-5;
+  double next_polish = options_.polish_from, best_merit = HUGE_VAL;
+  int since_best = 0;
+  ConeStatus ending = ConeStatus::nonconverged;
 
   for (int k = 0; k < options_.iteration_limit; ++k) {
     velocities_.evaluate(p, x.r, p.has_eta() ? std::span<const double>(x.eta) : no_eta);
@@ -515,14 +542,22 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
     const double rb = p.has_bound() ? b - p.kappa + normal_sum(x.r) : 0;
     residual = std::sqrt(std::max(residual, rb * rb * mean_weight_)) / size_;
     if (!std::isfinite(complementarity) || !std::isfinite(residual)) {
-      x.status = ConeStatus::not_finite;
+      ending = ConeStatus::not_finite;
       break;
     }
     const double relative = complementarity / (size_ * size_);
+    const double merit = std::max(relative, residual);
+    if (merit < best_merit) {
+      best_merit = merit;
+      since_best = 0;
+      iterate_ = x;
+    } else if (++since_best > options_.patience) {
+      break;
+    }
     if (relative < next_polish && residual < std::sqrt(next_polish)) {
       next_polish = relative * 1e-2;
       trial_ = x;
-      const bool polished = polish(p, trial_);
+      const bool polished = polish(p, trial_, options_.iterate_patience, Steps::bold);
       if (polished) {
         x = trial_;
         return;
@@ -537,7 +572,6 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
     for (int c = 0; c < nc; ++c) {
       const double mu = (*p.mu)[c], w = (*p.weight)[c];
       auto G = mat3(&G_[9 * c]);
-      auto step = vec3(&c_r_[3 * c]);
       if (mu == 0) {
         G.setZero();
         G(0, 0) = x.r[3 * c] / y_[3 * c];
@@ -552,22 +586,30 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
       // dr = -r - G dy, dy = J dw + e_n ds - ry.
       Vector3d ry = vec3(&y_[3 * c]) - vec3(&velocities_.u_hat[3 * c]);
       ry[0] -= x.s;
-      step = -vec3(&x.r[3 * c]) + G * ry;
+      // Proximal term on dr: (G^-1 + delta)^-1 for G, which bounds its largest eigenvalue.
+      damping.noalias() = delta * w * G;
+      damping.diagonal().array() += 1;
+      damping = damping.inverse().eval();
+      vec3(&c_r_[3 * c]) = damping * (-vec3(&x.r[3 * c]) + G * ry);
+      mat3(&damping_[9 * c]) = damping;
+      G = (G * damping).eval();
       if (!p.has_eta()) continue;
       const double u_n = velocities_.u[3 * c];
       if (p.fixed) {
         D_[c] = 1 / (options_.proximal * w);
         c_eta_[c] = -D_[c] * u_n;
       } else {
-        D_[c] = x.eta[c] / a_[c];
-        c_eta_[c] = -x.eta[c] + D_[c] * (a_[c] - u_n);
+        const double D = x.eta[c] / a_[c], damp = 1 / (1 + delta * w * D);
+        D_[c] = D * damp;
+        c_eta_[c] = (-x.eta[c] + D * (a_[c] - u_n)) * damp;
       }
     }
     if (!kkt_.factor(G_, D_)) {
-      x.status = ConeStatus::singular;
+      ending = ConeStatus::singular;
       break;
     }
     // ds = -s - (s / b) db, db = -rb - 1.dr_n  =>  1.dr_n = -rb + b + (b / s) ds.
+    double correction_b = 0;
     const auto step_slacks = [&] {
       for (int c = 0; c < nc; ++c) {
         Vector3d dy = vec3(&Jdw_[3 * c]) - vec3(&y_[3 * c]) + vec3(&velocities_.u_hat[3 * c]);
@@ -575,7 +617,8 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
         vec3(&dy_[3 * c]) = dy;
         if (inequality) da_[c] = Jdv_[c] - (a_[c] - velocities_.u[3 * c]);
       }
-      db = p.has_bound() ? -rb - normal_sum(dr_) : 0;
+      // From the complementarity row: b may be far smaller than the rounding of the sum, which goes into rb.
+      db = p.has_bound() ? -b - b / x.s * ds_ + correction_b : 0;
     };
     const auto longest = [&]() {
       double alpha = HUGE_VAL;
@@ -593,7 +636,7 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
       return alpha;
     };
     if (!newton_step(p, p.has_bound() ? b / x.s : 0, b - rb, p.has_bound(), 0)) {
-      x.status = ConeStatus::singular;
+      ending = ConeStatus::singular;
       break;
     }
     step_slacks();
@@ -606,7 +649,7 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
       const double mu = (*p.mu)[c];
       auto step = vec3(&c_r_[3 * c]);
       if (mu == 0) {
-        step[0] += (centre - dr_[3 * c] * dy_[3 * c]) / y_[3 * c];
+        step[0] += damping_[9 * c] * (centre - dr_[3 * c] * dy_[3 * c]) / y_[3 * c];
       } else {
         const Scaling s = scaling(c);
         const Vector3d lambda = s.apply(in_dual(&y_[3 * c], mu));
@@ -614,14 +657,18 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
         Vector3d d = -jordan(dx, dz);
         d[0] += centre;
         const Vector3d correction = s.apply(jordan_divide(lambda, d));
-        step += Vector3d(correction[0] / mu, correction[1], correction[2]);
+        step += mat3(&damping_[9 * c]) * Vector3d(correction[0] / mu, correction[1], correction[2]);
       }
-      if (inequality) c_eta_[c] += (centre - deta_[c] * da_[c]) / a_[c];
+      if (inequality)
+        c_eta_[c] += (centre - deta_[c] * da_[c]) / a_[c] / (1 + delta * (*p.weight)[c] * x.eta[c] / a_[c]);
     }
     double border_rhs = b - rb;
-    if (p.has_bound()) border_rhs -= (centre - ds_ * db) / x.s;
+    if (p.has_bound()) {
+      correction_b = (centre - ds_ * db) / x.s;
+      border_rhs -= correction_b;
+    }
     if (!newton_step(p, p.has_bound() ? b / x.s : 0, border_rhs, p.has_bound(), 0)) {
-      x.status = ConeStatus::singular;
+      ending = ConeStatus::singular;
       break;
     }
     step_slacks();
@@ -641,7 +688,18 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
     ++x.iterations;
     if (alpha < 1e-10) break;
   }
-  // The last word: polish whatever there is, keep the better of the two.
+  // The best iterate is what there is.
+  if (best_merit < HUGE_VAL) {
+    iterate_.iterations = x.iterations;
+    x = iterate_;
+  }
+  trial_ = x;
+  if (polish(p, trial_, options_.careful_limit, Steps::careful)) {
+    x = trial_;
+    return;
+  }
+  x.iterations = trial_.iterations;
+  x.status = ending;
   velocities_.evaluate(p, x.r, p.has_eta() ? std::span<const double>(x.eta) : no_eta);
   const Certificate certificate = certify(p, x.r, x.eta, velocities_, q_);
   x.gap = certificate.gap;

@@ -42,7 +42,11 @@ class InteriorPoint {
   void solve(const ConeProgram& program, ConeSolution& solution);
   /// Newton's method from the r, eta and s in `solution`, which is overwritten by the best iterate met. Returns false
   /// where it came to no point whose gap and infeasibility are at rounding; `solution` is then not to be used.
-  bool polish(const ConeProgram& program, ConeSolution& solution);
+  /// Gives up after more than `patience` steps in a row that do not halve the natural map.
+  /// bold: takes every Newton step; careful: goes back from one that made matters worse and strengthens the proximal
+  /// term.
+  enum class Steps { bold, careful };
+  bool polish(const ConeProgram& program, ConeSolution& solution, int patience, Steps steps);
 
   ConeOptions& options() { return options_; }
   KktSystem& system() { return kkt_; }
@@ -58,14 +62,16 @@ class InteriorPoint {
   std::vector<double> q_;  // J v0 + w
   double size_ = 0;        // sqrt(J)
   double mean_weight_ = 0;
+  double proximal_ = 0;
+  double products_ = 0;  // J, sum of |r.y|, |eta u_n|, and kappa times what y is short of the dual cone
   // Terms of a Newton step: dr = c_r - G (J dw + e_n ds), deta = c_eta - D N dv.
   std::vector<double> G_, D_, c_r_, c_eta_;
   std::vector<double> h1_, h2_, g1_, g2_, t_, Mg_, Jdw_, Jdv_, dr_, deta_;
   double ds_ = 0;
   bool s_active_ = false;
   // Interior point iterate beyond r, eta, s.
-  std::vector<double> y_, a_, dy_, da_, scaling_, c_y_;
-  ConeSolution best_, trial_;
+  std::vector<double> y_, a_, dy_, da_, scaling_, damping_;
+  ConeSolution best_, trial_, iterate_;
 };
 
 }  // namespace cb

@@ -76,6 +76,9 @@ bool SparseCholesky::factor(std::span<double> values) {
   if (!w.factor) return false;
   w.matrix.x = values.data();
   w.matrix.xtype = CHOLMOD_REAL;
+  double sum = 0;
+  for (double value : values) sum += value * 0.0;
+  if (sum != 0 || std::isnan(sum)) return false;  // NaN or infinity in the matrix
   if (!cholmod_factorize(&w.matrix, w.factor, &w.common)) return false;
   return w.common.status == CHOLMOD_OK && w.factor->minor == w.factor->n;
 }

@@ -278,7 +278,9 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
         eta_ = u_step_;
         return good(certificate);
       };
-      bool done = friction_solver_.polish(reduced, trial_) && accept(trial_);
+      bool done =
+          friction_solver_.polish(reduced, trial_, tolerances_.cone.guess_patience, InteriorPoint::Steps::bold) &&
+          accept(trial_);
       iterations_ += trial_.iterations;
       if (!done) {
         friction_solver_.options().gap_tolerance = epsilon;
@@ -293,8 +295,10 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
   if (!normal_ok && status == ConeStatus::solved) status = ConeStatus::nonconverged;
   // An answer at rounding whose certificate is not: friction coefficients or masses of many orders of magnitude.
   if (status != ConeStatus::solved && normal_ok && best.infeasibility <= tolerances_.infeasibility &&
-      std::abs(best.gap) <= tolerances_.inaccurate * size_ * size_)
-    inaccurate_ = true, status = ConeStatus::solved;
+      std::abs(best.gap) <= tolerances_.inaccurate * best.size * best.size) {
+    inaccurate_ = true;
+    status = ConeStatus::solved;
+  }
   solution.iterations += iterations_;
   solution.claimed_residual += std::abs(best.gap);
   return status;
@@ -308,7 +312,8 @@ bool DrumwrightShell::frictionless() {
   trial_.s = 0;
   trial_.iterations = 0;
   for (int c = 0; c < nc; ++c) trial_.r[3 * c] = 1e-3 * size_ / std::sqrt(island_.weight[c]);
-  bool ok = size_ > 0 && normal_solver_.polish(normal_program_, trial_);
+  bool ok = size_ > 0 &&
+            normal_solver_.polish(normal_program_, trial_, tolerances_.cone.guess_patience, InteriorPoint::Steps::bold);
   if (!ok) {
     iterations_ += trial_.iterations;
     normal_solver_.solve(normal_program_, trial_);
@@ -367,11 +372,19 @@ void DrumwrightShell::equalities(const std::vector<char>& in_set, double target,
       step_[3 * c] = in_set[c] ? -G_[9 * c] * miss : 0;
       if (in_set[c]) worst = std::max(worst, std::abs(miss));
     }
-    if (worst == 0 || k == tolerances_.cone.polish_limit || worst > 0.1 * last) break;
+    miss_ = worst;
+    if (worst == 0) return;
+    const bool done = k == tolerances_.cone.polish_limit || worst > 0.1 * last;
+    if (done && target == 0) return;
     last = worst;
     std::fill(h_.begin(), h_.end(), 0.0);
     multiply_transposed_add(island_.J, island_.M, step_, h_);
     normals_.solve_in_place(h_);
+    if (done) {
+      // z need not be an impulse's velocity: light bodies among heavy ones are put right directly.
+      for (int i = 0; i < nv; ++i) velocity[i] += h_[i];
+      return;
+    }
     multiply(island_.J, island_.M, h_, u_step_);
     for (int c = 0; c < nc; ++c)
       if (in_set[c]) x[c] += step_[3 * c] - G_[9 * c] * u_step_[3 * c];
@@ -453,6 +466,7 @@ bool DrumwrightShell::least_sum() {
 bool DrumwrightShell::reduces_to_flat() {
   const int nc = static_cast<int>(island_.contacts.size());
   const double size = size_ > 0 ? size_ : 1;
+  if (miss_ > tolerances_.flat) return false;
   for (int c = 0; c < nc; ++c) {
     const double root_w = std::sqrt(island_.weight[c]);
     if (std::abs(Jz_[3 * c] - 1) > tolerances_.solvable || tangential(&Jz_[3 * c]) > tolerances_.solvable) return false;

@@ -24,6 +24,8 @@ class DrumwrightShell {
     double infeasibility = 1e-10;
     /// -: residual of N z = 1 (z: proof of the least sum) and of T z = 0 below which they count as solvable.
     double solvable = 1e-10;
+    /// -: error of W_(:,n) lambda = 1_n up to which a scene counts as flat: the certificate multiplies it.
+    double flat = 1e-11;
     /// -: normal velocity, as a fraction of the event's, up to which a contact counts as touching after the
     /// frictionless solution.
     double touching = 1e-9;
@@ -78,7 +80,7 @@ class DrumwrightShell {
   std::vector<double> zero_mu_, q_, f_, v_f_, u_f_, z_, lambda_, kappa_offset_;
   std::vector<double> r_, eta_, G_, step_, h_, u_step_, x_, f_shifted_, velocity_, Jz_;
   std::vector<char> set_;
-  double kappa_ = 0, size_ = 0;
+  double kappa_ = 0, size_ = 0, miss_ = 0;
   bool flat_ = false, inaccurate_ = false;
   ConeSolution answer_, trial_;
   int iterations_ = 0;

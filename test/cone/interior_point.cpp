@@ -1,0 +1,177 @@
+#include "cone/interior_point.h"
+
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <random>
+
+using namespace cb;
+
+namespace {
+
+Eigen::Map<Eigen::Vector3d> map(double* x) { return Eigen::Map<Eigen::Vector3d>(x); }
+
+// A chain of `bodies` blocks of six; each contact joins a body to the one before it (the first to the ground).
+struct Chain {
+  BlockDiagonalMatrix M;
+  BandMatrix J;
+  BlockCholesky factor;
+  std::vector<double> v0, offset, mu, weight;
+
+  Chain(int bodies, int contacts, unsigned seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal;
+    for (int b = 0; b < bodies; ++b) {
+      M.add_block(6);
+      for (int i = 0; i < 6; ++i) M.block(b)(i, i) = 0.5 + std::abs(normal(random));
+    }
+    for (int b = 0; b < bodies; ++b)
+      for (int c = 0; c < contacts; ++c) {
+        J.add_band();
+        if (b > 0) fill(J.add_entry(b - 1, 6), random);
+        fill(J.add_entry(b, 6), random);
+        mu.push_back(0.5);
+        weight.push_back(6);
+      }
+    v0.resize(M.order());
+    for (double& v : v0) v = normal(random);
+    offset.assign(3 * J.bands(), 0.0);
+    factor.factor(M);
+  }
+  void fill(int entry, std::mt19937& random) {
+    std::normal_distribution<double> normal;
+    for (int i = 0; i < 18; ++i) J.values[J.offset[entry] + i] = normal(random);
+  }
+  ConeProgram program() const {
+    ConeProgram p;
+    p.M = &M;
+    p.factor = &factor;
+    p.J = &J;
+    p.v0 = &v0;
+    p.offset = &offset;
+    p.mu = &mu;
+    p.weight = &weight;
+    return p;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("both kernels solve the equations of motion that they are given", "[kkt]") {
+  for (int bodies : {1, 2, 7}) {
+    const Chain chain(bodies, 2, 3);
+    const int nv = chain.M.order(), nc = chain.J.bands();
+    std::mt19937 random(1);
+    std::normal_distribution<double> normal;
+    std::vector<double> G(9 * nc), D(nc), h1(nv), h2(nv);
+    for (int c = 0; c < nc; ++c) {
+      Eigen::Matrix3d A;
+      for (int i = 0; i < 9; ++i) A.data()[i] = normal(random);
+      Eigen::Map<Eigen::Matrix3d> block(&G[9 * c]);
+      block = A * A.transpose();
+      D[c] = c % 3 == 0 ? 0 : std::abs(normal(random));
+    }
+    for (double& x : h1) x = normal(random);
+    for (double& x : h2) x = normal(random);
+    for (int dense_limit : {0, 1000}) {
+      KktSystem system;
+      system.prepare(chain.M, chain.J, dense_limit);
+      REQUIRE(system.factor(G, D));
+      std::vector<double> dv = h1, dw = h2;
+      system.solve_in_place(dv, dw);
+      // Residuals, term by term: (M + N^T D N) dv - M dw = h1, M dv + J^T G J dw = h2.
+      std::vector<double> Mv(nv), Mw(nv), u(3 * nc), r1(nv), r2(nv), t(3 * nc);
+      multiply(chain.M, dv, Mv);
+      multiply(chain.M, dw, Mw);
+      multiply(chain.J, chain.M, dv, u);
+      for (int c = 0; c < nc; ++c) t[3 * c] = D[c] * u[3 * c];
+      multiply_transposed_add(chain.J, chain.M, t, r1);
+      multiply(chain.J, chain.M, dw, u);
+      for (int c = 0; c < nc; ++c) map(&t[3 * c]) = Eigen::Map<Eigen::Matrix3d>(&G[9 * c]) * map(&u[3 * c]);
+      multiply_transposed_add(chain.J, chain.M, t, r2);
+      for (int i = 0; i < nv; ++i) {
+        CHECK(r1[i] + Mv[i] - Mw[i] == Approx(h1[i]).margin(1e-11));
+        CHECK(r2[i] + Mv[i] == Approx(h2[i]).margin(1e-11));
+      }
+      REQUIRE(system.factor(G, {}));
+      dw = h2;
+      system.solve_in_place(dw);
+      multiply(chain.M, dw, Mw);
+      multiply(chain.J, chain.M, dw, u);
+      std::fill(r2.begin(), r2.end(), 0.0);
+      for (int c = 0; c < nc; ++c) map(&t[3 * c]) = Eigen::Map<Eigen::Matrix3d>(&G[9 * c]) * map(&u[3 * c]);
+      multiply_transposed_add(chain.J, chain.M, t, r2);
+      for (int i = 0; i < nv; ++i) CHECK(r2[i] + Mw[i] == Approx(h2[i]).margin(1e-11));
+    }
+  }
+}
+
+// Point mass m on a plane, rows n, t1, t2 of the identity: sticks where |p_t| <= mu p_n, else the projection of -p on
+// the cone: r_n = (p_n + mu |p_t|) / (1 + mu^2) with p = -m v, r_t along p_t at mu r_n.
+TEST_CASE("a point mass on a plane gets the projection of its momentum on the cone", "[cone]") {
+  BlockDiagonalMatrix M;
+  M.add_block(3);
+  const double mass = 2.5;
+  for (int i = 0; i < 3; ++i) M.block(0)(i, i) = mass;
+  BandMatrix J;
+  J.add_band();
+  J.add_entry(0, 3);
+  for (int i = 0; i < 3; ++i) J.entry(0)(i, i) = 1;
+  BlockCholesky factor;
+  REQUIRE(factor.factor(M));
+  const std::vector<double> offset(3, 0.0), mu{0.4}, weight{1 / mass};
+  for (double slip : {0.1, 3.0}) {
+    const std::vector<double> v0{-1, slip, 0.5 * slip};
+    ConeProgram p;
+    p.M = &M;
+    p.factor = &factor;
+    p.J = &J;
+    p.v0 = &v0;
+    p.offset = &offset;
+    p.mu = &mu;
+    p.weight = &weight;
+    InteriorPoint solver;
+    ConeSolution x;
+    solver.solve(p, x);
+    REQUIRE(x.status == ConeStatus::solved);
+    const double p_n = mass, p_t = mass * slip * std::sqrt(1.25);
+    const double r_n = p_t <= 0.4 * p_n ? p_n : (p_n + 0.4 * p_t) / 1.16;
+    CHECK(x.r[0] == Approx(r_n).epsilon(1e-13));
+    CHECK(x.r[1] == Approx(-std::min(mass * slip, 0.4 * r_n / std::sqrt(1.25))).epsilon(1e-13));
+    CHECK(x.r[2] == Approx(0.5 * x.r[1]).epsilon(1e-13));
+    CHECK(std::abs(x.gap) <= 1e-13);
+  }
+}
+
+TEST_CASE("the same answer comes from both kernels, and its gap is at rounding", "[cone]") {
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    const Chain chain(4, 2, seed);
+    const ConeProgram p = chain.program();
+    ConeSolution dense, sparse;
+    ConeOptions options;
+    options.dense_limit = 1000;
+    InteriorPoint(options).solve(p, dense);
+    options.dense_limit = 0;
+    InteriorPoint(options).solve(p, sparse);
+    REQUIRE(dense.status == ConeStatus::solved);
+    REQUIRE(sparse.status == ConeStatus::solved);
+    for (std::size_t i = 0; i < dense.r.size(); ++i) CHECK(dense.r[i] == Approx(sparse.r[i]).margin(1e-9));
+    CHECK(std::abs(dense.gap) < 1e-11);
+    CHECK(dense.infeasibility < 1e-11);
+  }
+}
+
+TEST_CASE("a program with NaN, or without iterations, says so", "[cone]") {
+  Chain chain(2, 2, 1);
+  InteriorPoint solver;
+  ConeSolution x;
+  solver.options().iteration_limit = 1;
+  solver.options().careful_limit = 0;
+  solver.solve(chain.program(), x);
+  CHECK(x.status == ConeStatus::nonconverged);
+  for (double r : x.r) CHECK(std::isfinite(r));
+  chain.v0[0] = std::nan("");
+  solver.solve(chain.program(), x);
+  CHECK(x.status == ConeStatus::not_finite);
+  for (double r : x.r) CHECK(r == 0);
+}
