@@ -24,7 +24,7 @@ using Strided = Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 void KktSystem::prepare(const BlockDiagonalMatrix& M, const BandMatrix& J, int dense_limit) {
   M_ = &M;
   J_ = &J;
-  dense_ = M.order() <= dense_limit;
+  dense_ = M.order() <= dense_limit || (M.blocks() == 1 && dense_limit > 0);  // one block is dense anyway
   if (dense_) {
     const std::size_t n = static_cast<std::size_t>(M.order());
     A_.resize(n * n);
