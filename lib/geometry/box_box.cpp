@@ -151,6 +151,8 @@ void face_patch(const PlacedBox& a, const PlacedBox& b, const RelativeBox& ab, i
   const int j1 = next[j], j2 = after_next[j];
   const double facing = patch.sign * C(i, j) > 0 ? -1 : 1;
   patch.incident = facing * C.col(j);
+  patch.incident_u = j1;
+  patch.incident_v = j2;
   const Vec3 centre = t + other.h[j] * patch.incident;
   const Vec3 x = other.h[j1] * C.col(j1), y = other.h[j2] * C.col(j2);
   Clipped first;

@@ -50,6 +50,7 @@ struct FacePatch {
   double sign = 1;  ///< +1 or -1: which of the two faces
   Vec3 n;           ///< world, unit, out of the reference face
   Vec3 incident;    ///< normal of the incident face in the frame of the reference box, out of the incident box
+  int incident_u = 1, incident_v = 2;  ///< axes of the incident box along edges 0, 2 and 1, 3 of its face
   int count = 0;
   PatchPoint point[20];  ///< at most 8 are in exact arithmetic; 20 if round-off made every other corner cross a side
 };
@@ -62,12 +63,16 @@ void face_patch(const PlacedBox& a, const PlacedBox& b, const RelativeBox& ab, i
 /// Where the two edges of an edge axis come closest, in the frame of a.
 Vec3 edge_crossing(const PlacedBox& a, const PlacedBox& b, const RelativeBox& ab, const SeparatingAxis& axis);
 
+/// Largest coordinate of two origins, m.
+inline double largest_coordinate(const Vec3& p_a, const Vec3& p_b) {
+  return std::max(p_a.cwiseAbs().maxCoeff(), p_b.cwiseAbs().maxCoeff());
+}
+
 /// The gap below which coordinates as large as these cannot tell open from closed: 4 ulp of the largest coordinate of
 /// the shapes' origins. Asked tolerances are raised to it (at 1e6 m: 8.9e-10 m).
 inline double resolved_tolerance(double tolerance, const Vec3& p_a, const Vec3& p_b) {
   constexpr double ulps = 4;
-  const double largest = std::max(p_a.cwiseAbs().maxCoeff(), p_b.cwiseAbs().maxCoeff());
-  return std::max(tolerance, ulps * std::numeric_limits<double>::epsilon() * largest);
+  return std::max(tolerance, ulps * std::numeric_limits<double>::epsilon() * largest_coordinate(p_a, p_b));
 }
 
 /// Margin of separating_axis for a pair: equivalent axes differ by less.

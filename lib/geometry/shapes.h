@@ -41,7 +41,9 @@ void contact_tangents(const Vec3& normal, double angle, Vec3& t1, Vec3& t2);
 
 /// Appends the contact points of two shapes whose gap is at most `tolerance` (m): one for a sphere, the corners of the
 /// common patch for touching faces (a unit box on a unit box gives its four corner points), one for an edge across an
-/// edge. Exact for faces that touch. Order and content depend on the arguments only. Poses are of the *shapes* in the world.
+/// edge. Exact for faces that touch. Order and content depend on the arguments only. Here and below a tolerance counts
+/// as at least 4 ulp of the largest coordinate of the two origins (8.9e-10 m at 1e6 m): closer is not resolved. Poses
+/// are of the *shapes* in the world.
 void contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape& b, const Pose& pose_b, int index_b,
                     double tolerance, std::vector<ContactPoint>& out);
 
@@ -59,8 +61,8 @@ Pose advance(const Motion& motion, double t);
 
 /// First time in [0, horizon] at which a feature (corner, face, edge, surface) of the pair that is open now (gap beyond
 /// `tolerance`) comes to a gap between 0 and `tolerance`; returns `horizon` where none does. Conservative: on the way
-/// there no open feature of the pair penetrates by more than `tolerance`. Features that are closed now are left aside, so
-/// that a box resting on one edge still finds the other edge. Never loops: gives up after a stated number of
+/// there no open feature of the pair penetrates by more than `tolerance`. Features that are closed now are left aside,
+/// so that a box resting on one edge still finds the other edge. Never loops: gives up after a stated number of
 /// advancements and returns the safe time reached.
 double time_of_contact(const Shape& a, const Motion& motion_a, const Shape& b, const Motion& motion_b, double tolerance,
                        double horizon);

@@ -4,15 +4,19 @@
 // the gap of a feature, larger than the tolerance now, is between 0 and the tolerance.
 // Source: conservative advancement, Mirtich, "Impulse-based dynamic simulation" (1996), section 2.3.
 // Differences from the source:
-//   1. The bound on the gap is of second order: gap(t + s) >= gap + gap' s - K s^2 / 2, with K a bound on the
-//      acceleration of the gap. Steps then shrink like Newton's, not geometrically. Where nothing turns K = 0 and
-//      one step is exact.
-//   2. Steps aim at half the tolerance, so that round-off on either side still lands between 0 and the tolerance.
+//   1. The bound on the gap is of third order: gap(t + s) >= gap + gap' s + (gap'' - K S / 3) s^2 / 2 for s <= S, with
+//   K a
+//      bound on the third derivative. Steps then shrink like Newton's, not geometrically, and a corner about which a
+//      body turns, whose gap has neither size nor speed, costs no small steps. Where nothing turns one step is exact.
+//   2. Steps aim at a thousandth of the tolerance, or 2 ulp of the coordinates where that is more: round-off still
+//   lands
+//      between 0 and the tolerance, and an impact's lever arm (to the middle of the gap) is as exact as can be.
 //   3. Which features are followed:
 //      sphere on half-space, sphere on sphere: closed form;
 //      box on half-space: each of the eight corners that is open now, on its own (gap as a function of time in closed
 //      form, a sine plus a line);
-//      sphere on box, box on box while the pair is open: the plane halfway along the best separating direction;
+//      sphere on box, box on box while the pair is open: the best separating plane, which turns with the box whose face
+//      it is (corners over a face), or with two edges (edge line over edge line);
 //      box on box while the pair is closed: the corners of the patch that the two touching faces share and that are
 //      open (vertex over face both ways, edge over edge), so that a box on its edge finds when it lies flat. Features
 //      of other pairs of faces of a pair that touches are not followed, and for a corner of the patch that moves along
@@ -31,10 +35,14 @@ namespace {
 
 /// Advancements of one feature or pair before the safe time reached is returned.
 constexpr int max_advancements = 100;
-/// Evaluations of the bound within one advancement of a pair of boxes.
-constexpr int max_refinements = 40;
-/// Fraction of the tolerance that steps aim at.
-constexpr double aim = 0.5;
+/// Fraction of the tolerance that steps aim at, and its floor in ulp of the coordinates (half of resolved_tolerance's).
+constexpr double aim = 1e-3;
+constexpr double aim_ulps = 2;
+
+/// What is a contact: open beyond `closed`, sought at `target` (both gaps in m), up to `horizon` (s).
+struct Goal {
+  double closed, target, horizon;
+};
 
 Vec3 plane_normal(const Pose& pose) {
   const Quat& q = pose.q;
@@ -42,60 +50,62 @@ Vec3 plane_normal(const Pose& pose) {
           2 * (q.y() * q.z() + q.w() * q.x())};
 }
 
-// First positive root of c + b s - K s^2 / 2 for c > 0, K >= 0; infinite where there is none.
-double first_root(double c, double b, double K) {
-  if (K == 0) return b < 0 ? -c / b : std::numeric_limits<double>::infinity();
-  const double root = std::sqrt(b * b + 2 * K * c);
-  return b < 0 ? 2 * c / (root - b) : (b + root) / K;
+// First positive root of c + b s + k s^2 / 2 for c > 0; infinite where there is none.
+double first_root(double c, double b, double k) {
+  constexpr double never = std::numeric_limits<double>::infinity();
+  const double square = b * b - 2 * k * c;
+  if (square < 0 || (b >= 0 && k >= 0)) return never;
+  const double root = std::sqrt(square);
+  return b < 0 ? 2 * c / (root - b) : (b + root) / -k;
 }
 
-double sphere_to_plane(const Shape& sphere, const Motion& motion, const Pose& plane, double tol, double horizon) {
+double sphere_to_plane(const Shape& sphere, const Motion& motion, const Pose& plane, const Goal& goal) {
   const Vec3 n = plane_normal(plane);
   const double speed = n.dot(motion.v);
-  if (speed >= 0) return horizon;
+  if (speed >= 0) return goal.horizon;
   const double gap = n.dot(motion.pose.p - plane.p) - sphere.radius;
-  if (gap <= tol) return horizon;
-  return std::min(horizon, (gap - aim * tol) / -speed);
+  if (gap <= goal.closed) return goal.horizon;
+  return std::min(goal.horizon, (gap - goal.target) / -speed);
 }
 
-double sphere_to_sphere(const Shape& a, const Motion& motion_a, const Shape& b, const Motion& motion_b, double tol,
-                        double horizon) {
+double sphere_to_sphere(const Shape& a, const Motion& motion_a, const Shape& b, const Motion& motion_b,
+                        const Goal& goal) {
   const Vec3 d = motion_a.pose.p - motion_b.pose.p, v = motion_a.v - motion_b.v;
   const double approach = d.dot(v), v2 = v.squaredNorm();
-  if (approach >= 0 || v2 == 0) return horizon;
+  if (approach >= 0 || v2 == 0) return goal.horizon;
   const double distance = d.norm();
-  if (distance - a.radius - b.radius <= tol) return horizon;
+  if (distance - a.radius - b.radius <= goal.closed) return goal.horizon;
   // |d + v t| = R with the distance at the closest approach formed first, without cancellation.
-  const double R = a.radius + b.radius + aim * tol;
+  const double R = a.radius + b.radius + goal.target;
   const double miss2 = (d - (approach / v2) * v).squaredNorm();
-  if (miss2 >= R * R) return horizon;
-  return std::min(horizon, (distance - R) * (distance + R) / (std::sqrt(v2 * (R * R - miss2)) - approach));
+  if (miss2 >= R * R) return goal.horizon;
+  return std::min(goal.horizon, (distance - R) * (distance + R) / (std::sqrt(v2 * (R * R - miss2)) - approach));
 }
 
-double box_to_plane(const Shape& box, const Motion& motion, const Pose& plane, double tol, double horizon) {
+double box_to_plane(const Shape& box, const Motion& motion, const Pose& plane, const Goal& goal) {
   const Vec3 n = plane_normal(plane);
   const double speed = n.dot(motion.v);
   const Vec3 n_x_w = n.cross(motion.w);
   const double turning = n_x_w.norm();
   const Vec3& h = box.half_extents;
-  // An open corner is more than (1 - aim) tol above its goal; slower than that within the horizon is no contact.
+  // An open corner is more than closed - target above its goal; slower than that within the horizon is no contact.
   const double fastest = turning * h.norm() - speed;
-  if (fastest * horizon <= (1 - aim) * tol) return horizon;
+  if (fastest * goal.horizon <= goal.closed - goal.target) return goal.horizon;
   const double centre = n.dot(motion.pose.p - plane.p);
-  if (centre - h.norm() - tol > fastest * horizon) return horizon;
+  if (centre - h.norm() - goal.closed > fastest * goal.horizon) return goal.horizon;
 
   const Mat3 R = motion.pose.q.toRotationMatrix();
   const Vec3 lift = h.cwiseProduct(R.transpose() * n);
-  const double target = aim * tol;
+  const double target = goal.target;
   if (turning == 0) {
     // Only translation (or a spin about the normal): all corners come down at the same speed.
     double lowest = std::numeric_limits<double>::infinity();
     for (int k = 0; k < 8; ++k) {
       const double gap =
           centre + ((k & 1 ? lift.x() : -lift.x()) + (k & 2 ? lift.y() : -lift.y()) + (k & 4 ? lift.z() : -lift.z()));
-      if (gap > tol) lowest = std::min(lowest, gap);
+      if (gap > goal.closed) lowest = std::min(lowest, gap);
     }
-    return speed < 0 ? std::min(horizon, (lowest - target) / -speed) : horizon;
+    return speed < 0 ? std::min(goal.horizon, (lowest - target) / -speed) : goal.horizon;
   }
 
   // Corner x turns about w: n.x(t) = n.x + A (cos wt - 1) + B sin wt, A = n.x_perp, B = x.(n x w) / |w|.
@@ -103,78 +113,103 @@ double box_to_plane(const Shape& box, const Motion& motion, const Pose& plane, d
   const Vec3 axis = motion.w / omega;
   const Vec3 across = h.cwiseProduct(R.transpose() * (n - n.dot(axis) * axis));
   const Vec3 ahead = h.cwiseProduct(R.transpose() * n_x_w) / omega;
-  double first = horizon;
+  double first = goal.horizon;
   for (int k = 0; k < 8; ++k) {
     const double sx = k & 1 ? 1 : -1, sy = k & 2 ? 1 : -1, sz = k & 4 ? 1 : -1;
     const double gap_now = centre + (sx * lift.x() + sy * lift.y() + sz * lift.z());
-    if (gap_now <= tol) continue;
+    if (gap_now <= goal.closed) continue;
     const double A = sx * across.x() + sy * across.y() + sz * across.z();
     const double B = sx * ahead.x() + sy * ahead.y() + sz * ahead.z();
-    const double K = omega * omega * std::sqrt(A * A + B * B);
-    double t = 0, gap = gap_now, rate = speed + omega * B;
+    const double K = omega * omega * omega * std::sqrt(A * A + B * B);
+    double t = 0, gap = gap_now, rate = speed + omega * B, curvature = -omega * omega * A;
     for (int i = 0; i < max_advancements; ++i) {
-      // The bound is concave in s: above the target at both ends, it is so between them.
       const double rest = first - t;
-      if (gap - target + rest * (rate - K * rest / 2) >= 0) {
-        t = first;
-        break;
-      }
-      t += first_root(gap - target, rate, K);
+      t += first_root(gap - target, rate, std::max(curvature - K * rest / 3, -K / omega));
       if (t >= first) break;
       const double half_sine = std::sin(omega * t / 2), sine = std::sin(omega * t);
+      const double cosine = 1 - 2 * half_sine * half_sine;
       gap = gap_now + speed * t - 2 * A * half_sine * half_sine + B * sine;
-      rate = speed + omega * (B * (1 - 2 * half_sine * half_sine) - A * sine);
-      if (gap <= tol) break;
+      rate = speed + omega * (B * cosine - A * sine);
+      curvature = -omega * omega * (A * cosine + B * sine);
+      // Steps converge like Newton's: one more than is needed to be closed makes the landing exact.
+      if (gap <= 2 * target) break;
     }
     first = std::min(first, t);
   }
   return first;
 }
 
-// What the extent of a box along a fixed direction n does while the box turns: at most sum h_k |alpha_k + s beta_k|
-// plus K s^2 / 2, because x(s).n = x.n + s x.(n x w) + O(s^2) for each of its points.
-struct TurningExtent {
-  Vec3 h, alpha, beta;
-  double K;
-  TurningExtent(const PlacedBox& box, const Vec3& n, const Vec3& w) : h(box.h), alpha(box.R.transpose() * n) {
-    const Vec3 n_x_w = n.cross(w);
-    beta = box.R.transpose() * n_x_w;
-    K = n_x_w.norm() * w.norm() * h.norm();
-  }
-  double at(double s) const { return h.dot((alpha + s * beta).cwiseAbs()); }
+// A vector with its first two derivatives in time, and bounds on the sizes of all up to the third over the horizon.
+struct Moving {
+  Vec3 x, x1, x2;
+  double size[4];
 };
 
-// Longest step for which a concave function, above zero at 0 and below it at `rest`, surely stays above -`enough`: the
-// chord lies below the function, so its root is safe; halving the other end keeps the chord short.
-template <class Concave>
-double safe_step(const Concave& f, double f_low, double rest, double f_high, double enough) {
-  double low = 0, high = rest;
-  for (int i = 0; i < max_refinements && f_low > enough; ++i) {
-    const double s = low + (high - low) * f_low / (f_low - f_high);
-    const double f_s = f(s);
-    if (f_s < -enough) break;  // only by round-off
-    low = s;
-    f_low = f_s;
-    const double middle = 0.5 * (low + high), f_middle = f(middle);
-    if (f_middle >= 0) {
-      low = middle;
-      f_low = f_middle;
-    } else {
-      high = middle;
-      f_high = f_middle;
-    }
-  }
-  return low;
+// A direction fixed to a body that turns with w.
+Moving turning_direction(const Vec3& e, const Vec3& w) {
+  const double spin = w.norm();
+  const Vec3 e1 = w.cross(e);
+  return {e, e1, w.cross(e1), {1, spin, spin * spin, spin * spin * spin}};
 }
 
-double sphere_to_box(const Shape& sphere, const Motion& motion, const Shape& box, const Motion& motion_box, double tol,
-                     double horizon) {
+// From a point of body r (arm x_r, velocity 0 of its origin) to a point of body o (arm x_o, velocity v of its origin).
+Moving between(const Vec3& distance, const Vec3& v, const Vec3& w_o, const Vec3& x_o, const Vec3& w_r, const Vec3& x_r,
+               double horizon) {
+  const Vec3 o1 = w_o.cross(x_o), r1 = w_r.cross(x_r);
+  const double o = w_o.norm(), r = w_r.norm(), arm_o = x_o.norm(), arm_r = x_r.norm();
+  const double speed = v.norm() + o * arm_o + r * arm_r;
+  return {
+      distance,
+      v + o1 - r1,
+      w_o.cross(o1) - w_r.cross(r1),
+      {distance.norm() + speed * horizon, speed, o * o * arm_o + r * r * arm_r, o * o * o * arm_o + r * r * r * arm_r}};
+}
+
+// A gap that must stay positive: value, rate, second derivative now, bound on the third over the horizon.
+struct Approach {
+  double value, rate, curvature, K;
+};
+
+// e x f: the common normal of two edges, times the sine of their angle.
+Moving crossed(const Moving& e, const Moving& f) {
+  return {e.x.cross(f.x),
+          e.x1.cross(f.x) + e.x.cross(f.x1),
+          e.x2.cross(f.x) + 2 * e.x1.cross(f.x1) + e.x.cross(f.x2),
+          {1, e.size[1] + f.size[1], e.size[2] + 2 * e.size[1] * f.size[1] + f.size[2],
+           e.size[3] + 3 * e.size[2] * f.size[1] + 3 * e.size[1] * f.size[2] + f.size[3]}};
+}
+
+// n.d: the height of d's end above the plane with normal n through its beginning.
+Approach along_normal(const Moving& n, const Moving& d) {
+  return {n.x.dot(d.x), n.x1.dot(d.x) + n.x.dot(d.x1), n.x2.dot(d.x) + 2 * n.x1.dot(d.x1) + n.x.dot(d.x2),
+          n.size[3] * d.size[0] + 3 * n.size[2] * d.size[1] + 3 * n.size[1] * d.size[2] + n.size[0] * d.size[3]};
+}
+
+// A step within `rest` over which the gap surely stays above `target`. A shorter interval has a tighter bound, so the
+// root is improved a few times.
+double safe_step(const Approach& gap, double target, double rest) {
+  constexpr int improvements = 4;
+  const double room = gap.value - target;
+  double step = 0, interval = rest;
+  for (int i = 0; i < improvements; ++i) {
+    const double root = first_root(room, gap.rate, gap.curvature - gap.K * interval / 3);
+    step = std::max(step, std::min(root, interval));
+    if (root >= interval / 2) break;
+    interval = 2 * step;
+  }
+  return step;
+}
+
+// Sphere on box, open: the plane through the nearest point of the box, turning with it. The box stays behind that
+// plane.
+double sphere_to_box(const Shape& sphere, const Motion& motion, const Shape& box, const Motion& motion_box,
+                     const Goal& goal) {
   const Vec3 v = motion.v - motion_box.v;
   const double reach = box.half_extents.norm();
   const double fastest = v.norm() + motion_box.w.norm() * reach;
-  if (fastest * horizon <= (1 - aim) * tol) return horizon;
+  if (fastest * goal.horizon <= goal.closed - goal.target) return goal.horizon;
   const double apart = (motion.pose.p - motion_box.pose.p).norm() - reach - sphere.radius;
-  if (apart - tol > fastest * horizon) return horizon;
+  if (apart - goal.closed > fastest * goal.horizon) return goal.horizon;
 
   double t = 0;
   for (int i = 0; i < max_advancements; ++i) {
@@ -182,30 +217,24 @@ double sphere_to_box(const Shape& sphere, const Motion& motion, const Shape& box
     const Vec3 d = motion.pose.p + t * motion.v - placed.c;
     const Vec3 p = placed.R.transpose() * d;
     const Vec3 away = p - p.cwiseMax(-placed.h).cwiseMin(placed.h);
-    const double distance = away.norm();
-    if (distance - sphere.radius <= tol) return i == 0 ? horizon : t;
+    const double distance = away.norm(), gap = distance - sphere.radius;
+    if (gap <= goal.closed) return i == 0 ? goal.horizon : t;
     const Vec3 n = placed.R * (away / distance);
-    // Gap along the fixed direction n: the sphere's does not turn, the box's extent does.
-    const TurningExtent extent(placed, n, motion_box.w);
-    const double offset = n.dot(d) - sphere.radius - aim * tol, speed = n.dot(v);
-    const auto f = [&](double s) { return offset + s * (speed - extent.K * s / 2) - extent.at(s); };
-    const double f_rest = f(horizon - t);
-    if (f_rest >= 0) return horizon;
-    t += safe_step(f, distance - sphere.radius - aim * tol, horizon - t, f_rest, 0.25 * aim * tol);
+    const double rest = goal.horizon - t;
+    Approach approach = along_normal(turning_direction(n, motion_box.w),
+                                     between(d, v, Vec3::Zero(), Vec3::Zero(), Vec3::Zero(), Vec3::Zero(), rest));
+    approach.value = gap;
+    const double step = safe_step(approach, goal.target, rest);
+    if (step >= rest) return goal.horizon;
+    t += step;
   }
   return t;
 }
 
 // Box on box, closed: follows the corners of the common patch that are open.
 double patch_to_flat(const Shape& shape_a, const Motion& motion_a, const Shape& shape_b, const Motion& motion_b,
-                     int axis, double tol, double margin, double horizon) {
-  const double target = aim * tol;
-  const Vec3 v = motion_b.v - motion_a.v;
-  const double w_a = motion_a.w.norm(), w_b = motion_b.w.norm();
-  const double r_a = shape_a.half_extents.norm(), r_b = shape_b.half_extents.norm();
-  // |d^2/dt^2| of a relative position seen from either turning frame, over the horizon.
-  const double spin = std::max(w_a, w_b), reach = r_a + r_b + v.norm() * horizon;
-  const double acceleration = 4 * spin * spin * reach + 4 * spin * v.norm();
+                     int axis, double margin, const Goal& goal) {
+  constexpr double steepest = 0.5;  // cosine between the two normals; steeper faces do not come together in a step
   double t = 0;
   std::uint32_t open = 0;  // features seen open, a bit each
   for (int i = 0; i < max_advancements; ++i) {
@@ -214,89 +243,147 @@ double patch_to_flat(const Shape& shape_a, const Motion& motion_a, const Shape& 
     face_patch(a, b, RelativeBox(a, b), axis, margin, patch);
     const PlacedBox& reference = patch.reference_is_a ? a : b;
     const PlacedBox& other = patch.reference_is_a ? b : a;
-    const Vec3& w_reference = patch.reference_is_a ? motion_a.w : motion_b.w;
-    const Vec3& w_other = patch.reference_is_a ? motion_b.w : motion_a.w;
-    const Vec3 v_other = patch.reference_is_a ? v : Vec3(-v);
-    const Vec3 u = reference.R.col((patch.axis + 1) % 3), side_v = reference.R.col((patch.axis + 2) % 3);
-    // Normal of the incident face against the reference normal; slopes above 60 degrees are no faces coming together.
-    const Vec3 m = reference.R * patch.incident;
-    const double facing = -m.dot(patch.n);
-    if (facing < 0.5) return horizon;
+    const Motion& motion_r = patch.reference_is_a ? motion_a : motion_b;
+    const Motion& motion_o = patch.reference_is_a ? motion_b : motion_a;
+    const Vec3 v = motion_o.v - motion_r.v;
+    const Vec3 u_axis = reference.R.col((patch.axis + 1) % 3), v_axis = reference.R.col((patch.axis + 2) % 3);
+    const Vec3 m = reference.R * patch.incident;  // normal of the incident face, out of the other box
+    if (-m.dot(patch.n) < steepest) return goal.horizon;
 
-    double step = horizon - t;
+    const double rest = goal.horizon - t;
+    double step = rest;
     std::uint32_t now = 0;
     for (int k = 0; k < patch.count; ++k) {
       const PatchPoint& point = patch.point[k];
       const std::uint32_t bit = std::uint32_t{1} << point.id;
-      if (point.gap <= tol) {
+      if (point.gap <= goal.closed) {
         if (open & bit) return t;
         continue;
       }
       now |= bit;
-      // Velocity of the incident face's point relative to the reference box.
-      const Vec3 x = point.u * u + point.v * side_v + (reference.h[patch.axis] + point.gap) * patch.n;
-      const Vec3 relative = v_other + w_other.cross(x + reference.c - other.c) - w_reference.cross(x);
-      // Rate of the gap: of a vertex its normal velocity; over a vertex of the reference face that of the incident
-      // plane on the fixed line along n; of an edge over an edge that of the edge in the plane of the side.
-      double rate = relative.dot(patch.n), K = acceleration;
-      if (point.id >= 8) {
+      // Foot on the reference face and point of the incident face above it, as arms from the two centres.
+      const Vec3 x_r = point.u * u_axis + point.v * v_axis + reference.h[patch.axis] * patch.n;
+      const Vec3 d = point.gap * patch.n, x_o = reference.c + x_r + d - other.c;
+      const Moving distance = between(d, v, motion_o.w, x_o, motion_r.w, x_r, rest);
+      Approach approach{};
+      if (point.id < 4) {
+        approach = along_normal(turning_direction(patch.n, motion_r.w), distance);
+      } else if (point.id < 8) {
+        approach = along_normal(turning_direction(-m, motion_o.w), distance);
+      } else {
+        // Edge e of the incident face over the edge of the reference face along side p, whichever way makes d.(e x f)
+        // positive.
         const int e = (point.id - 8) / 4, p = (point.id - 8) % 4;
-        int j = 0;
-        for (int q = 1; q < 3; ++q)
-          if (std::abs(m.dot(other.R.col(q))) > std::abs(m.dot(other.R.col(j)))) j = q;
-        const Vec3 direction = other.R.col(e % 2 == 0 ? (j + 1) % 3 : (j + 2) % 3);
-        const Vec3& side = p < 2 ? u : side_v;
-        const double across = side.dot(direction);
-        const double slope = std::abs(across) > 1e-3 ? patch.n.dot(direction) / across : 0;
-        rate -= slope * side.dot(relative);
-        K *= 2 * (1 + slope * slope);
-      } else if (point.id >= 4) {
-        rate = -m.dot(relative) / facing;
-        K *= 2 / (facing * facing);
+        const Vec3 edge_o = other.R.col(e % 2 == 0 ? patch.incident_u : patch.incident_v);
+        const Vec3 edge_r = p < 2 ? v_axis : u_axis;
+        const double sign = d.dot(edge_o.cross(edge_r)) < 0 ? -1 : 1;
+        approach = along_normal(
+            crossed(turning_direction(sign * edge_o, motion_o.w), turning_direction(edge_r, motion_r.w)), distance);
       }
-      const double rest = step;
-      if (point.gap - target + rest * (rate - K * rest / 2) >= 0) continue;
-      step = std::min(step, first_root(point.gap - target, rate, K));
+      if (approach.value <= goal.target) continue;  // edges in line with each other: vertices stand for them
+      step = std::min(
+          step, first_root(approach.value - goal.target, approach.rate, approach.curvature - approach.K * rest / 3));
     }
-    if (step >= horizon - t) return horizon;
+    if (step >= rest) return goal.horizon;
     open |= now;
     t += step;
   }
   return t;
 }
 
+// Box on box, open: a step over which every corner of `other` surely stays above the face of `plane` with normal n, at
+// `extent` from its centre.
+double step_over_face(const PlacedBox& plane, const Motion& motion_plane, const PlacedBox& other,
+                      const Motion& motion_other, const Vec3& n, double extent, double target, double rest) {
+  const Moving normal = turning_direction(n, motion_plane.w);
+  const Vec3 centre = other.c - plane.c, v = motion_other.v - motion_plane.v;
+  double step = rest;
+  for (int k = 0; k < 8; ++k) {
+    const Vec3 sign(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1);
+    const Vec3 x = other.R * sign.cwiseProduct(other.h);
+    const Moving distance = between(centre + x, v, motion_other.w, x, Vec3::Zero(), Vec3::Zero(), step);
+    const double value = n.dot(centre + x) - extent;
+    if (value - target > (normal.size[1] * distance.size[0] + distance.size[1]) * step) continue;
+    Approach approach = along_normal(normal, distance);
+    approach.value = value;
+    if (value <= target) return 0;
+    step = std::min(step, safe_step(approach, target, step));
+  }
+  return step;
+}
+
+double step_over(const PlacedBox& a, const Motion& motion_a, const PlacedBox& b, const Motion& motion_b,
+                 const RelativeBox& ab, int face, double target, double rest) {
+  if (face < 3) {
+    const Vec3 n = (ab.t[face] < 0 ? -1 : 1) * a.R.col(face);
+    return step_over_face(a, motion_a, b, motion_b, n, a.h[face], target, rest);
+  }
+  const int k = face - 3;
+  const Vec3 n = (ab.C.col(k).dot(ab.t) > 0 ? -1 : 1) * b.R.col(k);
+  return step_over_face(b, motion_b, a, motion_a, n, b.h[k], target, rest);
+}
+
+// The same for two edges that separate the boxes, e of a and f of b: as long as both stay the outermost along their
+// common normal q = e x f, that is while q.R_k keeps its sign for the other axes R_k of both boxes.
+double step_over_edges(const PlacedBox& a, const Motion& motion_a, const PlacedBox& b, const Motion& motion_b,
+                       const SeparatingAxis& axis, double target, double rest) {
+  const int i = (axis.index - 6) / 3, j = (axis.index - 6) % 3;
+  const Vec3 n = a.R * axis.normal_A;
+  const double sign = a.R.col(i).cross(b.R.col(j)).dot(n) < 0 ? -1 : 1;
+  const Moving q = crossed(turning_direction(a.R.col(i), motion_a.w), turning_direction(sign * b.R.col(j), motion_b.w));
+  const double sine = q.x.norm();
+  Vec3 x_a = Vec3::Zero(), x_b = Vec3::Zero();
+  double interval = rest;
+  for (int k = 0; k < 3; ++k) {
+    if (k != i) {
+      const Vec3 outward = q.x.dot(a.R.col(k)) < 0 ? Vec3(-a.R.col(k)) : Vec3(a.R.col(k));
+      x_a += a.h[k] * outward;
+      interval = std::min(interval, safe_step(along_normal(q, turning_direction(outward, motion_a.w)), 0, interval));
+    }
+    if (k != j) {
+      const Vec3 outward = q.x.dot(b.R.col(k)) < 0 ? Vec3(b.R.col(k)) : Vec3(-b.R.col(k));
+      x_b += b.h[k] * outward;
+      interval = std::min(interval, safe_step(along_normal(q, turning_direction(-outward, motion_b.w)), 0, interval));
+    }
+  }
+  const Approach approach = along_normal(
+      q, between(b.c + x_b - a.c - x_a, motion_b.v - motion_a.v, motion_b.w, x_b, motion_a.w, x_a, interval));
+  return safe_step(approach, target * sine, interval);
+}
+
 double box_to_box(const Shape& shape_a, const Motion& motion_a, const Shape& shape_b, const Motion& motion_b,
-                  double tol, double horizon) {
+                  const Goal& goal) {
   const Vec3 v = motion_b.v - motion_a.v;
   const double r_a = shape_a.half_extents.norm(), r_b = shape_b.half_extents.norm();
   const double fastest = v.norm() + motion_a.w.norm() * r_a + motion_b.w.norm() * r_b;
-  if (fastest * horizon <= (1 - aim) * tol) return horizon;
+  if (fastest * goal.horizon <= goal.closed - goal.target) return goal.horizon;
   const double apart = (motion_b.pose.p - motion_a.pose.p).norm() - r_a - r_b;
-  if (apart - tol > fastest * horizon) return horizon;
+  if (apart - goal.closed > fastest * goal.horizon) return goal.horizon;
 
-  const double margin = axis_margin(tol, shape_a.half_extents, shape_b.half_extents);
+  const double margin = axis_margin(goal.closed, shape_a.half_extents, shape_b.half_extents);
   double t = 0;
   for (int i = 0; i < max_advancements; ++i) {
     const PlacedBox a(shape_a, advance(motion_a, t)), b(shape_b, advance(motion_b, t));
     const RelativeBox ab(a, b);
     const SeparatingAxis axis = separating_axis(a, b, ab, margin);
-    if (axis.gap <= tol) {
-      if (i > 0) return t;
-      int face = axis.index;
-      if (face >= 6) {  // edge on edge: the face of a that looks most along the normal
-        face = 0;
-        for (int k = 1; k < 3; ++k)
-          if (std::abs(axis.normal_A[k]) > std::abs(axis.normal_A[face])) face = k;
-      }
-      return patch_to_flat(shape_a, motion_a, shape_b, motion_b, face, tol, margin, horizon);
+    // The face that separates best, of both boxes; for edges the face of a that looks most along their normal.
+    int face = axis.index;
+    if (face >= 6) axis.normal_A.cwiseAbs().maxCoeff(&face);
+    if (axis.gap <= goal.closed)
+      return i > 0 ? t : patch_to_flat(shape_a, motion_a, shape_b, motion_b, face, margin, goal);
+
+    const double rest = goal.horizon - t;
+    double step = (axis.gap - goal.target) / fastest;  // holds for any plane: there is always progress
+    if (axis.index >= 6) {
+      step = std::max(step, step_over_edges(a, motion_a, b, motion_b, axis, goal.target, rest));
+      // Nearly a face axis: the face lasts longer.
+      for (face = 0; face < 6 && step < rest; ++face)
+        step = std::max(step, step_over(a, motion_a, b, motion_b, ab, face, goal.target, rest));
+    } else {
+      step = std::max(step, step_over(a, motion_a, b, motion_b, ab, face, goal.target, rest));
     }
-    const Vec3 n = a.R * axis.normal_A;
-    const TurningExtent extent_a(a, n, motion_a.w), extent_b(b, n, motion_b.w);
-    const double offset = n.dot(b.c - a.c) - aim * tol, speed = n.dot(v), K = extent_a.K + extent_b.K;
-    const auto f = [&](double s) { return offset + s * (speed - K * s / 2) - extent_a.at(s) - extent_b.at(s); };
-    const double f_rest = f(horizon - t);
-    if (f_rest >= 0) return horizon;
-    t += safe_step(f, axis.gap - aim * tol, horizon - t, f_rest, 0.25 * aim * tol);
+    if (step >= rest) return goal.horizon;
+    t += step;
   }
   return t;
 }
@@ -307,19 +394,21 @@ double time_of_contact(const Shape& a, const Motion& motion_a, const Shape& b, c
                        double horizon) {
   // Two shapes that stand still never meet.
   if (motion_a.v == motion_b.v && motion_a.w.isZero(0) && motion_b.w.isZero(0)) return horizon;
-  const double tol = resolved_tolerance(tolerance, motion_a.pose.p, motion_b.pose.p);
+  const double closed = resolved_tolerance(tolerance, motion_a.pose.p, motion_b.pose.p);
+  const double ulp = std::numeric_limits<double>::epsilon() * largest_coordinate(motion_a.pose.p, motion_b.pose.p);
+  const Goal goal{closed, std::max(aim * closed, aim_ulps * ulp), horizon};
   switch (a.kind) {
     case ShapeKind::box:
-      if (b.kind == ShapeKind::half_space) return box_to_plane(a, motion_a, motion_b.pose, tol, horizon);
-      if (b.kind == ShapeKind::box) return box_to_box(a, motion_a, b, motion_b, tol, horizon);
-      return sphere_to_box(b, motion_b, a, motion_a, tol, horizon);
+      if (b.kind == ShapeKind::half_space) return box_to_plane(a, motion_a, motion_b.pose, goal);
+      if (b.kind == ShapeKind::box) return box_to_box(a, motion_a, b, motion_b, goal);
+      return sphere_to_box(b, motion_b, a, motion_a, goal);
     case ShapeKind::sphere:
-      if (b.kind == ShapeKind::half_space) return sphere_to_plane(a, motion_a, motion_b.pose, tol, horizon);
-      if (b.kind == ShapeKind::box) return sphere_to_box(a, motion_a, b, motion_b, tol, horizon);
-      return sphere_to_sphere(a, motion_a, b, motion_b, tol, horizon);
+      if (b.kind == ShapeKind::half_space) return sphere_to_plane(a, motion_a, motion_b.pose, goal);
+      if (b.kind == ShapeKind::box) return sphere_to_box(a, motion_a, b, motion_b, goal);
+      return sphere_to_sphere(a, motion_a, b, motion_b, goal);
     case ShapeKind::half_space:
-      if (b.kind == ShapeKind::box) return box_to_plane(b, motion_b, motion_a.pose, tol, horizon);
-      if (b.kind == ShapeKind::sphere) return sphere_to_plane(b, motion_b, motion_a.pose, tol, horizon);
+      if (b.kind == ShapeKind::box) return box_to_plane(b, motion_b, motion_a.pose, goal);
+      if (b.kind == ShapeKind::sphere) return sphere_to_plane(b, motion_b, motion_a.pose, goal);
       break;
   }
   return horizon;

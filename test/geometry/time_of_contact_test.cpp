@@ -31,7 +31,9 @@ TEST_CASE("A falling sphere and a falling box meet the ground when distance over
   // Gap 0.5 m at 10 m/s: 0.05 s, less half the tolerance.
   const double t = time_of_contact(sphere(1), moving(at(0, 1.5, 0), Vec3(3, -10, 0)), half_space(), ground, tol, 1);
   CHECK(t == Approx(0.05).margin(1.0e-10));
-  CHECK(separation(sphere(1), advance(moving(at(0, 1.5, 0), Vec3(3, -10, 0)), t), half_space(), at(0, 0, 0)) > 0);
+  const Pose landed = advance(moving(at(0, 1.5, 0), Vec3(3, -10, 0)), t);
+  CHECK(separation(sphere(1), landed, half_space(), at(0, 0, 0)) > 0);
+  CHECK(separation(sphere(1), landed, half_space(), at(0, 0, 0)) < 0.01 * tol);
   const Motion falling = moving(at(0, 1, 0), Vec3(0, -10, 0));
   const double t_box = time_of_contact(box(1, 1, 1), falling, half_space(), ground, tol, 1);
   CHECK(t_box == Approx(0.05).margin(1.0e-10));
