@@ -96,6 +96,7 @@ Vec2 PolygonSlider::direction(double turn) const {
 // Starts a segment at t: which part of the polygon acts from here on?
 void PolygonSlider::classify(double t, const SliderState& state) {
   t0_ = t_safe_ = t;
+  ends_ = false;
   t_end_ = drive_.next_change(t);
   start_ = state;
   const Vec2 a = drive_.at(t);
@@ -190,32 +191,36 @@ bool PolygonSlider::holds(double t) const {
 }
 
 SliderState PolygonSlider::at(double t) {
-  int stalled = 0;
   while (t_safe_ < t) {
-    const double next = std::min({t, t_safe_ + scan_, t_end_});
-    if (holds(std::nextafter(next, t_safe_))) {
-      t_safe_ = next;
-      if (mode_ != Mode::rest) fastest_ = std::max(fastest_, evaluate(next).v.norm());
-      if (next == t_end_) classify(next, evaluate(next));
-      stalled = 0;
-      continue;
+    if (ends_) {
+      SliderState state = evaluate(t_safe_);
+      // A velocity that turns round on its own line passes through zero between two doubles.
+      if (mode_ == Mode::ray && ray_.dot(state.v) < 0) state.v.setZero();
+      stalled_ = t_safe_ > t0_ ? 0 : stalled_ + 1;
+      classify(t_safe_, state);
     }
-    double low = t_safe_, high = next;
-    while (true) {
-      const double middle = 0.5 * (low + high);
-      if (middle <= low || middle >= high) break;
-      (holds(middle) ? low : high) = middle;
-    }
-    if (high <= t0_ && ++stalled > max_segments) {
-      t_safe_ = next;
-      continue;
-    }
-    SliderState state = evaluate(high);
-    // A velocity that turns round on its own line passes through zero between two doubles.
-    if (mode_ == Mode::ray && ray_.dot(state.v) < 0) state.v.setZero();
-    classify(high, state);
+    extend();
   }
   return evaluate(t);
+}
+
+// Looks ahead for the end of the segment: checks up to the next bracketing step, or to the event before it.
+void PolygonSlider::extend() {
+  const double next = std::min(t_safe_ + scan_, t_end_);
+  if (holds(std::nextafter(next, t_safe_)) || stalled_ > max_segments) {
+    t_safe_ = next;
+    ends_ = next == t_end_;
+    if (mode_ != Mode::rest) fastest_ = std::max(fastest_, evaluate(next).v.norm());
+    return;
+  }
+  double low = t_safe_, high = next;
+  while (true) {
+    const double middle = 0.5 * (low + high);
+    if (middle <= low || middle >= high) break;
+    (holds(middle) ? low : high) = middle;
+  }
+  t_safe_ = high;
+  ends_ = true;
 }
 
 DiskSlider::DiskSlider(Drive drive, double friction, const SliderState& start)

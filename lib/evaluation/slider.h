@@ -53,6 +53,7 @@ class PolygonSlider {
  private:
   enum class Mode { rest, vertex, ray };  ///< at rest; opposed by one vertex; held on the bisector of two
   void classify(double t, const SliderState& state);
+  void extend();
   SliderState evaluate(double t) const;
   bool holds(double t) const;
   Vec2 direction(double turn) const;
@@ -67,6 +68,8 @@ class PolygonSlider {
   Vec2 ray_ = Vec2::Zero();                 ///< Mode::ray: direction of the velocity
   Vec2 force_ = Vec2::Zero();               ///< constant part of the friction in force, m/s^2
   double t0_ = 0, t_safe_ = 0, t_end_ = 0;  ///< start of the segment, checked up to, next change of the drive
+  bool ends_ = false;                       ///< does the segment end at t_safe_?
+  int stalled_ = 0;                         ///< segments in a row without progress in time
   SliderState start_;
 };
 
