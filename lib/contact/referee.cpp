@@ -267,6 +267,7 @@ void Referee::least_sum(const ContactProblem& problem, const ContactSolution& so
   }
   const auto violated = [&](double x) { worst = std::max(worst, x); };
   const double size = size_ > 0 ? size_ : 1;
+  constexpr double touching = 1e-9;  // scaled u_n up to which the frictionless solution touches: the bound on it below
 
   scratch_u_.assign(3 * nc, 0.0);
   for (int c = 0; c < nc; ++c) scratch_u_[3 * c] = f[c];
@@ -284,9 +285,9 @@ void Referee::least_sum(const ContactProblem& problem, const ContactSolution& so
     const double u_n = scratch_u_[3 * c], excess = u_dual_[3 * c] - 1;
     violated(-f[c] * root_w / size);
     violated(-u_n / root_w / size);
-    violated(std::min(f[c] * root_w, u_n / root_w) / size);          // f_i u_n,i = 0
-    violated(std::min(excess, std::max(0.0, u_n) / root_w / size));  // N z <= 1 where it touches
-    violated(std::min(-excess, f[c] * root_w / size));               // f_i (1 - N z)_i = 0
+    violated(std::min(f[c] * root_w, u_n / root_w) / size);  // f_i u_n,i = 0
+    if (u_n / root_w <= touching * size) violated(excess);   // N z <= 1 where it touches
+    violated(std::min(-excess, f[c] * root_w / size));       // f_i (1 - N z)_i = 0
     kappa_[g] += f[c];
     kappa_scale_[g] += std::abs(u_minus_[3 * c]) / weight_[c];
   }

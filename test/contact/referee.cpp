@@ -154,12 +154,36 @@ TEST_CASE("a sliding box passes as the convex program's optimum, with its certif
     out = referee.check(box.problem, s, Law::convex, v_plus);
     CHECK(*out.infeasibility > 1e-5);
   }
+  SECTION("a proof of the least sum must not count touching contacts too dearly") {
+    s.kappa_dual[1] = 1.01;  // N z = 1.01 > 1 on all four
+    out = referee.check(box.problem, s, Law::convex, v_plus);
+    CHECK(*out.infeasibility > 1e-3);
+  }
   SECTION("NaN is never accepted") {
     s.impulse[4] = std::nan("");
     out = referee.check(box.problem, s, Law::convex, v_plus);
     CHECK_FALSE(out.finite);
     CHECK_FALSE(Referee::holds(out, s, Law::convex, 1e-9));
   }
+}
+
+TEST_CASE("the proof of the least sum says nothing of contacts that separate") {
+  // A cube at rest on four corners, and a second contact point per body that already moves apart: z lifts the cube at
+  // 1 m/s, and any value of N z is right where the frictionless answer separates.
+  ContactProblem p = test::box(0.1, {0, -g * h, 0});
+  test::add_body(p, 1, Vector3d::Ones(), {0, 1, 0});
+  test::add_contact(p, 1, {0, -0.5, 0}, -1, {}, test::ground_axes(), 0.1);
+  ContactSolution s;
+  s.bounded = true;
+  s.impulse = std::vector<double>(15, 0.0);
+  for (int c = 0; c < 4; ++c) s.impulse[3 * c] = g * h / 4;
+  s.eta.assign(5, 0.0);
+  s.frictionless = {g * h / 4, g * h / 4, g * h / 4, g * h / 4, 0};
+  s.kappa_dual = {0, 1, 0, 0, 0, 0, 0, 7, 0, 0, 0, 0};
+  s.epsilon = 1e-12;
+  std::vector<double> v_plus;
+  const Residuals out = Referee().check(p, s, Law::convex, v_plus);
+  CHECK(Referee::holds(out, s, Law::convex, 1e-9));
 }
 
 TEST_CASE("the polygon's answer of a sliding box passes, and 0.1 % more friction does not") {
