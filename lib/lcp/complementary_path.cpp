@@ -52,6 +52,7 @@ bool ScaledLoad::set() {
   size = 0;
   for (Eigen::Index i = 0; i < original.size(); ++i) size = std::max(size, std::abs(original[i]) / root[i]);
   if (size == 0) size = 1;
+  judged = std::max(size, about);
   q = original.cwiseProduct(scales.rows) / size;
   return std::isfinite(q.sum() + scales.rows.sum() + scales.columns.sum());
 }

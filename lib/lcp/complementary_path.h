@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <string_view>
 #include <vector>
 
@@ -28,6 +29,8 @@ struct ScaledLoad {
   Eigen::VectorXd original;  ///< n, in the problem's units
   Eigen::VectorXd q;         ///< n: original_i rows_i / size
   double size = 1;           ///< max_i |original_i| / root_i, or 1
+  double about = 0;          ///< LcpProblem::size, set before set()
+  double judged = 1;         ///< what residuals are fractions of: the larger of both
   /// From scales and original. False where they are not finite.
   bool set();
 };
@@ -91,10 +94,12 @@ struct PathFollower {
 struct PathJudge {
   double refined = 1e-16;       ///< refinement stops below this residual of the equalities, -
   int refinements = 3;          ///< steps of iterative refinement at most
+  double ulps = 16;             ///< how many of the largest z a variable may be below zero by round-off, -
   double ray_tolerance = 1e-9;  ///< a ray may violate its equations by this much of its largest entry, -
 
   /// The vertex of the present basis for the load, refined on the original data, then clipped: z, its natural residual,
-  /// and (returned) how far its lowest variable was below zero, scaled. HUGE_VAL where the basis cannot be factorised.
+  /// and (returned) how far its lowest variable was below zero beyond round-off, scaled. HUGE_VAL where the basis
+  /// cannot be factorised.
   template <class Table>
   double vertex(Table& table, const ScaledLoad& load, Eigen::VectorXd& z, double& residual);
 
@@ -156,8 +161,11 @@ double PathJudge::vertex(Table& table, const ScaledLoad& load, Eigen::VectorXd& 
     const double e = std::abs(std::min(z[i] * load.root[i], w_[i] / load.root[i]));
     if (!(e <= worst)) worst = e;
   }
-  residual = std::isfinite(worst) ? worst / load.size : HUGE_VAL;
-  return -lowest / load.size;
+  residual = std::isfinite(worst) ? worst / load.judged : HUGE_VAL;
+  // What arithmetic cannot tell from zero does not count: a few ulps of the largest impulse.
+  double largest = 0;
+  for (const int i : active_) largest = std::max(largest, z[i] * load.root[i]);
+  return std::max(0.0, -lowest - ulps * std::numeric_limits<double>::epsilon() * largest) / load.judged;
 }
 
 template <class Table>

@@ -1,7 +1,7 @@
 // What all LCP solvers share: the pair scales, the natural residual, names.
 //
 // The residual of z (dimensionless):
-//   max_i | min(z_i sqrt(rho_i), w_i / sqrt(rho_i)) | / max_i ( |q_i| / sqrt(rho_i) )
+//   max_i | min(z_i sqrt(rho_i), w_i / sqrt(rho_i)) | / max ( size, max_i |q_i| / sqrt(rho_i) )
 // with rho_i of scaling.h. The denominator is data, not answer: a huge z, as a ray returns it, cannot hide an error. It
 // is common to all rows: an idle pair (q_i = 0) whose w_i is round-off is measured against what the problem is about,
 // and is not flagged. Symmetric scaling of the pairs (z_i -> z_i / s_i, w_i -> s_i w_i: a change of units) leaves it
@@ -147,7 +147,7 @@ double natural_residual(const LcpProblem& problem, const Eigen::VectorXd& z) {
     w = problem.q + problem.M * z;
   }
   pair_scales(problem, scales);
-  double scale = 0, worst = 0;
+  double scale = problem.size, worst = 0;
   for (int i = 0; i < problem.n(); ++i) {
     const double root = std::sqrt(scales.rho[i]);
     scale = std::max(scale, std::abs(q[i]) / root);

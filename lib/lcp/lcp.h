@@ -23,6 +23,9 @@ struct LcpProblem {
   Eigen::VectorXd q;        ///< n
   SparseMatrix A, B, C, D;  ///< nx x nx, nx x n, n x nx, n x n
   Eigen::VectorXd a;        ///< nx
+  /// What the problem is about, unit sqrt(z w); residuals are fractions of it or of max |q_i| / sqrt(rho_i), whichever
+  /// is larger (natural_residual). Known where loads that q does not show must be carried: a heavy body on a light one.
+  double size = 0;
 
   int n() const { return static_cast<int>(q.size()); }
   int nx() const { return expanded ? static_cast<int>(a.size()) : 0; }
@@ -64,8 +67,8 @@ struct LcpOptions {
 };
 
 /// Natural residual of z on the original data, scaled row by row without letting a huge z hide an error:
-///   max_i | min(z_i s_i, w_i / s_i) | / max_i(|q_i| / s_i),   s_i = sqrt(rho_i), rho_i = |M_ii| or, where that is
-///   zero,
+///   max_i | min(z_i s_i, w_i / s_i) | / max(size, max_i |q_i| / s_i),   s_i = sqrt(rho_i), rho_i = |M_ii| or, where
+///   that is zero,
 /// from the coupling (lcp/scaling.h). Dimensionless, unchanged by a change of units; see lcp.cpp.
 double natural_residual(const LcpProblem& problem, const Eigen::VectorXd& z);
 

@@ -142,7 +142,7 @@ PathEnd Lemke::attempt(Table& table, const Rung& rung, LcpSolution& solution) {
   for (int repair = 0;; ++repair) {
     const PathEnd end = follow_path(table);
     if (end != PathEnd::solution) {
-      if (best > o_.tolerance) return end;
+      if (best == HUGE_VAL) return end;
       break;
     }
     const double below = judge_.vertex(table, load_, solution.z, solution.residual);
@@ -240,6 +240,7 @@ void Lemke::solve(const LcpProblem& problem, LcpSolution& solution) {
   }
   load_.original = sparse ? sparse_.condensed_load() : form->q;
   pair_scales(*form, load_.scales);
+  load_.about = problem.size;
   if (!load_.set() || (!sparse && !form->M.allFinite()))
     return refuse(LcpStatus::not_finite, "the data are not finite");
 

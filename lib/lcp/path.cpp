@@ -460,6 +460,7 @@ void Path::solve(const LcpProblem& problem, LcpSolution& solution) {
   }
   load_.original = sparse ? sparse_.condensed_load() : problem_->q;
   pair_scales(*problem_, load_.scales);
+  load_.about = problem_->size;
   if (!load_.set() || (!sparse && !problem_->M.allFinite()))
     return refuse(LcpStatus::not_finite, "the data are not finite");
 

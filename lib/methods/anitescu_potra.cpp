@@ -69,6 +69,7 @@ class AnitescuPotra {
   void build_dense(const ContactProblem& problem);
   void build_expanded(const ContactProblem& problem);
   void set_load(const ContactProblem& problem, const std::vector<double>& v);
+  double size(const ContactProblem& problem) const;
   bool solve_phase(ContactSolution& solution);
   void add_impulses(ContactSolution& solution) const;
 
@@ -198,19 +199,37 @@ void AnitescuPotra::build_expanded(const ContactProblem& problem) {
 void AnitescuPotra::set_load(const ContactProblem& problem, const std::vector<double>& v) {
   const int nc = nc_, k = k_;
   lcp_.q.resize((k + 2) * nc);
+  contact_velocity(problem, v, u_);
+  lcp_.size = problem.M.blocks() > 1 ? size(problem) : 0;
+  const std::vector<double>& load = lcp_.expanded ? problem.offset : u_;
   if (lcp_.expanded) {
-    u_ = problem.offset;
     scratch_.resize(problem.nv());
     multiply(problem.M, v, scratch_);
     lcp_.a = -Eigen::Map<const Eigen::VectorXd>(scratch_.data(), problem.nv());
-  } else {
-    contact_velocity(problem, v, u_);
   }
   for (int c = 0; c < nc; ++c) {
-    lcp_.q[c] = u_[3 * c];
-    for (int a = 0; a < k; ++a) lcp_.q[nc + k * c + a] = cosine_[a] * u_[3 * c + 1] + sine_[a] * u_[3 * c + 2];
+    lcp_.q[c] = load[3 * c];
+    for (int a = 0; a < k; ++a) lcp_.q[nc + k * c + a] = cosine_[a] * load[3 * c + 1] + sine_[a] * load[3 * c + 2];
     lcp_.q[nc + k * nc + c] = restored_[c];
   }
+}
+
+// What the event is about, sqrt(J): the fastest contact velocity, were all of it the heaviest body's. A heavy body that
+// rests on a light one shows in the impulses, but not in the vectors of the LCP. Adding up sqrt(kinetic energies)
+// instead would not be the same in a moving frame.
+double AnitescuPotra::size(const ContactProblem& problem) const {
+  const BandMatrix& J = problem.J;
+  double lightest = HUGE_VAL;  // 1/kg: least inverse inertia along a normal, of one side of a contact
+  for (int e = 0; e < J.band.back(); ++e) {
+    const auto entry = J.entry(e);
+    const auto M = problem.M.block(J.block[e]);
+    double inverse = 0;
+    for (int i = 0; i < entry.cols(); ++i) inverse += entry(0, i) * entry(0, i) / M(i, i);
+    if (inverse > 0) lightest = std::min(lightest, inverse);
+  }
+  double fastest = 0;
+  for (const double u : u_) fastest = std::max(fastest, std::abs(u));
+  return fastest / std::sqrt(lightest);
 }
 
 bool AnitescuPotra::solve_phase(ContactSolution& solution) {

@@ -216,6 +216,22 @@ TEST_CASE("Friction from none to a million: every answer holds before the refere
     }
 }
 
+TEST_CASE("Heavy bodies on light ones rest on them, and light ones on heavy") {
+  // The load that the heavy body brings is not in the velocities: residuals are judged against what it must carry.
+  for (const double ratio : {1e-6, 1e-3, 1e3, 1e6})
+    for (const int n : {2, 5})
+      for (const int k : {4, 8})
+        for (const double random : {0.0, 1e-6, 0.1}) {
+          ContactProblem p = test::stack(n, 0.5, {0, -drop, 0}, random);
+          for (int b = 1; b < n; b += 2) p.M.block(b) *= ratio;
+          const Answer a = solve(p, k);
+          CAPTURE(ratio, n, k, random, a.solution.reason);
+          CHECK(a.solution.status == Status::ok);
+          CHECK(a.residuals.model < 1e-12);
+          CHECK(a.residuals.approach < 1e-9);
+        }
+}
+
 TEST_CASE("Nothing to solve, and what cannot be solved, end as they should") {
   ContactProblem none;
   test::add_body(none, 1, Vector3d::Constant(1), {1, 2, 3});
