@@ -2,7 +2,7 @@
 # Installs what is missing, builds, and runs every test. The exit code is 0 only if all of it went well.
 #   scripts/test.sh              the program as it is released
 #   scripts/test.sh --sanitize   the same tests under the address and undefined-behaviour sanitizers (build-sanitize/)
-#   scripts/test.sh --long       besides, the tests marked [.long]
+#   scripts/test.sh --long       besides, the tests marked [.long] and the scenes against their exact answers
 #   scripts/test.sh --tidy       besides, clang-tidy over the sources (needs clang-tidy)
 #   scripts/test.sh --no-setup   without looking for missing packages
 set -euo pipefail
@@ -39,6 +39,7 @@ if [ "$long" = yes ]; then
     echo "$(basename "$program") [long]"
     "$program" "[long]" || failed=1
   done
+  python3 test/acceptance/scenes.py "$folder/bin/contactbench" --jobs "$(jobs)" || failed=1
 fi
 ctest --test-dir "$folder" --output-on-failure --parallel "$(jobs)" || failed=1
 exit "$failed"
