@@ -376,7 +376,8 @@ void compare_lcp(const std::string& data, const std::string& word, const Limits&
         const std::string problem_name = scene + "_k" + std::to_string(k);
         if (problem_name.find(word) == std::string::npos) continue;
         const double target = lemke_target(rest, boxes, k);
-        const auto contact = read_contact_problem(data + "stack_" + scene + ".hdf5");
+        const bool have_contact = fclib_available();
+        const auto contact = have_contact ? read_contact_problem(data + "stack_" + scene + ".hdf5") : StoredProblem{};
         std::vector<Contestant> contestants;
         // M depends on the configuration alone: a stack at rest and a perturbed one share it, and may share the file.
         LcpProblem problem;
@@ -389,7 +390,7 @@ void compare_lcp(const std::string& data, const std::string& word, const Limits&
         } else {
           std::printf("%-18s its matrix is not stored\n", problem_name.c_str());
         }
-        contestants.push_back(our_ap(contact.problem, k, target, limits));
+        if (have_contact) contestants.push_back(our_ap(contact.problem, k, target, limits));
         if (problem.n() > 0) {
           contestants.push_back(our_lcp("path", problem, 0, limits));
           contestants.push_back(our_lcp("ynl", problem, 0, limits));
