@@ -94,6 +94,61 @@ TEST_CASE("A tilted beam across another falls flat on it although no corner is n
   CHECK(time_of_contact(b, lower, a, upper, tol, 0.01) == Approx(angle / speed).epsilon(4e-3));
 }
 
+TEST_CASE("Boxes that tilt on one edge of a wide box lie flat on it as on the ground") {
+  Random random(44);
+  int landed = 0, both = 0;
+  for (int k = 0; k < 600; ++k) {
+    // Tilted about one of its lower edges and turned about the vertical; the edge is on the ground to round-off.
+    const Shape shape = box(random.in(0.5, 2), random.in(0.5, 2), random.in(0.5, 2)), table = box(20, 2, 20);
+    const double tilt = std::pow(10, random.in(-4, -1));
+    const Quat yaw = turn(random.in(-3, 3), Vec3(0, 1, 0));
+    const Quat tilted = turn(k % 2 ? tilt : -tilt, k % 4 < 2 ? Vec3(0, 0, 1) : Vec3(1, 0, 0));
+    const Vec3 back = yaw * ((k % 2 ? -1 : 1) * (k % 4 < 2 ? Vec3(0, 0, 1) : Vec3(1, 0, 0)));
+    Motion motion = moving(at(random.vector(1), (yaw * tilted).normalized()), random.vector(0.2),
+                           random.in(0, 3) * back + random.vector(0.1));
+    double lowest = 1e9;
+    for (const double y : heights(shape, motion, 0)) lowest = std::min(lowest, y);
+    motion.pose.p.y() -= lowest;
+    const double horizon = 0.02;
+    const double on_ground = time_of_contact(shape, motion, half_space(), moving(at(0, 0, 0)), tol, horizon);
+    const Motion still = moving(at(0, -1, 0));
+    const double t = k % 3 ? time_of_contact(shape, motion, table, still, tol, horizon)
+                           : time_of_contact(table, still, shape, motion, tol, horizon);
+    const auto at_start = heights(shape, motion, 0);
+    for (int sample = 0; sample <= 50; ++sample) {
+      const auto now = heights(shape, motion, t * sample / 50);
+      for (int i = 0; i < 8; ++i)
+        if (at_start[i] > tol) CHECK(now[i] >= 0);
+    }
+    landed += t < horizon;
+    both += on_ground < horizon;
+    if (t == horizon || on_ground == horizon) continue;
+    CHECK(t == Approx(on_ground).margin(1e-6));
+    double nearest_open = 1e9;
+    const auto at_end = heights(shape, motion, t);
+    for (int i = 0; i < 8; ++i)
+      if (at_start[i] > tol) nearest_open = std::min(nearest_open, at_end[i]);
+    CHECK(nearest_open <= tol);
+  }
+  CHECK(landed > 150);
+  CHECK(landed == both);
+}
+
+TEST_CASE("A pair that hovers just beyond the tolerance, turning about the near corner, is not cut into small steps") {
+  // Centre at rest above the corner's path: the corner is at its lowest, 1e-8 m above a face, and swings up both ways.
+  const double r2 = std::sqrt(0.5);
+  const Motion swinging = moving(at(Vec3(0, r2 + 1e-8, 0), turn(pi / 4, Vec3(0, 0, 1))), Vec3(1, 0, 0), Vec3(0, 0, 3));
+  CHECK(time_of_contact(box(1, 1, 1), swinging, half_space(), moving(at(0, 0, 0)), tol, 1e-3) == 1e-3);
+  const Motion table = moving(at(0, -1, 0));
+  CHECK(time_of_contact(box(1, 1, 1), swinging, box(20, 2, 20), table, tol, 1e-3) == 1e-3);
+  CHECK(time_of_contact(box(20, 2, 20), table, box(1, 1, 1), swinging, tol, 1e-3) == 1e-3);
+  // Both turn together, one on the other, with a hair between them.
+  const Vec3 w(0.5, 1, 2), v = w.cross(Vec3(0, 1 + 1e-8, 0));
+  const Motion low = moving(at(0, 0, 0), Vec3::Zero(), w), high = moving(at(0, 1 + 1e-8, 0), v, w);
+  // The upper one's centre goes straight on: the gap grows with the square of time, |w|^2 - ... > 0.
+  CHECK(time_of_contact(box(1, 1, 1), high, box(1, 1, 1), low, tol, 1e-3) == 1e-3);
+}
+
 TEST_CASE("A corner that swings down is found, one that swings past is not") {
   // A unit cube spinning about z at height h: the lowest corner reaches sqrt(1/2) below the centre.
   const Motion ground = moving(at(0, 0, 0));
