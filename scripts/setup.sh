@@ -14,6 +14,7 @@ needed=(
 # The build leaves out what these serve where a release does not carry them.
 optional=(
   libhdf5-dev libfclib-dev           # stored contact problems
+  python3-cvxopt                     # a test: the convex method against a solver that shares no code
   libbenchmark-dev                   # bench/
   git                                # the commit in the manifest
 )
