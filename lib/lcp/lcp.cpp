@@ -11,7 +11,9 @@
 
 #include <Eigen/SparseLU>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #include "lcp/scaling.h"
 
@@ -23,7 +25,12 @@ constexpr std::array<std::string_view, 10> status_names{"solved",       "inaccur
                                                         "cycling",      "singular",   "not_finite", "time_limit",
                                                         "memory_limit", "unavailable"};
 
-double power_of_two_near(double x) { return std::ldexp(1.0, std::ilogb(x * M_SQRT2)); }
+/// The power of two next to x > 0, by its exponent bits; scales beyond the range of normal numbers stay as they are.
+double power_of_two_near(double x) {
+  const double above = x * M_SQRT2;
+  if (!(above >= std::numeric_limits<double>::min() && above <= std::numeric_limits<double>::max())) return x;
+  return std::bit_cast<double>(std::bit_cast<std::uint64_t>(above) & 0x7ff0000000000000ULL);
+}
 
 /// Scales of pairs with a diagonal; false where some have none.
 bool scale_known(PairScales& scales) {

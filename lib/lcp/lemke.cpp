@@ -93,6 +93,7 @@ class Lemke {
   PathJudge judge_;
   int n_ = 0, pivot_limit_ = 0;
   Eigen::VectorXd noise_, perturbed_, base_;  // n: p, q + delta p, c
+  Eigen::VectorXd first_noise_;               // p of the first rung, of the largest problem so far
   Eigen::VectorXd best_, answer_;             // n: best vertex of a rung, of all rungs
 };
 
@@ -131,7 +132,10 @@ PathEnd Lemke::attempt(Table& table, const Rung& rung, LcpSolution& solution) {
   follower_.ratio.harris = o_.harris;
   follower_.pivot_limit = follower_.pivots + (pivot_limit_ - follower_.pivots) / 2;
   table.restart();
-  set_noise(rung.seed);
+  if (rung.seed == ladder[0].seed)
+    noise_ = first_noise_.head(n_);
+  else
+    set_noise(rung.seed);
   perturbed_ = load_.q + delta * noise_;
   table.set_load(perturbed_);
   for (int i = 0; i < n_; ++i)
@@ -171,6 +175,10 @@ void Lemke::climb_ladder(Table& table, LcpSolution& solution) {
   const int padded = table.padded();
   follower_.ratio.resize(padded);
   for (Eigen::VectorXd* x : {&noise_, &base_, &perturbed_}) x->resize(n_);
+  if (static_cast<int>(first_noise_.size()) < n_) {
+    set_noise(ladder[0].seed);
+    first_noise_ = noise_;
+  }
 
   double best = HUGE_VAL;
   int rays = 0;
