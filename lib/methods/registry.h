@@ -47,9 +47,9 @@ struct MethodRow {
   std::string_view summary;
   std::string_view source;
   Law law;
-  std::vector<SolverRow> solvers;           ///< first is the default; empty where the method has no choice
-  std::vector<std::string_view> variants;   ///< first is the default; empty where there is none
-  std::vector<OptionRow> options;           ///< flags beyond solver and variant that the method understands
+  std::vector<SolverRow> solvers;                       ///< first is the default; empty where the method has no choice
+  std::vector<std::string_view> variants;               ///< first is the default; empty where there is none
+  std::vector<OptionRow> options;                       ///< flags beyond solver and variant that the method understands
   ContactMethod (*make)(const MethodOptions& options);  ///< options are valid for this row
 };
 
