@@ -133,8 +133,9 @@ TEST_CASE("Two edges that cross touch in one point, along their common normal") 
     const Pose low = at(Vec3(0, -r2, 0), ridge), high = at(Vec3(0.125, r2 + 1e-10, 0), about_y * ridge);
     const auto found = points(box(1, 1, 1), high, box(1, 1, 1), low);
     REQUIRE(found.size() == 1);
-    CHECK((found[0].position - Vec3(0.125, 0.5e-10, 0)).norm() < 1e-15 / turned);
-    CHECK((found[0].normal - Vec3(0, 1, 0)).norm() < 1e-15 / turned);
+    // Round-off of coordinates near 1 in some ten operations, over the sine of the angle between the edges.
+    CHECK((found[0].position - Vec3(0.125, 0.5e-10, 0)).norm() < 4e-15 / turned);
+    CHECK((found[0].normal - Vec3(0, 1, 0)).norm() < 4e-15 / turned);
     CHECK(found[0].gap == Approx(1e-10).margin(1e-15));
   }
 }
