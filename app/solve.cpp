@@ -25,7 +25,7 @@ using Json = nlohmann::ordered_json;
 
 /// The command line of `solve`, as text.
 struct SolveFlags : MethodFlags {
-  Text problem, kind, matrix, vector, method, tolerance, time_limit, repeat, out;
+  Text problem, kind, matrix, vector, method, tolerance, time_limit, repeat, out, velocities;
   bool symmetrise = false, json = false;
 };
 
@@ -34,7 +34,7 @@ struct Report {
   Json json = Json::object();
   Status status = Status::ok;
   std::string reason;
-  std::vector<double> answer;  ///< empty where there is none to write
+  std::vector<double> answer, velocities;  ///< empty where there are none to write
 };
 
 /// A flag that this kind of problem cannot use.
@@ -56,14 +56,17 @@ Common common_flags(const SolveFlags& flags) {
     common.tolerance = positive_flag("tolerance", *flags.tolerance, "a positive residual, as in --tolerance 1e-10");
   if (flags.time_limit)
     common.time_limit_s = positive_flag("time-limit", *flags.time_limit, "a positive number of seconds");
-  if (flags.out) {
-    const std::filesystem::path folder = std::filesystem::path(*flags.out).parent_path();
+  const auto check_file = [](std::string_view flag, const Text& file) {
+    if (!file) return;
+    const std::filesystem::path folder = std::filesystem::path(*file).parent_path();
     std::error_code error;
-    if (flags.out->empty() || std::filesystem::is_directory(*flags.out, error) ||
+    if (file->empty() || std::filesystem::is_directory(*file, error) ||
         (!folder.empty() && !std::filesystem::is_directory(folder, error)))
-      throw UsageError(fmt::format("--out {}: must name a file in a folder that exists, as in --out answer.mtx",
-                                   flags.out->empty() ? "''" : *flags.out));
-  }
+      throw UsageError(fmt::format("--{} {}: must name a file in a folder that exists, as in --{} answer.mtx", flag,
+                                   file->empty() ? "''" : *file, flag));
+  };
+  check_file("out", flags.out);
+  check_file("velocities", flags.velocities);
   return common;
 }
 
@@ -134,6 +137,7 @@ Report solve_lcp(const SolveFlags& flags) {
   refuse_flag("epsilon-relative", flags.epsilon_relative, useless);
   refuse_flag("compression-bound", flags.compression_bound, useless);
   refuse_flag("regularise", flags.regularise, useless);
+  refuse_flag("velocities", flags.velocities, useless);
   if (flags.symmetrise) throw UsageError(fmt::format("--symmetrise: {}; leave it out", useless));
   const Common common = common_flags(flags);
 
@@ -210,6 +214,17 @@ double energy_change(const ContactProblem& problem, const std::vector<double>& i
   return sum;
 }
 
+/// The largest w_i = trace(W_ii) / 3, 1/kg: how fast an impulse makes the lightest contact.
+double largest_weight(const ContactProblem& problem) {
+  BlockCholesky factor;
+  std::vector<Eigen::Matrix3d> W;
+  if (!factor.factor(problem.M)) return 0;
+  diagonal_blocks(problem, factor, W);
+  double weight = 0;
+  for (const Eigen::Matrix3d& W_ii : W) weight = std::max(weight, W_ii.trace() / 3);
+  return weight;
+}
+
 Report solve_contact(const SolveFlags& flags) {
   constexpr std::string_view useless = "--kind contact has no use for it";
   refuse_flag("matrix", flags.matrix, useless);
@@ -261,7 +276,10 @@ Report solve_contact(const SolveFlags& flags) {
     }
     refute(report, residuals.model, tolerance, "residual of the model");
   }
-  if (checked && residuals.finite && answered(report.status)) report.answer = solution.impulse;
+  if (checked && residuals.finite && answered(report.status)) {
+    report.answer = solution.impulse;
+    contact_velocity(problem, v_plus, report.velocities);
+  }
 
   Json& json = report.json;
   json["kind"] = "contact";
@@ -287,6 +305,12 @@ Report solve_contact(const SolveFlags& flags) {
   json["infeasibility"] = checked ? number(residuals.infeasibility) : Json();
   json["false_claim"] = solution.status == Status::ok && !holds;
   json["energy_before_j"] = quadratic_form(problem.M, problem.v_minus) / 2;
+  std::vector<double> u_minus;
+  contact_velocity(problem, problem.v_minus, u_minus);
+  double fastest = 0;
+  for (const double u : u_minus) fastest = std::max(fastest, std::abs(u));
+  json["speed_before_m_per_s"] = fastest;
+  json["weight_max_per_kg"] = largest_weight(problem);
   json["energy_change_j"] = checked ? number(energy_change(problem, solution.impulse, v_plus)) : Json();
   json["iterations"] = solution.iterations;
   json["repeats"] = seconds.size();
@@ -321,23 +345,26 @@ int solve(const SolveFlags& flags) {
   } catch (const FileError& error) {
     throw UsageError(error.what());
   }
-  if (flags.out && !report.answer.empty()) {
+  const auto write = [&](const char* key, const Text& file, const std::vector<double>& values) {
+    if (!file || values.empty()) return;
     try {
-      write_matrix_market(*flags.out, report.answer);
-      report.json["out"] = *flags.out;
+      write_matrix_market(*file, values);
+      report.json[key] = *file;
     } catch (const FileError& error) {
       report.status = Status::write_failed;
       report.json["status"] = name(report.status);
       report.json["reason"] = report.reason = error.what();
     }
-  }
+  };
+  write("out", flags.out, report.answer);
+  write("velocities_out", flags.velocities, report.velocities);
   if (flags.json)
     fmt::print("{}\n", report.json.dump(2, ' ', false, Json::error_handler_t::replace));
   else
     print_text(report.json);
   if (answered(report.status)) return finished;
-  fmt::print(stderr, "contactbench solve: {}: {}\n", name(report.status),
-             report.reason.empty() ? explanation(report.status) : report.reason);
+  print_error(fmt::format("contactbench solve: {}: {}\n", name(report.status),
+                          report.reason.empty() ? explanation(report.status) : report.reason));
   return not_finished;
 }
 
@@ -363,6 +390,8 @@ void add_solve(CLI::App& program, Action& action) {
   add("--time-limit", flags->time_limit, "S", "lcp: stop the solver after S seconds [none]");
   add("--repeat", flags->repeat, "N", "solve N times for the times; several: after one that is not counted [1]");
   add("--out", flags->out, "FILE.mtx", "where the answer goes: z, or the impulses n, t1, t2 of each contact");
+  add("--velocities", flags->velocities, "FILE.mtx",
+      "contact: where u after the event goes, n, t1, t2 of each contact");
   command.add_flag("--json", flags->json, "as JSON");
   command.callback([flags, &action] { action = [flags] { return solve(*flags); }; });
 }

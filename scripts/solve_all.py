@@ -2,7 +2,7 @@
 """Every solver over every stored problem of a folder: one tidy table (CSV) and its summary (Markdown).
 
 Runs `contactbench solve`, one process a problem and solver, and reads what it prints. Where a problem has a reference
-(NAME.ref.json), the convex model's energy change is compared with it. Needs Python 3 only.
+(NAME.ref.json), the convex model's energy change and velocities are compared with it. Needs Python 3 only.
 """
 
 import argparse
@@ -14,10 +14,11 @@ import pathlib
 import statistics
 import subprocess
 import sys
+import tempfile
 
 COLUMNS = ["problem", "kind", "method", "solver", "variant", "k", "epsilon", "compression_bound", "size", "contacts",
            "status", "reason", "iterations", "claimed_residual", "residual", "law_residual", "gap", "infeasibility",
-           "false_claim", "energy_change_j", "reference", "reference_error", "time_min_s", "time_median_s", "notes"]
+           "false_claim", "energy_change_j", "reference", "reference_error", "velocity_error", "velocity_allowed", "time_min_s", "time_median_s", "notes"]
 
 
 def arguments():
@@ -109,8 +110,10 @@ def read_reference(path):
         return json.load(file)
 
 
-def judge(row, choice, reference):
-    """Fills in what the reference says: the ending of exact Lemke, or the energy change and its relative error."""
+def judge(row, choice, reference, velocities, solved):
+    """Fills in what the reference says: the ending of exact Lemke, or the energy change, its relative error, and the
+    largest error of u after the event over the largest speed before or after it. Kinetic energy being strictly
+    convex, |du_i|^2 <= 3 w_i |dv|_M^2 <= 6 w_i (both gaps): what the reference's own gap allows."""
     if reference is None:
         return
     if row["kind"] == "lcp":
@@ -122,9 +125,23 @@ def judge(row, choice, reference):
         row["reference"] = answer["dKE"]
         size = max(abs(answer["dKE"]), 1e-14 * abs(reference.get("KE_before", 0)))
         row["reference_error"] = abs(row["energy_change_j"] - answer["dKE"]) / size if size else abs(row["energy_change_j"])
+        if velocities and answer.get("u"):
+            fastest = max([solved["speed_before_m_per_s"], *map(abs, answer["u"])])
+            worst = max(abs(a - b) for a, b in zip(velocities, answer["u"], strict=True))
+            gap = abs(answer.get("gap") or 0) + abs(solved["gap"] or 0)
+            row["velocity_error"] = worst / fastest if fastest else worst
+            row["velocity_allowed"] = math.sqrt(6 * solved["weight_max_per_kg"] * gap) / fastest if fastest else 0
 
 
-def solve_all(args):
+def read_vector(path):
+    """The numbers of a Matrix Market array file with one column."""
+    if not path.exists():
+        return []
+    lines = [line for line in path.read_text(encoding="utf-8").splitlines() if line and not line.startswith("%")]
+    return [float(line) for line in lines[1:]]
+
+
+def solve_all(args, scratch):
     lcp, contact = choices(args.program, args.k, args.epsilon_relative)
     stored = problems(args.folder, args.only)
     rows = []
@@ -132,13 +149,17 @@ def solve_all(args):
         reference = read_reference(reference_path)
         for choice in lcp if kind == "lcp" else contact:
             chosen = [part for key, value in choice.items() for part in (f"--{key}", str(value))]
+            velocities = scratch / "u.mtx"
+            velocities.unlink(missing_ok=True)
+            if choice.get("method") == "convex":
+                chosen += ["--velocities", str(velocities)]
             answer = ask(args.program, [*flags, "--kind", kind, "--repeat", str(args.repeat), *chosen], args.limit)
             row = {column: answer.get(column) for column in COLUMNS}
             row.update(problem=name, kind=kind, method=choice.get("method"), solver=choice.get("solver"),
                        variant=choice.get("variant"), k=choice.get("k"), compression_bound=choice.get("compression-bound"),
                        epsilon=choice.get("epsilon-relative"), iterations=answer.get("iterations", answer.get("pivots")),
                        notes="; ".join(answer.get("notes", [])))
-            judge(row, choice, reference)
+            judge(row, choice, reference, read_vector(velocities), answer)
             rows.append(row)
         if not args.quiet and sys.stderr.isatty():
             print(f"\r{count}/{len(stored)} {name:<60}", end="", file=sys.stderr)
@@ -163,21 +184,25 @@ def number(x):
 def markdown(rows):
     lines = ["# All solvers over all stored problems", "",
              "`ok`: the check on the original data confirms the claim. Worst checked residual and median time are over the `ok` ones; "
-             "reference error is that of the energy change (`convex`).", "",
-             "| solver | problems | ok | other endings | false claims | worst residual | worst reference error | median time, us |",
-             "|---|---|---|---|---|---|---|---|"]
+             "errors of energy change and velocity are against the stored references (`convex`), energy's relative, velocity's over the "
+             "largest speed; beside the worst one stands the most that the references' own gaps (near 1e-12 J) allow.", "",
+             "| solver | problems | ok | other endings | false claims | worst residual | worst energy error | worst velocity error | allowed there "
+             "| median time, us |",
+             "|---|---|---|---|---|---|---|---|---|---|"]
     groups = collections.OrderedDict()
     for row in rows:
         groups.setdefault((row["kind"], label(row)), []).append(row)
     for (_, name), group in groups.items():
         good = [row for row in group if row["status"] == "ok"]
         others = collections.Counter(row["status"] for row in group if row["status"] != "ok")
+        worst = max((row for row in good if row.get("velocity_error") is not None), key=lambda row: row["velocity_error"], default={})
         times = [row["time_median_s"] for row in good if row["time_median_s"] is not None]
-        lines.append("| {} | {} | {} | {} | {} | {} | {} | {} |".format(
+        lines.append("| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |".format(
             name, len(group), len(good), ", ".join(f"{status} {n}" for status, n in sorted(others.items())),
             sum(bool(row["false_claim"]) for row in group),
             number(max((row["residual"] for row in good if row["residual"] is not None), default=None)),
             number(max((row["reference_error"] for row in good if row.get("reference_error") is not None), default=None)),
+            number(worst.get("velocity_error")), number(worst.get("velocity_allowed")),
             number(1e6 * statistics.median(times)) if times else ""))
     lines += ["", "## Endings other than ok", "", "| problem | solver | status | reference | why |", "|---|---|---|---|---|"]
     for row in rows:
@@ -193,7 +218,8 @@ def main():
     for folder in args.folder:
         if not folder.is_dir():
             sys.exit(f"solve_all.py: {folder}: no such folder")
-    rows = solve_all(args)
+    with tempfile.TemporaryDirectory() as scratch:
+        rows = solve_all(args, pathlib.Path(scratch))
     if not rows:
         sys.exit("solve_all.py: no problems found; a folder must hold NAME.hdf5, NAME.dat or NAME.M.mtx")
     args.out.mkdir(parents=True, exist_ok=True)

@@ -115,8 +115,8 @@ TEST_CASE("the convex model reaches the energy of the reference on a stored cont
   if (!has_fclib()) return;
   TemporaryDirectory directory;
   const std::string stem = data + "/problems/gen_free_b4_c8_s1";
-  const Json answer =
-      solved(directory.path(), {stem + ".hdf5", "--kind", "contact", "--method", "convex", "--out", "r.mtx"});
+  const Json answer = solved(directory.path(), {stem + ".hdf5", "--kind", "contact", "--method", "convex", "--out",
+                                                "r.mtx", "--velocities", "u.mtx"});
   const Json reference = Json::parse(read_file(stem + ".ref.json"));
   CHECK(answer["status"] == "ok");
   CHECK(answer["format"] == "fclib_global");
@@ -124,6 +124,10 @@ TEST_CASE("the convex model reaches the energy of the reference on a stored cont
   CHECK(answer["energy_before_j"].get<double>() == Approx(reference["KE_before"].get<double>()).epsilon(1e-12));
   CHECK(answer["energy_change_j"].get<double>() == Approx(reference["ds_kappa"]["dKE"].get<double>()).epsilon(1e-8));
   CHECK(numbers_of(directory.path() / "r.mtx").size() == 24);
+  const std::vector<double> u = numbers_of(directory.path() / "u.mtx"), u_reference = reference["ds_kappa"]["u"];
+  REQUIRE(u.size() == u_reference.size());
+  // The reference's own gap of 1e-12 J fixes velocities to its root.
+  for (std::size_t i = 0; i < u.size(); ++i) CHECK(u[i] == Approx(u_reference[i]).margin(1e-5));
 }
 
 TEST_CASE("A-P's answer holds for every form in which a problem is stored", "[program]") {
