@@ -1,0 +1,168 @@
+// Every row of the methods table, with each of its solvers and variants, on the same ten small problems: what the
+// contract of a method promises (docs/adding.md) holds for all of them.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "contact/referee.h"
+#include "methods/registry.h"
+#include "problems.h"
+
+using namespace cb;
+using namespace cb::test;
+
+namespace {
+
+struct Choice {
+  const MethodRow* row;
+  MethodOptions options;
+  std::string label;
+};
+
+/// Each method with each solver and variant that this build has.
+std::vector<Choice> choices() {
+  std::vector<Choice> all;
+  for (const MethodRow& row : methods()) {
+    std::vector<std::string> solvers, variants;
+    for (const SolverRow& solver : row.solvers)
+      if (solver.unavailable.empty()) solvers.emplace_back(solver.name);
+    for (const std::string_view variant : row.variants) variants.emplace_back(variant);
+    if (solvers.empty()) solvers.emplace_back();
+    if (variants.empty()) variants.emplace_back();
+    for (const std::string& solver : solvers)
+      for (const std::string& variant : variants) {
+        Choice choice{&row, {}, std::string(row.name) + ' ' + solver + variant};
+        choice.options.solver = solver;
+        choice.options.variant = variant;
+        choice.options.k = 8;
+        all.push_back(choice);
+      }
+  }
+  return all;
+}
+
+struct Case {
+  const char* name;
+  ContactProblem problem;
+};
+
+ContactProblem twice(double mu) {
+  ContactProblem p = sphere({1, -1, 0}, {0, 0, 0}, mu);
+  add_contact(p, 0, {0, -1, 0}, -1, {}, ground_axes(), mu);
+  return p;
+}
+
+/// A ball of 1 kg in a groove with sides at 45 degrees.
+ContactProblem groove(double mu) {
+  ContactProblem p;
+  add_body(p, 1, Vector3d::Constant(0.4), {0.1, -1, 0.3});
+  for (const double side : {-1.0, 1.0}) {
+    const Vector3d n = Vector3d(-side, 1, 0).normalized(), t1 = Vector3d(1, side, 0).normalized();
+    Matrix3d axes;
+    axes << n.transpose(), t1.transpose(), n.cross(t1).transpose();
+    add_contact(p, 0, -n, -1, {}, axes, mu);
+  }
+  return p;
+}
+
+ContactProblem pair_of_balls(double light, double heavy) {
+  ContactProblem p;
+  add_body(p, heavy, Vector3d::Constant(0.4 * heavy), {0, 0, 0});
+  add_body(p, light, Vector3d::Constant(0.4 * light), {0.2, -1, 0});
+  add_contact(p, 1, {0, -1, 0}, 0, {0, 1, 0}, ground_axes(), 0.3);
+  return p;
+}
+
+std::vector<Case> cases() {
+  return {{"a sphere sticks", sphere({1, -10, 0}, {0, 0, 0})},
+          {"a sphere slides", sphere({20, -3, 0}, {0, 0, 0})},
+          {"a sphere leaves", sphere({1, 2, 0}, {0, 0, 0})},
+          {"a sphere without friction", sphere({1, -1, 0}, {0, 0, 1}, 0)},
+          {"a contact given twice", twice(0.4)},
+          {"a ball in a groove", groove(0.2)},
+          {"a ball on a ball a thousand times as heavy", pair_of_balls(1, 1000)},
+          {"a box comes to rest", box(0.5, {0, -0.0098, 0})},
+          {"a box slides", box(0.1, {0.5, -0.0098, 0.2})},
+          {"two boxes on each other", stack(2, 0.5, {0, -0.0098, 0})}};
+}
+
+double largest(const std::vector<double>& x) {
+  double size = 0;
+  for (const double value : x) size = std::max(size, std::abs(value));
+  return size;
+}
+
+}  // namespace
+
+TEST_CASE("every method of the table ends ten small problems with an answer that the referee confirms",
+          "[conformance]") {
+  REQUIRE(choices().size() >= 7);
+  for (const Choice& choice : choices()) {
+    const ContactMethod method = choice.row->make(choice.options);
+    for (const Case& c : cases()) {
+      INFO(choice.label << ": " << c.name);
+      ContactSolution solution;
+      method(c.problem, solution);
+      Referee referee;
+      std::vector<double> v_plus, u;
+      if (choice.options.solver == "pgs") {  // A-P's slip bounds have no diagonal to divide by: typed, not answered
+        CHECK(solution.status == Status::singular);
+        CHECK_FALSE(solution.reason.empty());
+        continue;
+      }
+      const Residuals residuals = referee.check(c.problem, solution, choice.row->law, v_plus);
+      CHECK(solution.status == Status::ok);
+      CHECK(Referee::holds(residuals, solution, choice.row->law, 1e-9));
+      CHECK(residuals.approach <= 1e-9 * (1 + largest(c.problem.v_minus)));
+      if (choice.options.variant != "uncapped")  // that reading may gain: spec methods.md
+        CHECK(residuals.energy_gain <= 1e-12 * residuals.energy_before);
+
+      // An answer that stops the approach but for a thousandth is refused.
+      if (largest(solution.impulse) > 0) {
+        ContactSolution wrong = solution;
+        for (double& r : wrong.impulse) r *= 0.999;
+        for (double& z : wrong.z) z *= 0.999;
+        CHECK_FALSE(
+            Referee::holds(referee.check(c.problem, wrong, choice.row->law, v_plus), wrong, choice.row->law, 1e-9));
+      }
+    }
+  }
+}
+
+TEST_CASE("a method's answer does not depend on what it solved before", "[conformance]") {
+  for (const Choice& choice : choices()) {
+    const ContactMethod used = choice.row->make(choice.options);
+    ContactSolution again;
+    used(stack(3, 0.5, {0.3, -1, 0.1}, 0.5), again);
+    for (const Case& c : cases()) {
+      INFO(choice.label << ": " << c.name);
+      const ContactMethod fresh = choice.row->make(choice.options);
+      ContactSolution first;
+      fresh(c.problem, first);
+      used(c.problem, again);
+      CHECK(first.status == again.status);
+      CHECK(first.iterations == again.iterations);
+      REQUIRE(first.impulse.size() == again.impulse.size());
+      if (!first.impulse.empty())
+        CHECK(std::memcmp(first.impulse.data(), again.impulse.data(), first.impulse.size() * sizeof(double)) == 0);
+    }
+  }
+}
+
+TEST_CASE("a velocity that is not a number ends in a typed status and no method calls it solved", "[conformance]") {
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
+    for (const Choice& choice : choices()) {
+      INFO(choice.label << " with " << bad);
+      ContactProblem p = box(0.5, {0, -1, 0});
+      p.v_minus[1] = bad;
+      ContactSolution solution;
+      choice.row->make(choice.options)(p, solution);
+      CHECK(solution.status != Status::ok);
+      CHECK(solution.status != Status::inaccurate);
+      CHECK_FALSE(solution.reason.empty());
+    }
+}
