@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -20,25 +22,65 @@ struct Pose {
   Vec3 operator*(const Vec3& x_B) const { return p + q * x_B; }
 };
 
-/// A rigid body that moves freely; its axes are principal and its origin is its centre of mass.
+/// A rigid body; its axes are principal and its origin is its centre of mass.
 struct Body {
   std::string name;
   double mass = 0;              ///< kg, > 0
   Vec3 inertia = Vec3::Zero();  ///< principal moments about the centre of mass, kg m^2, > 0
+  int tree = -1;                ///< index into Model::trees of the robot that it is a link of; -1: moves freely
+};
+
+enum class JointKind { fixed, revolute, prismatic, free };
+
+/// Joins a body to its parent. With R, p for the poses of parent P and body C, q the joint's coordinate:
+///   R_C = R_P turn_PC exp([axis_C q])                   revolute (R_P turn_PC otherwise)
+///   p_C = p_P + R_P anchor_P - R_C anchor_C (+ R_C axis_C q  prismatic)
+/// A free joint hangs on the world; its coordinates are the body's pose and its rates the body's twist in State::v's
+/// order, so that it has six rates and no entry of State::q.
+struct Joint {
+  std::string name;
+  JointKind kind = JointKind::fixed;
+  int parent = -1;               ///< index into Model::bodies, -1: the world
+  int body = -1;                 ///< index into Model::bodies: the child
+  int up = -1;                   ///< index of the parent's joint in Tree::joints, -1 where the parent is the world
+  Vec3 anchor_P = Vec3::Zero();  ///< a point of the joint's axis, in the parent's frame (the world's), m
+  Vec3 anchor_C = Vec3::Zero();  ///< the same point where q = 0, in the body's frame, m
+  Quat turn_PC = Quat::Identity();
+  Vec3 axis_C = Vec3::UnitX();                                    ///< unit, in the body's frame
+  double lower = -std::numeric_limits<double>::infinity();        ///< least q, rad or m
+  double upper = std::numeric_limits<double>::infinity();         ///< largest q
+  double damping = 0;                                             ///< viscous, N m s/rad or N s/m: torque -damping qd
+  double torque_limit = std::numeric_limits<double>::infinity();  ///< of the motor, N m or N: |tau| at most this
+  int q = -1;  ///< where the coordinate is in State::q; -1: it has none
+  int v = -1;  ///< where the rates begin in State::qd and tau; -1: fixed
+
+  int nv() const { return kind == JointKind::fixed ? 0 : kind == JointKind::free ? 6 : 1; }
+  bool limited() const { return std::isfinite(lower) || std::isfinite(upper); }
+};
+
+/// A robot: bodies joined without loops, in reduced coordinates.
+struct Tree {
+  std::string name;
+  std::vector<Joint> joints;  ///< one a link, parents first
+  int v = 0;                  ///< where its rates begin in State::qd
+  int nv = 0;                 ///< number of them, > 0
 };
 
 /// What does not change after loading.
 struct Model {
-  std::vector<Body> bodies;  ///< bodies fixed to the world are not here
+  std::vector<Body> bodies;  ///< all that move, links too; bodies fixed to the world are not here
+  std::vector<Tree> trees;
   int nv() const { return 6 * static_cast<int>(bodies.size()); }
 };
 
 /// What changes; copying it is a checkpoint. v: 6 per body, linear velocity of the centre of mass then angular
-/// velocity, both in the world frame (m/s, rad/s).
+/// velocity, both in the world frame (m/s, rad/s). Poses and twists of links follow from q and qd (kinematics.h).
 struct State {
   double t = 0;  ///< s
   std::vector<Pose> pose;
   std::vector<double> v;
+  std::vector<double> q;   ///< one a revolute or prismatic joint, rad or m
+  std::vector<double> qd;  ///< rates of all trees: one a revolute or prismatic joint, six a free one
 };
 
 }  // namespace cb

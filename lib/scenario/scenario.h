@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "control/controller.h"
 #include "dynamics/model.h"
 #include "geometry/shapes.h"
 
@@ -78,6 +79,7 @@ struct Scenario {
   PairLaws pairs;
   Gravity gravity;
   std::vector<Force> forces;
+  std::vector<ControllerSpec> controllers;  ///< their torques add up
   double step = 1e-3;      ///< s
   double duration = 1;     ///< s
   double rotate_cone = 0;  ///< rad, turns t1, t2 about the normal
