@@ -35,6 +35,7 @@ double accelerate(const Model& model, const std::vector<Vec3>& force, double h, 
   double energy = 0;
   for (std::size_t b = 0; b < model.bodies.size(); ++b) {
     const Body& body = model.bodies[b];
+    if (body.tree >= 0) continue;
     Eigen::Map<Vec3> v(&state.v[6 * b]), w(&state.v[6 * b + 3]);
     const Vec3 dv = h / body.mass * force[b];
     energy += std::abs(force[b].dot(v)) * h + 0.5 * body.mass * dv.squaredNorm();

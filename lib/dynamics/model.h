@@ -69,7 +69,7 @@ struct Tree {
 /// What does not change after loading.
 struct Model {
   std::vector<Body> bodies;  ///< all that move, links too; bodies fixed to the world are not here
-  std::vector<Tree> trees;
+  std::vector<Tree> trees = {};
   int nv() const { return 6 * static_cast<int>(bodies.size()); }
 };
 
@@ -79,8 +79,8 @@ struct State {
   double t = 0;  ///< s
   std::vector<Pose> pose;
   std::vector<double> v;
-  std::vector<double> q;   ///< one a revolute or prismatic joint, rad or m
-  std::vector<double> qd;  ///< rates of all trees: one a revolute or prismatic joint, six a free one
+  std::vector<double> q = {};   ///< one a revolute or prismatic joint, rad or m
+  std::vector<double> qd = {};  ///< rates of all trees: one a revolute or prismatic joint, six a free one
 };
 
 }  // namespace cb

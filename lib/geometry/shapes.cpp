@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dynamics/kinematics.h"
+
 namespace cb {
 
 double Shape::bounding_radius() const {
@@ -49,39 +51,6 @@ void contact_tangents(const Vec3& normal, double angle, Vec3& t1, Vec3& t2) {
   }
 }
 
-namespace {
-
-// cos x and sin(x) / x from x^2. The series is used where its first term left out is below 1e-18.
-void half_angle(double x2, double& cosine, double& sinc) {
-  constexpr double series_below = 1e-3;  // of x^2
-  if (x2 < series_below) {
-    cosine = 1 - x2 / 2 * (1 - x2 / 12 * (1 - x2 / 30 * (1 - x2 / 56)));
-    sinc = 1 - x2 / 6 * (1 - x2 / 20 * (1 - x2 / 42));
-    return;
-  }
-  const double x = std::sqrt(x2);
-  cosine = std::cos(x);
-  sinc = std::sin(x) / x;
-}
-
-}  // namespace
-
-Pose advance(const Motion& motion, double t) {
-  Pose pose = motion.pose;
-  pose.p += t * motion.v;
-  const Vec3 half = (t / 2) * motion.w;
-  const double x2 = half.squaredNorm();
-  if (x2 == 0) return pose;  // no turn: the quaternion stays as it is, bit for bit
-  double cosine = 0, sinc = 0;
-  half_angle(x2, cosine, sinc);
-  const Quat& q = motion.pose.q;
-  const Vec3 e = sinc * half;
-  const Vec3 u = q.vec();
-  const Vec3 vec = cosine * u + q.w() * e + e.cross(u);
-  const double w = cosine * q.w() - e.dot(u);
-  const double scale = 1 / std::sqrt(w * w + vec.squaredNorm());
-  pose.q = Quat(scale * w, scale * vec.x(), scale * vec.y(), scale * vec.z());
-  return pose;
-}
+Pose advance(const Motion& motion, double t) { return advance(motion.pose, motion.v, motion.w, t); }
 
 }  // namespace cb

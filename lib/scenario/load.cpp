@@ -156,7 +156,7 @@ class Loader {
     for (const XmlElement& child : element.children) {
       if (child.name == "half_space")
         read_half_space(child);
-      else if (child.name == "box" || child.name == "sphere")
+      else if (is_solid(child))
         read_body(child, Vec3::Zero(), {}, -1);
       else if (child.name == "array")
         read_array(child);
@@ -178,9 +178,9 @@ class Loader {
                    "offset is 0 0 0: all bodies would be in one place; write the step from one to the next");
     if (element.children.empty()) source_.fail(element.at, "an empty <array>; put one <box> or <sphere> into it");
     const XmlElement& child = element.children.front();
-    if (child.name != "box" && child.name != "sphere")
-      source_.fail(child.at, fmt::format("<{}> in <array>; {}", child.name,
-                                         suggest(child.name, {"box", "sphere"}, "it repeats:")));
+    if (!is_solid(child))
+      source_.fail(child.at,
+                   fmt::format("<{}> in <array>; {}", child.name, suggest(child.name, solids(), "it repeats:")));
     if (element.children.size() > 1)
       source_.fail(element.children[1].at, "a second element in <array>; write one <array> for each");
     const int array = arrays_++;
@@ -210,15 +210,28 @@ class Loader {
     declare_body(element, {}, -1, std::move(shape));
   }
 
-  void read_body(const XmlElement& element, const Vec3& offset, const std::string& suffix, int array) {
-    check_empty(source_, element);
-    const std::string extent = element.name == "box" ? "size" : "radius";
-    check_attributes(source_, element, {"name", extent, "position"},
-                     {"mass", "density", "fixed", "axis", "angle", "quaternion", "velocity", "angular_velocity"});
+  /// A solid shape as its element gives it: kind and extents, without a place.
+  struct Solid {
     Shape shape;
-    Body body;
-    double volume = 0;
-    Vec3 inertia_per_mass;  // of the solid, about its centre, m^2
+    double volume = 0;                     ///< m^3
+    Vec3 inertia_per_mass = Vec3::Zero();  ///< of the solid, about its centre, m^2
+  };
+
+  static const std::vector<std::string>& solids() {
+    static const std::vector<std::string> names{"box", "sphere"};
+    return names;
+  }
+  static bool is_solid(const XmlElement& element) {
+    return std::find(solids().begin(), solids().end(), element.name) != solids().end();
+  }
+  /// The attributes that give a solid's extents.
+  static std::vector<std::string> extents(const XmlElement& element) {
+    return {element.name == "box" ? "size" : "radius"};
+  }
+
+  Solid read_solid(const XmlElement& element) {
+    Solid solid;
+    Shape& shape = solid.shape;
     if (element.name == "box") {
       const XmlAttribute& attribute = *element.find("size");
       const Vec3 size = vector(attribute, "x y z in m");
@@ -227,15 +240,28 @@ class Loader {
                      fmt::format("size has the edge {}; all three edges have to be more than 0", size.minCoeff()));
       shape.kind = ShapeKind::box;
       shape.half_extents = size / 2;
-      volume = size.prod();
+      solid.volume = size.prod();
       const Vec3 square = size.cwiseAbs2();
-      inertia_per_mass = Vec3(square[1] + square[2], square[2] + square[0], square[0] + square[1]) / 12;
+      solid.inertia_per_mass = Vec3(square[1] + square[2], square[2] + square[0], square[0] + square[1]) / 12;
     } else {
       shape.kind = ShapeKind::sphere;
       shape.radius = values_.number(*element.find("radius"), positive);
-      volume = 4 * std::numbers::pi / 3 * shape.radius * shape.radius * shape.radius;
-      inertia_per_mass.setConstant(0.4 * shape.radius * shape.radius);
+      solid.volume = 4 * std::numbers::pi / 3 * shape.radius * shape.radius * shape.radius;
+      solid.inertia_per_mass.setConstant(0.4 * shape.radius * shape.radius);
     }
+    return solid;
+  }
+
+  void read_body(const XmlElement& element, const Vec3& offset, const std::string& suffix, int array) {
+    check_empty(source_, element);
+    std::vector<std::string> required = extents(element);
+    required.insert(required.begin(), "name");
+    required.push_back("position");
+    check_attributes(source_, element, required,
+                     {"mass", "density", "fixed", "axis", "angle", "quaternion", "velocity", "angular_velocity"});
+    const Solid solid = read_solid(element);
+    Shape shape = solid.shape;
+    Body body;
     Pose pose;
     pose.p = vector(*element.find("position"), "x y z in m") + offset;
     pose.q = orientation(element);
@@ -247,8 +273,8 @@ class Loader {
     }
 
     const XmlAttribute& weight = mass_or_density(element);
-    body.mass = values_.number(weight, positive) * (weight.name == "density" ? volume : 1);
-    body.inertia = body.mass * inertia_per_mass;
+    body.mass = values_.number(weight, positive) * (weight.name == "density" ? solid.volume : 1);
+    body.inertia = body.mass * solid.inertia_per_mass;
     if (!std::isnormal(body.mass) || !body.inertia.allFinite() || !(body.inertia.minCoeff() > 0))
       values_.fail(weight,
                    fmt::format("the mass comes to {} kg and the least moment of inertia to {} kg m^2; both have "

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <span>
+
+#include "dynamics/kinematics.h"
+
+namespace cb {
+
+/// Forward dynamics: the accelerations that forces give a tree.
+class ArticulatedBody {
+ public:
+  /// `tau`: generalised forces at the joints, `qdd`: result; both of this tree, tree.nv (units and meaning as in
+  /// NewtonEuler). `force`: on each body of the model at its centre of mass, N, world; empty: none. Poses and twists of
+  /// the links must be those of q and qd.
+  void forward_dynamics(const Model& model, const Tree& tree, const State& state, std::span<const Vec3> force,
+                        std::span<const double> tau, std::span<double> qdd);
+
+ private:
+  struct Link {
+    Mat6 I;     // articulated inertia
+    Vec6 p;     // wrench that it needs at rest: bias and forces
+    Vec6 bias;  // acceleration quadratic in the velocities
+    Vec6 U;     // I S
+    double D;   // S . I S
+    double u;   // tau - S . p
+    Vec6 a;     // acceleration
+  };
+  std::vector<LinkFrame> frames_;
+  std::vector<Link> links_;
+};
+
+}  // namespace cb
