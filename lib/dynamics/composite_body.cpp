@@ -33,7 +33,7 @@ void CompositeBody::mass_matrix(const Model& model, const Tree& tree, const Stat
       parent.first += I.first + I.mass * r;
       parent.second += I.second - cross_square(I.first, r) - cross_square(r, I.first) - I.mass * cross_square(r, r);
     }
-    for (int k = 0; k < joint.nv(); ++k) {
+    for (int k = joint.nv() - 1; k >= 0; --k) {
       Vec6 S = frames_[i].S;
       if (joint.kind == JointKind::free) S = Vec6::Unit(k);
       // Momentum of what the joint carries, about the link's centre of mass.
@@ -41,8 +41,10 @@ void CompositeBody::mass_matrix(const Model& model, const Tree& tree, const Stat
       Vec3 m = I.first.cross(S.head<3>()) + I.second * S.tail<3>();
       const int column = joint.v - tree.v + k;
       if (joint.kind == JointKind::free) {
-        M.block<3, 1>(joint.v - tree.v, column) = f;
-        M.block<3, 1>(joint.v - tree.v + 3, column) = m;
+        Vec6 momentum;
+        momentum << f, m;
+        M.block(joint.v - tree.v, column, k + 1, 1) = momentum.head(k + 1);
+        M.block(column, joint.v - tree.v, 1, k + 1) = momentum.head(k + 1).transpose();
         continue;
       }
       M(column, column) = S.head<3>().dot(f) + S.tail<3>().dot(m);
