@@ -41,10 +41,10 @@ void CompositeBody::mass_matrix(const Model& model, const Tree& tree, const Stat
       Vec3 m = I.first.cross(S.head<3>()) + I.second * S.tail<3>();
       const int column = joint.v - tree.v + k;
       if (joint.kind == JointKind::free) {
-        Vec6 momentum;
-        momentum << f, m;
-        M.block(joint.v - tree.v, column, k + 1, 1) = momentum.head(k + 1);
-        M.block(column, joint.v - tree.v, 1, k + 1) = momentum.head(k + 1).transpose();
+        for (int x = 0; x <= k; ++x) {
+          const double entry = x < 3 ? f[x] : m[x - 3];
+          M(joint.v - tree.v + x, column) = M(column, joint.v - tree.v + x) = entry;
+        }
         continue;
       }
       M(column, column) = S.head<3>().dot(f) + S.tail<3>().dot(m);
