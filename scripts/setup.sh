@@ -18,6 +18,8 @@ optional=(
   libbenchmark-dev                   # bench/
   liborocos-kdl-dev                  # robots in the tests, against another library
   git                                # the commit in the manifest
+  python3-tqdm                       # the time left of a sweep, as a bar
+  python3-distributed                # sweeps on other machines (sweep.py --engine dask)
 )
 
 check=no

@@ -1,0 +1,246 @@
+#!/usr/bin/env python3
+"""One run in a process of its own, within limits, whatever the program does: always one record with a typed status.
+
+The program writes into a folder of its own under RUNS/.doing, which becomes RUNS/<name> by one rename when its record
+(run.json) is complete. So a run is there whole or not at all, and a late writer of a killed sweep disturbs nobody.
+As a script it reads a job as JSON from standard input and prints the record: that is how another engine calls it.
+"""
+import collections
+import ctypes
+import json
+import math
+import os
+import re
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+import uuid
+from pathlib import Path
+
+DOING = ".doing"
+TAIL = 1 << 16               # bytes of what a program says that are kept
+FILE_LIMIT = 16 << 30        # bytes that one file of a run may have
+BUSY = 0.25                  # cores that others may use before a run counts as disturbed
+AGAIN = ("interrupted", "write_failed")  # statuses that say nothing about the method: done again by themselves
+PR_SET_PDEATHSIG = 1
+LIBC = ctypes.CDLL(None)
+NO_MEMORY = re.compile(r"bad_alloc|out of memory|MemoryError|cannot allocate memory|std::length_error", re.IGNORECASE)
+
+active = set()  # processes to be ended with the sweep
+lock = threading.Lock()
+
+
+def read_json(path):
+    try:
+        return json.loads(Path(path).read_text(errors="replace"))
+    except (OSError, ValueError, RecursionError):
+        return None
+
+
+class Load:
+    """How many cores others keep busy: the machine's busy time less that of this process and its finished children.
+
+    The kernel counts in 10 ms, so nothing is said of less than a second; a short run is judged by the last second or so."""
+
+    def __init__(self):
+        self.samples = collections.deque(maxlen=4096)
+        self.sample()
+
+    def sample(self):
+        try:
+            with open("/proc/stat") as file:
+                user, nice, system, _, _, irq, soft, steal = map(int, file.readline().split()[1:9])
+        except (OSError, ValueError):
+            return None
+        own = sum(sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+        now = (time.monotonic(), (user + nice + system + irq + soft + steal) / os.sysconf("SC_CLK_TCK"), own)
+        self.samples.append(now)
+        return now
+
+    def others(self, start):
+        """Cores in use by others since `start` (or the last second, whichever is longer); None where it cannot be told."""
+        now = self.sample()
+        if now is None:
+            return None
+        before = [s for s in list(self.samples) if s[0] <= min(start, now[0] - 1.0)]
+        if not before:
+            return None
+        span = now[0] - before[-1][0]
+        return max(0.0, (now[1] - before[-1][1] - (now[2] - before[-1][2])) / span)
+
+
+def limited(parent, memory_bytes):
+    """For the child, before it becomes the program: dies with its parent, cannot eat the machine, leaves no core file."""
+    def prepare():
+        LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != parent:
+            os._exit(127)
+        resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (FILE_LIMIT, FILE_LIMIT))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    return prepare
+
+
+def drain(pipe, tail):
+    """Reads all that a program says and keeps the end of it, so that it neither blocks nor fills memory."""
+    while chunk := pipe.read1(TAIL):
+        tail[:] = (tail + chunk)[-TAIL:]
+
+
+def end(process):
+    try:
+        os.killpg(process.pid, signal.SIGKILL)
+    except (ProcessLookupError, PermissionError):
+        pass
+
+
+def end_all():
+    with lock:
+        for process in active:
+            end(process)
+
+
+def execute(command, wall_limit, memory_bytes):
+    """Exit code, whether it had to be stopped, peak memory in MB, and the end of what it said."""
+    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                               start_new_session=True, preexec_fn=limited(os.getpid(), memory_bytes),
+                               env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"})
+    with lock:
+        active.add(process)
+    tail, stopped = bytearray(), threading.Event()
+    reader = threading.Thread(target=drain, args=(process.stderr, tail), daemon=True)
+    reader.start()
+    timer = threading.Timer(wall_limit, lambda: (stopped.set(), end(process)))
+    timer.daemon = True
+    timer.start()
+    try:
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    finally:
+        timer.cancel()
+        end(process)  # whatever it started in turn
+        with lock:
+            active.discard(process)
+    reader.join(timeout=5)
+    killed = stopped.is_set() and process.returncode == -signal.SIGKILL
+    return process.returncode, killed, usage.ru_maxrss / 1024, bytes(tail).decode(errors="replace").strip()
+
+
+def fault_of(summary, job):
+    """Why a summary is none; empty for a good one."""
+    if not isinstance(summary, dict):
+        return "summary.json is no JSON object"
+    if summary.get("status") not in job["statuses"]:
+        return f"summary.json has no known status, but {summary.get('status')!r}"[:120]
+    if not isinstance(summary.get("finished"), bool) or summary["finished"] != (summary["status"] in ("ok", "inaccurate")):
+        return "summary.json contradicts itself on whether the run finished"
+    if summary.get("scenario") != job["asked"]["scene"] or summary.get("method") != job["asked"]["method"]:
+        return "summary.json is of another run"
+    times = summary.get("time")
+    parts = [times.get(f"{p}_s") if isinstance(times, dict) else None for p in ("dynamics", "collision", "assembly", "solve")]
+    if not all(isinstance(p, (int, float)) and math.isfinite(p) for p in parts + [summary.get("t_reached")]):
+        return "summary.json lacks its times"
+
+    def finite(value):
+        if isinstance(value, dict):
+            return all(map(finite, value.values()))
+        if isinstance(value, list):
+            return all(map(finite, value))
+        return not isinstance(value, float) or math.isfinite(value)
+    return "" if finite(summary) else "summary.json holds NaN or infinity"
+
+
+def verdict(code, stopped, peak_mb, said, summary, job):
+    """Status and reason of a run from what its end shows; the program's own word counts only where all fits together."""
+    last = said.splitlines()[-1][:300] if said else ""
+    if stopped:
+        return "time_limit", f"did not come back within {job['wall_limit_s']:g} s; stopped from outside"
+    fault = fault_of(summary, job)
+    if not fault and code == (0 if summary["finished"] else 3):
+        return summary["status"], summary.get("reason") or ""
+    if code not in (0, 2, 3) and (NO_MEMORY.search(said) or peak_mb >= 0.9 * job["memory_limit_mb"]):
+        return "memory_limit", f"died at {job['memory_limit_mb']:g} MB" + (f": {last}" if last else "")
+    if code == 2:
+        return "input_error", last or "exit code 2 without a message"
+    if code < 0:
+        try:
+            name = signal.Signals(-code).name
+        except ValueError:
+            name = f"signal {-code}"
+        return "crash", name + (f": {last}" if last else "")
+    if code == 1:
+        return "crash", last or "exit code 1 without a message"
+    return "crash", f"garbage: {fault or 'exit code does not fit the summary'} (exit code {code})"
+
+
+def reached(folder):
+    """Simulated time in the last whole row of steps.csv, of a run that could not say it itself."""
+    try:
+        with open(folder / "steps.csv", "rb") as file:
+            head = file.readline(1 << 16).decode(errors="replace").strip().split(",")
+            file.seek(max(file.tell(), os.fstat(file.fileno()).st_size - TAIL))
+            lines = file.read(TAIL).decode(errors="replace").split("\n")[:-1]
+        t = float(lines[-1].split(",")[head.index("t")])
+        return t if math.isfinite(t) else None
+    except (OSError, ValueError, IndexError):
+        return None
+
+
+def do(job, load):
+    """Does one job: {asked, flags, key, program, scene, runs, statuses, time_limit_s, wall_limit_s, memory_limit_mb,
+    record_every}; returns its record, which is then in RUNS/<name>/run.json too."""
+    runs, name = Path(job["runs"]), job["asked"]["run"]
+    scratch = runs / DOING / f"{name}.{uuid.uuid4().hex[:12]}"
+    scratch.mkdir(parents=True)
+    command = [job["program"], "run", job["scene"], *job["flags"], "--record-every", str(job["record_every"]),
+               "--time-limit", f"{job['time_limit_s']:g}", "--memory-limit", f"{job['memory_limit_mb']:g}",
+               "--out", str(scratch), "--quiet"]
+    start = time.monotonic()
+    try:
+        # The address space holds more than what is in use; the program's own limit is the sharper one.
+        code, stopped, peak, said = execute(command, job["wall_limit_s"], int((2 * job["memory_limit_mb"] + 256) * 2**20))
+    except OSError as error:
+        code, stopped, peak, said = 1, False, 0.0, f"{job['program']}: {error.strerror}"
+    wall = time.monotonic() - start
+    others = load.others(start)
+    summary = read_json(scratch / "summary.json")
+    status, reason = verdict(code, stopped, peak, said, summary, job)
+    trusted = not fault_of(summary, job) and status == summary["status"]
+    if not trusted:
+        # Nothing downstream may take such a file for a summary.
+        (scratch / "summary.json").unlink(missing_ok=True)
+    record = {**job["asked"], "flags": job["flags"], "key": job["key"], "status": status, "reason": reason.replace(str(scratch), "."),
+              "exit_code": code, "finished": status in ("ok", "inaccurate"), "t_reached": None if trusted else reached(scratch),
+              "limits": [job["time_limit_s"], job["memory_limit_mb"]], "record_every": job["record_every"],
+              "wall_s": round(wall, 4), "peak_memory_mb": round(peak, 2),
+              "other_cores": None if others is None else round(others, 3), "busy": None if others is None else others > BUSY}
+    publish(record, scratch, runs, name)
+    return record
+
+
+def publish(record, scratch, runs, name):
+    with open(scratch / "run.json", "w") as file:
+        file.write(json.dumps(record, indent=1) + "\n")
+        file.flush()
+        os.fsync(file.fileno())
+    old = scratch.with_name(scratch.name + ".old")
+    try:
+        os.rename(runs / name, old)
+    except FileNotFoundError:
+        pass
+    os.rename(scratch, runs / name)
+    shutil.rmtree(old, ignore_errors=True)
+
+
+def main():
+    LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+    signal.signal(signal.SIGTERM, lambda *_: (end_all(), os._exit(143)))
+    json.dump(do(json.load(sys.stdin), Load()), sys.stdout)
+
+
+if __name__ == "__main__":
+    main()
