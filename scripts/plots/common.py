@@ -4,7 +4,7 @@ A figure reads result files only. Every method keeps its colour, marker and line
 line and marker tell the curves apart in grey), and a method that is added later gets a look of its own by itself.
 """
 import argparse
-import csv
+import sys
 from pathlib import Path
 
 import matplotlib
@@ -12,6 +12,9 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from reporting.results import Results  # noqa: E402
 
 BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE = (
     "#000000", "#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7")
@@ -37,57 +40,6 @@ plt.rcParams.update({
 })
 
 
-class Cell:
-    """One method on one scene with one choice of knobs: its repeats, and how it is drawn."""
-
-    def __init__(self, rows, runs):
-        self.rows = rows
-        self.runs = runs
-        self.key = (rows[0]["method"], rows[0]["solver"] or rows[0]["variant"])
-        # Files are read from the repeat with the median time, so that no single disturbance of the machine shows.
-        timed = sorted(rows, key=lambda r: float(r["processing_s"] or "inf"))
-        self.row = timed[(len(timed) - 1) // 2]
-        self.folder = runs / self.row["run"]
-
-    def __getitem__(self, column):
-        return self.row[column]
-
-    @property
-    def finished(self):
-        return all(r["finished"] == "true" for r in self.rows)
-
-    @property
-    def seconds(self):
-        """Median processing time of the finished repeats, s; nan where there is none."""
-        times = [float(r["processing_s"]) for r in self.rows if r["finished"] == "true" and r["processing_s"]]
-        return float(np.median(times)) if times else float("nan")
-
-    @property
-    def how_it_ended(self):
-        """Empty for a run that reached its end; else what stopped it and when."""
-        bad = next((r for r in self.rows if r["finished"] != "true"), None)
-        if bad is None:
-            return "" if self["status"] == "ok" else self["status"]
-        return bad["status"] + (f" at {float(bad['t_reached']):.3g} s" if bad["t_reached"] else "")
-
-    def series(self, file, *columns):
-        """Columns of a file of the run as arrays; empty arrays where there is no file or no row."""
-        return series(self.folder / file, *columns)
-
-
-def series(path, *columns):
-    try:
-        lines = path.read_text().splitlines(keepends=True)
-    except OSError:
-        return np.empty((len(columns), 0))
-    if lines and not lines[-1].endswith("\n"):
-        lines.pop()  # a run that was killed can leave half a row
-    if len(lines) < 2:
-        return np.empty((len(columns), 0))
-    head = lines[0].strip().split(",")
-    return np.loadtxt(lines[1:], delimiter=",", usecols=[head.index(c) for c in columns], ndmin=2).T
-
-
 def arguments():
     parser = argparse.ArgumentParser()
     parser.add_argument("--results", required=True, type=Path, help="folder with runs.csv; figures go to figures/ in it")
@@ -95,15 +47,9 @@ def arguments():
     return parser.parse_args()
 
 
-def cells(options, scene, **wanted):
+def cells(options, scene, sweep="paper", **wanted):
     """The cells of a scene in the order of the table, e.g. cells(options, "stack", parameters="boxes=4")."""
-    groups = {}
-    with open(options.results / "runs.csv", newline="") as file:
-        for row in csv.DictReader(file):
-            if row["scene"] == scene and all(row[c] == v for c, v in wanted.items()):
-                key = tuple(row[c] for c in ("parameters", "method", "variant", "solver", "k", "epsilon"))
-                groups.setdefault(key, []).append(row)
-    return [Cell(rows, options.runs) for rows in groups.values()]
+    return Results(options.results, options.runs).cells(scene, sweep, **wanted)
 
 
 def styles(some):
@@ -113,17 +59,20 @@ def styles(some):
         if cell.key not in looks:
             known = LOOKS.get(cell.key) or LOOKS.get((cell.key[0], ""))
             looks[cell.key] = known or (" ".join(p for p in cell.key if p), *next(later))
-        knob = (cell["k"], cell["epsilon"])
+        knob = (cell["k"], cell["epsilon"], cell["knobs"])
         if knob not in knobs.setdefault(cell.key, []):
             knobs[cell.key].append(knob)
     out = []
     for number, cell in enumerate(some):
         name, colour, marker = looks[cell.key]
-        line = ["-", (0, (4, 1.6)), (0, (1, 1.4)), (0, (5, 1.4, 1, 1.4))][knobs[cell.key].index((cell["k"], cell["epsilon"])) % 4]
+        knob = (cell["k"], cell["epsilon"], cell["knobs"])
+        line = ["-", (0, (4, 1.6)), (0, (1, 1.4)), (0, (5, 1.4, 1, 1.4))][knobs[cell.key].index(knob) % 4]
         if cell["k"]:
             name += f", k = {cell['k']}"
         if cell["epsilon"]:
             name += rf", $\epsilon$ = {power(cell['epsilon'])} J"
+        if cell["knobs"]:
+            name += ", " + cell["knobs"].replace("_", " ")
         out.append({"label": name, "color": colour, "marker": marker, "linestyle": line,
                     "markeredgecolor": "white", "zorder": 3 + 0.01 * number})
     return out

@@ -1,146 +1,252 @@
-"""The reproduction's scripts, run on a stand-in for the program whose answers are known."""
+"""Tables, claims, figures and the report, on the runs of a stand-in for the program whose answers are known."""
+import copy
 import csv
 import json
-import os
-import stat
+import re
+import shutil
 import subprocess
 import sys
 import tempfile
 import unittest
 from pathlib import Path
 
+import standin
+
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = ROOT / "scripts"
-
-# A program that knows one method of each kind. Its runs take 100 steps; `STOP_AT` ends every run of ap early.
-STAND_IN = """#!{python}
-import json, os, sys
-words = sys.argv[1:]
-if words[0] == "list":
-    method = lambda name, solvers, variants, flags: {{"name": name, "solvers": solvers, "variants": variants,
-                                                      "options": [{{"flag": f}} for f in flags]}}
-    print(json.dumps({{"methods": [method("newton", [], ["uncapped", "stick-tested"], []),
-                                   method("ap", ["lemke", "path-lib"], [], ["k"]),
-                                   method("convex", ["ipm"], [], ["epsilon"])],
-                       "solvers": [{{"method": "ap", "name": "path-lib", "unavailable": "not installed"}},
-                                   {{"method": "ap", "name": "lemke", "unavailable": None}}]}}))
-    sys.exit()
-scene, out = words[1], words[words.index("--out") + 1]
-if os.environ.get("CRASH") == scene: os.abort()
-if os.environ.get("REFUSE") == scene:
-    sys.stderr.write("bad scene\\n")
-    sys.exit(2)
-n, early = 100, "ap" in words and scene == "stack.xml"
-status = "ray" if early else "ok"
-with open(out + "/trajectory.csv", "w") as f:
-    f.write("t,body,px,py,pz,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\\n")
-    for i in range(n + 1): f.write(f"{{i / 10}},box,{{i * 1e-9}},0.5,0,1,0,0,0,0,0,0,0,0,0\\n")
-    f.write("10.1,box,0.")  # what a killed program leaves
-with open(out + "/steps.csv", "w") as f:
-    f.write("step,t,status,residual,kinetic_energy,dynamics_s,collision_s,assembly_s,solve_s,step_s\\n")
-    for i in range(n): f.write(f"{{i + 1}},{{(i + 1) / 10}},ok,,{{n - i}},1e-6,1e-6,1e-6,1e-6,1e-5\\n")
-json.dump({{"status": status, "reason": "no way on" if early else None, "finished": not early, "t_reached": 0.25,
-           "options": {{"step": 0.001, "duration": 10}}, "errors": {{"final_m": 1e-9}},
-           "time": {{"total_s": 1, "dynamics_s": 0.25, "collision_s": 0.125, "assembly_s": 0.0625, "solve_s": 0.0625}},
-           "residuals": {{"max": None}}, "versions": {{"git": "abc"}}, "machine": {{"cores": 2}}}},
-          open(out + "/summary.json", "w"))
-sys.exit(3 if early else 0)
-"""
+SWEEPS = [ROOT / "scenarios/sweeps" / f"{name}.toml" for name in ("paper", "robots", "claims", "error_time")]
+sys.path.insert(0, str(SCRIPTS))
+from reporting import claims, table1  # noqa: E402
+from reporting.results import Results  # noqa: E402
 
 
-class Reproduction(unittest.TestCase):
+def script(*words, fakes=None):
+    ended = subprocess.run([sys.executable, "-B", *map(str, words)], capture_output=True, text=True, timeout=600,
+                           env=standin.environment(FAKE=json.dumps(fakes or {})))
+    if ended.returncode != 0:
+        raise AssertionError(ended.stdout + ended.stderr)
+    return ended.stdout + ended.stderr
+
+
+def reproduce(top, fakes=None):
+    """The runs of all sweep files and their table; the report is left to the test."""
+    program = standin.write(top / "program")
+    script(SCRIPTS / "sweep.py", *SWEEPS, "--profile", "quick", "--program", program, "--runs", top / "runs", "--out", top, fakes=fakes)
+
+
+class Report(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.made = Path(tempfile.mkdtemp())
+        cls.addClassCleanup(shutil.rmtree, cls.made)
+        reproduce(cls.made, fakes={"sticking_box": "crash"})
+        cls.said = script(SCRIPTS / "report.py", "--results", cls.made, "--runs", cls.made / "runs")
+
     def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-        self.top = Path(self.folder.name)
-        self.runs = self.top / "runs"
-        self.runs.mkdir()
-        self.program = self.top / "program"
-        self.program.write_text(STAND_IN.format(python=sys.executable))
-        self.program.chmod(self.program.stat().st_mode | stat.S_IXUSR)
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.top = Path(folder.name)
 
-    def script(self, *words, **environment):
-        ended = subprocess.run([sys.executable, *map(str, words)], capture_output=True, text=True,
-                               env={**os.environ, **environment})
-        self.assertEqual(ended.returncode, 0, ended.stderr)
-        return ended.stdout
+    def results(self):
+        return Results(self.made, self.made / "runs")
 
-    def do_runs(self, **environment):
-        return self.script(SCRIPTS / "run_all.py", "--program", self.program, "--out", self.runs, **environment)
-
-    def table(self):
-        self.script(SCRIPTS / "table.py", "--runs", self.runs, "--out", self.top, "--profile", "quick")
-        with open(self.top / "runs.csv", newline="") as file:
+    def rows(self, name):
+        with open(self.made / name, newline="") as file:
             return list(csv.DictReader(file))
 
-    def draw(self, name):
-        self.script(SCRIPTS / "plots" / f"{name}.py", "--results", self.top, "--runs", self.runs)
-        return [(self.top / "figures" / f"{name}.{kind}").read_bytes() for kind in ("png", "svg")]
-
-    def test_every_method_runs_on_every_scene_but_with_solvers_that_are_not_there(self):
-        said = self.do_runs()
-        self.assertIn("ap/path-lib is left out: not installed", said)
-        rows = self.table()
-        # 9 scenes: newton twice, convex twice, ap once, and once more with k = 16 on the sticking box.
-        self.assertEqual(len(rows), 9 * 5 + 1)
-        self.assertEqual({r["solver"] for r in rows if r["method"] == "ap"}, {"lemke"})
-        self.assertEqual([r["k"] for r in rows if r["scene"] == "sticking_box" and r["method"] == "ap"], ["8", "16"])
-
-    def test_a_finished_run_is_not_done_again_until_the_program_is_newer(self):
-        self.do_runs()
-        self.assertNotIn("] ", self.do_runs())
-        later = max(p.stat().st_mtime for p in self.runs.rglob("run.json")) + 10
-        os.utime(self.program, (later, later))
-        self.assertIn("[  1/", self.do_runs())
-
-    def test_an_interrupted_run_is_done_again(self):
-        self.do_runs()
-        record = next(self.runs.rglob("run.json"))
-        record.write_text(json.dumps({**json.loads(record.read_text()), "status": "interrupted"}))
-        again = self.do_runs()
-        self.assertEqual(again.count("] "), 1)
-        self.assertIn(record.parent.name, again)
-
-    def test_a_failure_is_a_row_with_its_status_and_stops_nothing(self):
-        self.do_runs(CRASH="sliding_box.xml", REFUSE="circular_sliding.xml")
-        rows = self.table()
-        of = {scene: {r["status"] for r in rows if r["scene"] == scene and r["method"] == "convex"}
-              for scene in ("sliding_box", "circular_sliding", "stack")}
-        self.assertEqual(of, {"sliding_box": {"crash"}, "circular_sliding": {"input_error"}, "stack": {"ok"}})
-        crashed = next(r for r in rows if r["status"] == "crash")
-        self.assertEqual((crashed["processing_s"], crashed["t_reached"], crashed["error_final_m"]), ("", "", ""))
-        refused = next(r for r in rows if r["status"] == "input_error")
-        self.assertEqual(refused["reason"], "bad scene")
-        cells = (self.top / "timings.md").read_text()
-        self.assertIn("ray at 0.25 s", cells)
-        self.assertIn("crash", cells)
+    def test_every_method_runs_on_every_scene_of_the_paper_that_is_there(self):
+        paper = [r for r in self.rows("runs.csv") if "paper" in r["sweeps"].split()]
+        # 9 scenes: newton twice, mirtich, ap, convex twice; and ap once more with k = 16 on the sticking box.
+        self.assertEqual(len(paper), 9 * 6 + 1)
+        self.assertEqual([r["k"] for r in paper if r["scene"] == "sticking_box" and r["method"] == "ap"], ["8", "16"])
+        missing = json.loads((self.made / "manifest.json").read_text())["missing"]
+        self.assertEqual(set(missing), {"ap/path-lib", "mobile_robot", "mobile_robot_caster", "grasp"})
 
     def test_processing_time_is_the_sum_of_the_parts_and_missing_is_empty(self):
-        self.do_runs()
-        rows = self.table()
-        self.assertEqual({float(r["processing_s"]) for r in rows}, {0.5})
+        rows = self.rows("runs.csv")
+        self.assertEqual({r["processing_s"] for r in rows}, {"0.5", ""})
+        self.assertEqual({r["scene"] for r in rows if not r["processing_s"]}, {"sticking_box"})
         self.assertEqual({r["residual_max"] for r in rows}, {""})
-        manifest = json.loads((self.top / "manifest.json").read_text())
-        self.assertEqual(manifest["statuses"], {"ok": 9 * 4 + 5, "ray": 5})
-        self.assertEqual(manifest["versions"], {"git": "abc"})
-        self.assertNotIn(str(self.top), (self.top / "runs.csv").read_text() + json.dumps(manifest))
 
-    def test_the_same_runs_draw_the_same_bytes(self):
-        self.do_runs()
-        self.table()
-        for name in sorted(p.stem for p in (SCRIPTS / "plots").glob("figure*.py")):
-            first = self.draw(name)
-            if name in ("figure04", "figure07"):
-                self.assertEqual(first, self.draw(name), name)
+    def test_no_path_of_the_machine_is_published(self):
+        for file in ("runs.csv", "manifest.json", "report.json", "report.html", "table1.csv", "table1.md", "table1.tex"):
+            self.assertNotIn(str(self.made), (self.made / file).read_text(), file)
 
-    def test_figures_are_drawn_where_runs_failed_or_are_not_there(self):
-        self.do_runs(CRASH="sticking_box.xml")
-        self.table()
-        self.draw("figure04")
-        with open(self.top / "runs.csv") as file:
-            head = file.readline()
-        (self.top / "runs.csv").write_text(head)
-        self.draw("figure04")
+    def test_table_one_has_a_status_and_the_time_reached_in_place_of_dnf(self):
+        cells = {(r["scene"], r["parameters"], r["method"], r["epsilon"]): r for r in self.rows("table1.csv")}
+        self.assertEqual(cells["stack", "boxes=16", "ap", ""]["status"], "ray")
+        self.assertEqual(cells["stack", "boxes=16", "ap", ""]["median_s"], "")
+        markdown = (self.made / "table1.md").read_text()
+        self.assertIn("ray at 0.25 s / 4025.48 (51)", markdown)
+        self.assertIn("crash at 10 s", markdown)
+        self.assertNotIn("DNF |", markdown.replace("/ DNF", ""))
+        self.assertIn(r"\toprule", (self.made / "table1.tex").read_text())
+
+    def test_ratios_stay_inside_a_column_and_the_papers_stand_beside_ours(self):
+        cells = {(r["scene"], r["method"], r["solver"], r["epsilon"]): r for r in self.rows("table1.csv") if r["variant"] in ("", "uncapped")}
+        ours = cells["sliding_box", "ap", "lemke", ""]
+        self.assertEqual(float(ours["ratio"]), 1.0)  # the stand-in takes the same time for everything
+        self.assertAlmostEqual(float(ours["paper_ratio"]), 5.18 / 15.01)
+        self.assertEqual(cells["sliding_box", "convex", "ipm", "1e-2"]["paper_s"], "13.05")
+        self.assertEqual(cells["sticking_box", "ap", "lemke", ""]["ratio"], "")  # it crashed
+        self.assertEqual(cells["circular_sliding", "ap", "lemke", ""]["paper_certain"], "no")
+
+    def test_every_claim_has_an_answer_and_what_is_missing_cannot_be_told(self):
+        answers = {c.id: c for c in claims.all_claims(self.results())}
+        self.assertEqual(list(answers), [f"C{n}" for n in range(1, 11)])
+        self.assertEqual(set(answers["C6"].answers.values()) | set(answers["C7"].answers.values()), {claims.UNKNOWN})
+        for name in ("C1", "C2", "C3", "C4", "C5", "C6", "C7"):
+            self.assertEqual(set(answers[name].answers), {"Newton uncapped", "Newton stick-tested"}, name)
+        # The stand-in's stack of 16 ends every run of ap early.
+        self.assertIn("did not finish", script(SCRIPTS / "claims.py", "--results", self.made, "--runs", self.made / "runs", "C10"))
+
+    def test_claims_follow_the_numbers(self):
+        results = copy.deepcopy(self.results())
+        for row in results.rows:
+            if row["scene"] == "impacting_sphere":
+                row["error_energy_rise_relative"] = "0.16" if row["variant"] == "uncapped" else "0.0"
+        self.assertEqual(claims.c1(results).answers, {"Newton uncapped": claims.YES, "Newton stick-tested": claims.NO})
+        for row in results.rows:
+            if row["scene"] == "impacting_sphere" and row["method"] == "mirtich":
+                row["error_energy_rise_relative"] = "0.01"
+        self.assertEqual(set(claims.c1(results).answers.values()), {claims.NO})
+        for row in results.rows:
+            row["error_energy_rise_relative"] = ""
+        self.assertEqual(set(claims.c1(results).answers.values()), {claims.UNKNOWN})
+
+    def test_a_claim_names_the_commands_that_repeat_its_numbers(self):
+        said = script(SCRIPTS / "claims.py", "--results", self.made, "--runs", self.made / "runs", "C5")
+        self.assertIn("contactbench run stack.xml --method convex --solver ipm --epsilon 1e-12 --set boxes=16", said)
+
+    def test_the_same_runs_make_the_same_report_and_pictures(self):
+        again = self.top / "again"
+        again.mkdir()
+        for file in ("runs.csv", "manifest.json"):
+            shutil.copy(self.made / file, again)
+        script(SCRIPTS / "report.py", "--results", again, "--runs", self.made / "runs")
+        names = {str(p.relative_to(self.made)) for p in self.made.rglob("*") if p.is_file() and "runs" not in p.relative_to(self.made).parts}
+        self.assertGreater(len(names), 20)
+        for name in names - {"program"}:
+            self.assertEqual((self.made / name).read_bytes(), (again / name).read_bytes(), name)
+
+    def test_times_of_the_report_stand_apart_from_what_does_not_change(self):
+        report = json.loads((self.made / "report.json").read_text())
+        slower = self.top / "slower"
+        slower.mkdir()
+        shutil.copy(self.made / "manifest.json", slower)
+        with open(slower / "runs.csv", "w", newline="") as file:
+            rows = self.rows("runs.csv")
+            writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+            writer.writeheader()
+            for number, row in enumerate(rows):
+                for column in ("processing_s", "wall_s", "peak_memory_mb", "other_cores"):
+                    row[column] = row[column] and str(float(row[column]) * (1.5 + number % 7))
+                writer.writerow(row)
+        script(SCRIPTS / "report.py", "--results", slower, "--runs", self.made / "runs", "--no-draw")
+        other = json.loads((slower / "report.json").read_text())
+        self.assertNotEqual(report, other)
+        for part in (report, other):
+            for section in part["sections"].values():
+                del section["timing"]
+        self.assertEqual(report, other)
+
+    def test_every_figure_says_what_the_papers_shows_and_what_made_it(self):
+        figures = json.loads((self.made / "report.json").read_text())["sections"]["figures"]["data"]
+        for number in range(1, 8):
+            figure = figures[f"figure{number:02}"]
+            self.assertIn("paper", figure["says"], number)
+            self.assertTrue(any(c.startswith("contactbench run") for c in figure["commands"]), number)
+
+    def test_a_figure_that_cannot_be_drawn_is_said_and_stops_nothing(self):
+        # A trajectory full of garbage.
+        broken = self.top / "broken"
+        shutil.copytree(self.made, broken)
+        for file in broken.glob("runs/circular_sliding__*/trajectory.csv"):
+            file.write_text("t,body,px,py,pz\nzero,box,one,two,three\n")
+        said = script(SCRIPTS / "report.py", "--results", broken, "--runs", broken / "runs")
+        self.assertIn("figure05.py could not draw", said)
+        self.assertIn("figure05 could not be drawn", (broken / "report.html").read_text())
+
+    def test_figures_are_drawn_where_no_run_is_there(self):
+        with open(self.made / "runs.csv") as file:
+            (self.top / "runs.csv").write_text(file.readline())
+        for plot in sorted((SCRIPTS / "plots").glob("*.py")):
+            if plot.stem != "common":
+                script(plot, "--results", self.top, "--runs", self.made / "runs")
+                self.assertTrue((self.top / "figures" / f"{plot.stem}.png").exists(), plot.stem)
+
+    def test_the_report_needs_no_network(self):
+        text = (self.made / "report.html").read_text()
+        self.assertEqual(re.findall(r"""(?:src|href)=["'](?!data:|#)[^"']*""", text), [])
+        self.assertNotIn("@import", text)
+        self.assertNotIn("url(", text)
+
+
+CHROMIUM = next((found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), None)
+QUIET = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+         "--disable-component-update", "--disable-sync"]
+
+# The report in a frame of a given width, and what the browser makes of it.
+PROBE = """<!DOCTYPE html><html><body style="margin:0"><pre id="found">nothing</pre>
+<iframe id="frame" style="border:0;width:%dpx;height:900px"></iframe><script>
+const faults = [], frame = document.getElementById("frame");
+frame.srcdoc = %s;
+frame.onload = () => {
+  const page = frame.contentDocument, root = page.documentElement, images = [...page.images];
+  document.getElementById("found").textContent = JSON.stringify({
+    images: images.length, shown: images.filter(i => i.complete && i.naturalWidth > 0 && i.clientWidth > 0).length,
+    widest: Math.max(...images.map(i => i.getBoundingClientRect().right)), overflow: root.scrollWidth - root.clientWidth,
+    headings: page.querySelectorAll("h2").length, smallest: Math.min(...[...page.querySelectorAll("p, li")].map(
+      e => parseFloat(frame.contentWindow.getComputedStyle(e).fontSize)))});
+};
+</script></body></html>"""
+
+
+@unittest.skipUnless(CHROMIUM, "chromium is not installed (apt install chromium): the report is not looked at in a browser")
+class Browser(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.top = Path(tempfile.mkdtemp())
+        cls.addClassCleanup(shutil.rmtree, cls.top, ignore_errors=True)
+        reproduce(cls.top)
+        script(SCRIPTS / "report.py", "--results", cls.top, "--runs", cls.top / "runs")
+
+    def browse(self, page, *words):
+        with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+            ended = subprocess.run([CHROMIUM, *QUIET, f"--user-data-dir={profile}", *words, page.as_uri()], capture_output=True,
+                                   timeout=120, text=True)
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        return ended
+
+    def look(self, width):
+        page = self.top / f"probe{width}.html"
+        report = json.dumps((self.top / "report.html").read_text()).replace("</", "<\\/")
+        page.write_text(PROBE % (width, report))
+        dom = self.browse(page, "--dump-dom", "--virtual-time-budget=20000").stdout
+        return json.loads(re.search(r'<pre id="found">(.*?)</pre>', dom, re.S).group(1))
+
+    def test_it_loads_without_errors_and_all_pictures_show(self):
+        ended = self.browse(self.top / "report.html", "--dump-dom", "--enable-logging=stderr", "--v=0")
+        self.assertEqual([line for line in ended.stderr.splitlines() if "CONSOLE" in line], [])
+        found = self.look(1200)
+        self.assertGreaterEqual(found["images"], 8)
+        self.assertEqual(found["shown"], found["images"])
+        self.assertLessEqual(found["overflow"], 0)
+        self.assertGreaterEqual(found["headings"], 6)
+
+    def test_it_reads_on_a_phone(self):
+        found = self.look(390)
+        # The page itself does not scroll sideways (wide tables do, in a frame of their own), and text is not shrunk.
+        self.assertLessEqual(found["overflow"], 0)
+        self.assertLessEqual(found["widest"], 390)
+        self.assertGreaterEqual(found["smallest"], 14)
+
+    def test_it_prints(self):
+        pdf = self.top / "report.pdf"
+        self.browse(self.top / "report.html", f"--print-to-pdf={pdf}", "--no-pdf-header-footer")
+        data = pdf.read_bytes()
+        self.assertTrue(data.startswith(b"%PDF"))
+        self.assertGreater(len(data), 100_000)
 
 
 if __name__ == "__main__":
