@@ -14,6 +14,13 @@ namespace cb {
 
 namespace {
 
+/// Its allocator takes a refusal for the end of the world.
+#if defined(__SANITIZE_ADDRESS__)
+constexpr bool address_sanitizer = true;
+#else
+constexpr bool address_sanitizer = false;
+#endif
+
 volatile std::sig_atomic_t caught = 0;
 
 void catch_signal(int signal) { caught = signal; }
@@ -52,11 +59,9 @@ Limits::Limits(std::optional<double> time_s, std::optional<double> memory_mb) : 
 }
 
 void Limits::bound_memory() {
-#if !defined(__SANITIZE_ADDRESS__)  // whose allocator takes a refusal for the end of the world
-  if (!memory_mb_) return;
+  if (address_sanitizer || !memory_mb_) return;
   const rlim_t data = data_size();
   if (data > 0) data_limit_before_ = limit_data(data + static_cast<rlim_t>(*memory_mb_ * 1048576));
-#endif
 }
 
 void Limits::lift() {

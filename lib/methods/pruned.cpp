@@ -1,0 +1,442 @@
+// Leaves out of a contact problem what its answer does not need, and completes the answer (pruned.h).
+//
+// Certificates. Let S be the contacts kept, and r the answer of their problem. A contact c outside S gets r_c = 0, so
+// that v+ and the conditions on S stay as they are. For c itself:
+//   newton, mirtich   u_n+ >= 0: no sweep would touch it.
+//   ap                u_n+ >= 0 = c_n; c_t = 0 needs d_i . u_t+ + lam >= 0 for all directions, which
+//                     lam = max(0, -min_i d_i . u_t+) gives; lam _|_ mu c_n - E^T c_t = 0 holds for any lam.
+//   convex            u_n+ >= 0, and y = u - W_(:,n) eta + s e_n lies in the dual cone, mu |y_t| <= y_n, with the s
+//   that
+//                     the kept contacts of its island need already (any s where kappa = 0: it costs nothing there).
+//                     The bound: u_n > 0 after the frictionless answer, so that c carries nothing in it and N z <= 1 is
+//                     not asked of it; and leaving c out must not tear its island, for the bound is per island.
+//
+// Closed forms for one contact with W_nt = 0 and W_tt = w I:
+//   normal       r_n = -u_n / W_nn
+//   convex       r_t = -u_t / w where |u_t| <= w mu r_n, else mu r_n against u_t; eta = 0; z = M^-1 N^T / W_nn; without
+//                the bound a contact that slides lifts as well: no closed form is used
+//   ap           the point of the polygon mu r_n conv{d_i} nearest to -u_t / w, on the two directions beside it
+
+#include "methods/pruned.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "contact/islands.h"
+
+namespace cb {
+
+namespace {
+
+/// -: a contact stays out if it parts faster than this fraction of the event's fastest velocity.
+constexpr double clearly_parting = 1e-6;
+/// -: entries of W_ii that couple normal and tangential directions, as a fraction of w, below which it is decoupled.
+constexpr double decoupled = 1e-15;
+
+/// Members by group: those of group g stand at [start[g], start[g + 1]), in ascending order; -1 is in no group.
+struct Groups {
+  std::vector<int> start, members;
+  void assign(const std::vector<int>& group, int count) {
+    start.assign(count + 2, 0);
+    for (const int g : group)
+      if (g >= 0) ++start[g + 2];
+    for (int g = 0; g < count; ++g) start[g + 2] += start[g + 1];
+    members.resize(start[count + 1]);
+    for (std::size_t i = 0; i < group.size(); ++i)
+      if (group[i] >= 0) members[start[group[i] + 1]++] = static_cast<int>(i);
+    start.pop_back();
+  }
+  std::span<const int> operator[](int g) const {
+    return {members.data() + start[g], static_cast<std::size_t>(start[g + 1] - start[g])};
+  }
+};
+
+class Pruned {
+ public:
+  Pruned(const MethodRow& row, const MethodOptions& options, std::shared_ptr<LeftOut> left_out)
+      : method_(row.make(options)), law_(row.law), options_(options), left_out_(std::move(left_out)) {
+    closed_form_ =
+        (law_ == Law::anitescu_potra && options.regularise == 0) || (law_ == Law::convex && options.compression_bound);
+  }
+  void operator()(const ContactProblem& problem, ContactSolution& solution);
+
+ private:
+  bool look(const ContactProblem& problem);
+  bool tears_an_island(const ContactProblem& problem);
+  void solve_parts(const ContactProblem& problem, ContactSolution& solution);
+  void begin(const ContactProblem& problem, ContactSolution& solution) const;
+  void extract(const ContactProblem& problem, std::span<const int> contacts, std::span<const int> blocks);
+  bool closed_form();
+  void take_over(const ContactProblem& problem, std::span<const int> contacts, std::span<const int> blocks,
+                 ContactSolution& solution) const;
+  bool certify(const ContactProblem& problem, ContactSolution& solution);
+
+  ContactMethod method_;
+  Law law_;
+  MethodOptions options_;
+  bool closed_form_ = false;
+  std::shared_ptr<LeftOut> left_out_;
+
+  double speed_ = 0;       // m/s, largest entry of u before the event
+  std::vector<double> u_;  // 3 nc, before the event
+  std::vector<char> out_;  // nc: left out as parting?
+  int out_count_ = 0;
+  Islands islands_, islands_kept_;  // of the whole problem; without the contacts left out
+  std::vector<int> part_of_contact_, part_of_block_, block_in_part_;
+  Groups contacts_of_, blocks_of_;
+
+  ContactProblem part_;
+  ContactSolution answer_;
+  BlockCholesky factor_;
+  std::vector<Eigen::Matrix3d> W_;
+  std::vector<double> v_, u_plus_, y_, scratch_, slack_, kappa_;
+};
+
+void Pruned::operator()(const ContactProblem& problem, ContactSolution& solution) {
+  if (!look(problem)) {
+    method_(problem, solution);
+    return;
+  }
+  for (;;) {
+    solve_parts(problem, solution);
+    if (out_count_ == 0 || certify(problem, solution)) break;
+  }
+  left_out_->parted_contacts += out_count_;
+}
+
+// Is there anything to leave out? Decides which contacts, and finds the islands.
+bool Pruned::look(const ContactProblem& problem) {
+  const int nc = problem.nc();
+  if (nc == 0) return false;
+  contact_velocity(problem, problem.v_minus, u_);
+  speed_ = 0;
+  for (const double x : u_) {
+    if (!std::isfinite(x)) return false;
+    speed_ = std::max(speed_, std::abs(x));
+  }
+  bool elastic = false;
+  for (const double e : problem.restitution) elastic = elastic || e != 0;
+  if (elastic && law_ == Law::anitescu_potra) return false;
+
+  out_.assign(nc, 0);
+  out_count_ = 0;
+  if (!elastic)
+    for (int c = 0; c < nc; ++c)
+      if (u_[3 * c] > clearly_parting * speed_) {
+        out_[c] = 1;
+        ++out_count_;
+      }
+  if (problem.M.blocks() > 1) {
+    find_islands(problem, islands_);
+  } else {
+    islands_.count = 1;
+    islands_.of_contact.assign(nc, 0);
+    islands_.of_block.assign(1, 0);
+  }
+  if (out_count_ > 0 && law_ == Law::convex && tears_an_island(problem)) {
+    out_.assign(nc, 0);
+    out_count_ = 0;
+  }
+  const bool several = islands_.count > 1 && law_ != Law::convex;
+  const bool alone = closed_form_ && !elastic && nc == islands_.count;
+  return out_count_ > 0 || several || alone;
+}
+
+// Would an island fall apart without the contacts that are left out?
+bool Pruned::tears_an_island(const ContactProblem& problem) {
+  part_.J.clear();
+  for (int c = 0; c < problem.nc(); ++c) {
+    if (out_[c]) continue;
+    part_.J.add_band();
+    for (int e = problem.J.band[c]; e < problem.J.band[c + 1]; ++e) part_.J.add_entry(problem.J.block[e], 0);
+  }
+  part_.M = problem.M;
+  find_islands(part_, islands_kept_);
+  // Each island of the whole may hold one island of the rest at most.
+  std::vector<int>& of_island = islands_kept_.scratch;
+  of_island.assign(islands_.count, -1);
+  for (int c = 0, kept = 0; c < problem.nc(); ++c) {
+    if (out_[c]) continue;
+    int& island = of_island[islands_.of_contact[c]];
+    const int now = islands_kept_.of_contact[kept++];
+    if (island >= 0 && island != now) return true;
+    island = now;
+  }
+  return false;
+}
+
+void Pruned::solve_parts(const ContactProblem& problem, ContactSolution& solution) {
+  const int nc = problem.nc(), blocks = problem.M.blocks();
+  // Parts: the islands; for the convex model, which parts islands itself, one of everything.
+  const bool together = law_ == Law::convex && nc > islands_.count;
+  const int parts = together ? 1 : islands_.count;
+  part_of_contact_.assign(nc, 0);
+  part_of_block_.assign(blocks, 0);
+  if (!together) {
+    part_of_contact_ = islands_.of_contact;
+    part_of_block_ = islands_.of_block;
+  }
+  for (int c = 0; c < nc; ++c)
+    if (out_[c]) part_of_contact_[c] = -1;
+  contacts_of_.assign(part_of_contact_, parts);
+  blocks_of_.assign(part_of_block_, parts);
+
+  begin(problem, solution);
+  int solved = 0;
+  for (int part = 0; part < parts; ++part) {
+    const std::span<const int> contacts = contacts_of_[part], of_part = blocks_of_[part];
+    if (contacts.empty()) continue;
+    ++solved;
+    extract(problem, contacts, of_part);
+    if (closed_form_ && contacts.size() == 1 && closed_form())
+      ++left_out_->closed_forms;
+    else
+      method_(part_, answer_);
+    take_over(problem, contacts, of_part, solution);
+  }
+  if (solved > 1) left_out_->islands += solved;
+  if (solved == 0) ++left_out_->solver_calls;
+}
+
+// An answer of zeros, in the shape that the law asks for.
+void Pruned::begin(const ContactProblem& problem, ContactSolution& solution) const {
+  const std::size_t nc = problem.nc();
+  solution.clear();
+  solution.impulse.assign(3 * nc, 0.0);
+  switch (law_) {
+    case Law::newton:
+      break;
+    case Law::mirtich:
+      solution.compression_work.assign(nc, 0.0);
+      solution.restitution_work.assign(nc, 0.0);
+      solution.friction_work.assign(nc, 0.0);
+      break;
+    case Law::anitescu_potra:
+      solution.k = options_.k;
+      solution.regularisation = options_.regularise;
+      solution.z.assign((options_.k + 2) * nc, 0.0);
+      break;
+    case Law::convex:
+      solution.eta.assign(nc, 0.0);
+      solution.bounded = options_.compression_bound;
+      if (solution.bounded) {
+        solution.frictionless.assign(nc, 0.0);
+        solution.kappa_dual.assign(problem.nv(), 0.0);
+      }
+      solution.epsilon = options_.epsilon_relative.value_or(0) * 0.5 * quadratic_form(problem.M, problem.v_minus);
+      if (!options_.epsilon_relative) solution.epsilon = options_.epsilon;
+      break;
+  }
+}
+
+void Pruned::extract(const ContactProblem& problem, std::span<const int> contacts, std::span<const int> blocks) {
+  part_.clear();
+  block_in_part_.resize(problem.M.blocks());
+  for (const int b : blocks) {
+    block_in_part_[b] = part_.M.add_block(problem.M.block_size(b));
+    part_.M.block(block_in_part_[b]) = problem.M.block(b);
+    part_.v_minus.insert(part_.v_minus.end(), problem.v_minus.begin() + problem.M.first[b],
+                         problem.v_minus.begin() + problem.M.first[b + 1]);
+  }
+  for (const int c : contacts) {
+    part_.J.add_band();
+    for (int e = problem.J.band[c]; e < problem.J.band[c + 1]; ++e) {
+      const auto entry = problem.J.entry(e);
+      const int k = part_.J.add_entry(block_in_part_[problem.J.block[e]], static_cast<int>(entry.cols()));
+      part_.J.entry(k) = entry;
+    }
+    part_.mu.push_back(problem.mu[c]);
+    part_.restitution.push_back(problem.restitution[c]);
+    part_.offset.insert(part_.offset.end(), problem.offset.begin() + 3 * c, problem.offset.begin() + 3 * c + 3);
+  }
+}
+
+// The answer of a part with one contact, where there is a formula for it.
+bool Pruned::closed_form() {
+  if (!factor_.factor(part_.M)) return false;
+  diagonal_blocks(part_, factor_, W_);
+  const Eigen::Matrix3d& W = W_[0];
+  const double w = (W(1, 1) + W(2, 2)) / 2, Wn = W(0, 0), small = decoupled * (w + Wn);
+  const double coupling = std::abs(W(1, 0)) + std::abs(W(2, 0)) + std::abs(W(2, 1)) + std::abs(W(1, 1) - W(2, 2));
+  if (!(Wn > 0 && w > 0 && coupling <= small)) return false;
+  if (part_.restitution[0] != 0 || !(part_.mu[0] >= 0) || !std::isfinite(part_.mu[0])) return false;
+  contact_velocity(part_, part_.v_minus, u_plus_);
+  if (u_plus_[0] > 0) return false;
+
+  ContactSolution& answer = answer_;
+  answer.clear();
+  const double normal = -u_plus_[0] / Wn, reach = part_.mu[0] * normal;
+  const double slip = std::hypot(u_plus_[1], u_plus_[2]);
+  answer.impulse = {normal, 0, 0};
+  if (law_ == Law::convex) {
+    const double size = std::min(slip / w, reach);
+    for (int i = 1; i < 3 && slip > 0; ++i) answer.impulse[i] = -size * u_plus_[i] / slip;
+    answer.size = 3;
+    answer.bounded = true;
+    answer.eta = {0};
+    answer.frictionless = {normal};
+    answer.kappa_dual.assign(part_.nv(), 0.0);
+    constexpr double unit[] = {1, 0, 0};
+    multiply_transposed_add(part_.J, part_.M, unit, answer.kappa_dual);
+    factor_.solve_in_place(answer.kappa_dual);
+    for (double& z : answer.kappa_dual) z /= Wn;
+    answer.epsilon = 0;
+    return true;
+  }
+
+  // ap: -u_t / w if it lies in the polygon, else the nearest point of the edge that faces it.
+  const int k = options_.k;
+  answer.k = k;
+  answer.size = k + 2;
+  answer.z.assign(k + 2, 0.0);
+  answer.z[0] = normal;
+  const double sector = 2 * M_PI / k, half_angle = sector / 2;
+  double angle = std::atan2(-u_plus_[2], -u_plus_[1]);
+  if (angle < 0) angle += 2 * M_PI;
+  int first = static_cast<int>(angle / sector) % k;
+  const int second = (first + 1) % k;
+  const auto direction = [&](int i) { return Eigen::Vector2d(std::cos(sector * i), std::sin(sector * i)); };
+  const Eigen::Vector2d a = direction(first), b = direction(second), wanted(-u_plus_[1] / w, -u_plus_[2] / w);
+  // Coordinates of `wanted` in the directions a, b.
+  const double area = a.x() * b.y() - a.y() * b.x();
+  double ca = (wanted.x() * b.y() - wanted.y() * b.x()) / area, cb = (a.x() * wanted.y() - a.y() * wanted.x()) / area;
+  ca = std::max(ca, 0.0);
+  cb = std::max(cb, 0.0);
+  const bool slides = ca + cb > reach;
+  if (slides) {
+    // Along the edge from reach a to reach b, whose length is 2 reach sin(half_angle).
+    const double edge = 2 * std::sin(half_angle);
+    const double along = reach > 0 ? std::clamp((wanted - reach * a).dot(b - a) / (edge * edge * reach), 0.0, 1.0) : 0;
+    ca = (1 - along) * reach;
+    cb = along * reach;
+  }
+  answer.z[1 + first] = ca;
+  answer.z[1 + second] = cb;
+  answer.impulse[1] = ca * a.x() + cb * b.x();
+  answer.impulse[2] = ca * a.y() + cb * b.y();
+  double lam = 0;
+  const double u1 = u_plus_[1] + w * answer.impulse[1], u2 = u_plus_[2] + w * answer.impulse[2];
+  if (slides)
+    for (int i = 0; i < k; ++i) lam = std::max(lam, -direction(i).dot(Eigen::Vector2d(u1, u2)));
+  answer.z[k + 1] = lam;
+  return true;
+}
+
+void Pruned::take_over(const ContactProblem& problem, std::span<const int> contacts, std::span<const int> blocks,
+                       ContactSolution& solution) const {
+  const ContactSolution& answer = answer_;
+  if (answer.status > solution.status) {
+    solution.status = answer.status;
+    solution.reason = answer.reason;
+  }
+  solution.iterations += answer.iterations;
+  solution.size += answer.size;
+  if (law_ == Law::convex)
+    solution.claimed_residual += answer.claimed_residual;
+  else
+    solution.claimed_residual = std::max(solution.claimed_residual, answer.claimed_residual);
+  solution.epsilon = std::max(solution.epsilon, answer.epsilon);
+
+  const std::size_t n = contacts.size(), nc = problem.nc(), k = options_.k;
+  const auto scatter = [&](const std::vector<double>& from, std::size_t first, std::size_t width,
+                           std::vector<double>& to, std::size_t to_first) {
+    if (from.size() < first + n * width) return;  // a method that failed may leave its answer empty
+    for (std::size_t i = 0; i < n; ++i)
+      std::copy_n(from.begin() + static_cast<long>(first + i * width), width,
+                  to.begin() + static_cast<long>(to_first + width * contacts[i]));
+  };
+  scatter(answer.impulse, 0, 3, solution.impulse, 0);
+  switch (law_) {
+    case Law::newton:
+      break;
+    case Law::mirtich:
+      scatter(answer.compression_work, 0, 1, solution.compression_work, 0);
+      scatter(answer.restitution_work, 0, 1, solution.restitution_work, 0);
+      scatter(answer.friction_work, 0, 1, solution.friction_work, 0);
+      break;
+    case Law::anitescu_potra:
+      scatter(answer.z, 0, 1, solution.z, 0);
+      scatter(answer.z, n, k, solution.z, nc);
+      scatter(answer.z, n + k * n, 1, solution.z, nc + k * nc);
+      break;
+    case Law::convex:
+      scatter(answer.eta, 0, 1, solution.eta, 0);
+      if (!solution.bounded) break;
+      scatter(answer.frictionless, 0, 1, solution.frictionless, 0);
+      if (answer.kappa_dual.size() == static_cast<std::size_t>(part_.nv()))
+        for (std::size_t i = 0; i < blocks.size(); ++i)
+          std::copy(answer.kappa_dual.begin() + part_.M.first[i], answer.kappa_dual.begin() + part_.M.first[i + 1],
+                    solution.kappa_dual.begin() + problem.M.first[blocks[i]]);
+      break;
+  }
+}
+
+// Do the contacts left out satisfy the law with zero impulse? Completes their multipliers. Those that do not are
+// brought back, and the answer is false.
+bool Pruned::certify(const ContactProblem& problem, ContactSolution& solution) {
+  const int nc = problem.nc();
+  if (solution.status != Status::ok && solution.status != Status::inaccurate) return true;  // nothing to complete
+  if (!factor_.factor(problem.M)) return true;
+  apply_impulse(problem, factor_, solution.impulse, v_);
+  contact_velocity(problem, v_, u_plus_);
+  const auto tangential = [](const double* x) { return std::hypot(x[1], x[2]); };
+
+  if (law_ == Law::convex) {
+    y_ = u_plus_;
+    scratch_.assign(3 * nc, 0.0);
+    for (int c = 0; c < nc; ++c) scratch_[3 * c] = solution.eta[c];
+    v_.assign(problem.nv(), 0.0);
+    multiply_transposed_add(problem.J, problem.M, scratch_, v_);
+    factor_.solve_in_place(v_);
+    multiply(problem.J, problem.M, v_, scratch_);
+    for (int i = 0; i < 3 * nc; ++i) y_[i] -= scratch_[i];
+    slack_.assign(islands_.count, 0.0);
+    kappa_.assign(islands_.count, 0.0);
+    for (int c = 0; c < nc; ++c) {
+      if (out_[c] || !solution.bounded) continue;
+      const int island = islands_.of_contact[c];
+      slack_[island] = std::max(slack_[island], problem.mu[c] * tangential(&y_[3 * c]) - y_[3 * c]);
+      kappa_[island] += solution.frictionless[c];
+    }
+    if (solution.bounded) {  // velocities after the frictionless answer
+      scratch_.assign(3 * nc, 0.0);
+      for (int c = 0; c < nc; ++c) scratch_[3 * c] = solution.frictionless[c];
+      apply_impulse(problem, factor_, scratch_, v_);
+      contact_velocity(problem, v_, scratch_);
+    }
+  }
+
+  int failed = 0;
+  for (int c = 0; c < nc; ++c) {
+    if (!out_[c]) continue;
+    bool holds = u_plus_[3 * c] >= 0;
+    if (law_ == Law::convex) {
+      const double missing = problem.mu[c] * tangential(&y_[3 * c]) - y_[3 * c];
+      const int island = islands_.of_contact[c];
+      holds = holds && (missing <= slack_[island] || (solution.bounded && kappa_[island] == 0));
+      if (solution.bounded) holds = holds && scratch_[3 * c] > clearly_parting * speed_;
+    } else if (law_ == Law::anitescu_potra) {
+      double lam = 0;
+      for (int i = 0; i < options_.k; ++i) {
+        const double angle = 2 * M_PI * i / options_.k;
+        lam = std::max(lam, -(std::cos(angle) * u_plus_[3 * c + 1] + std::sin(angle) * u_plus_[3 * c + 2]));
+      }
+      solution.z[nc + options_.k * nc + c] = lam;
+    }
+    if (holds) continue;
+    out_[c] = 0;
+    --out_count_;
+    ++failed;
+  }
+  left_out_->brought_back += failed;
+  return failed == 0;
+}
+
+}  // namespace
+
+ContactMethod pruned(const MethodRow& row, const MethodOptions& options, std::shared_ptr<LeftOut> left_out) {
+  auto method = std::make_shared<Pruned>(row, options, std::move(left_out));
+  return [method](const ContactProblem& problem, ContactSolution& solution) { (*method)(problem, solution); };
+}
+
+}  // namespace cb

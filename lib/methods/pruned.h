@@ -1,0 +1,31 @@
+#pragma once
+
+#include <memory>
+
+#include "methods/registry.h"
+
+namespace cb {
+
+/// What was left out of the contact problems of a run, summed over its events.
+struct LeftOut {
+  long islands = 0;          ///< islands solved as problems of their own, where an event has several
+  long parted_contacts = 0;  ///< contacts that separate, left out with a certificate
+  long brought_back = 0;     ///< contacts of those whose certificate failed: solved again with them
+  long solver_calls = 0;     ///< events in which every contact separates: no solver was called
+  long closed_forms = 0;     ///< islands of one contact answered by a formula
+};
+
+/// The method of `row` with `options`, handed only what an event needs:
+///  1. islands of bodies joined by contacts are solved apart (`convex` does so in any case: its bound is per island);
+///  2. contacts that part before the event stay out; afterwards each must part still and satisfy what its law asks of
+///     an idle contact, or it is brought back and the event solved again;
+///  3. where nothing is left the method is not called;
+///  4. a contact alone on its island whose normal and tangential directions do not couple (a sphere on the ground) has
+///     a closed form: ap, convex.
+/// Events with restitution: 1 only, and for `ap` nothing; a phase between would need certificates of its own.
+/// The answer is one of the whole problem, to the same tolerances, and the referee checks it there. Where nothing can
+/// be left out the method sees the problem itself: its answer is the same to the last bit.
+/// `left_out` receives the counts.
+ContactMethod pruned(const MethodRow& row, const MethodOptions& options, std::shared_ptr<LeftOut> left_out);
+
+}  // namespace cb

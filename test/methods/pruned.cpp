@@ -1,0 +1,199 @@
+// What pruning leaves out changes nothing in the answer: every method and solver, with and without.
+
+#include "methods/pruned.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "contact/referee.h"
+#include "problems.h"
+
+using namespace cb;
+using namespace cb::test;
+
+namespace {
+
+struct Choice {
+  const MethodRow* row;
+  MethodOptions options;
+  std::string label;
+};
+
+std::vector<Choice> choices() {
+  std::vector<Choice> all;
+  const auto add = [&](const char* method, const char* solver, const char* variant, int k, bool bound) {
+    Choice choice{find_method(method), {}, std::string(method) + ' ' + solver + variant + (bound ? "" : " unbounded")};
+    choice.options.solver = solver;
+    choice.options.variant = variant;
+    choice.options.k = k;
+    choice.options.compression_bound = bound;
+    all.push_back(choice);
+  };
+  add("newton", "", "uncapped", 4, true);
+  add("newton", "", "stick-tested", 4, true);
+  add("mirtich", "", "", 4, true);
+  for (const int k : {4, 8, 14})
+    for (const char* solver : {"lemke", "path", "ynl"}) add("ap", solver, "", k, true);
+  add("convex", "ipm", "", 4, true);
+  add("convex", "ipm", "", 4, false);
+  return all;
+}
+
+/// The bodies and contacts of both, side by side.
+ContactProblem beside(ContactProblem a, const ContactProblem& b) {
+  const int first = a.M.blocks();
+  for (int i = 0; i < b.M.blocks(); ++i) {
+    const int block = a.M.add_block(b.M.block_size(i));
+    a.M.block(block) = b.M.block(i);
+  }
+  for (int c = 0; c < b.nc(); ++c) {
+    a.J.add_band();
+    for (int e = b.J.band[c]; e < b.J.band[c + 1]; ++e) {
+      const int entry = a.J.add_entry(first + b.J.block[e], static_cast<int>(b.J.entry(e).cols()));
+      a.J.entry(entry) = b.J.entry(e);
+    }
+  }
+  const auto append = [](std::vector<double>& to, const std::vector<double>& from) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
+  append(a.v_minus, b.v_minus);
+  append(a.offset, b.offset);
+  append(a.mu, b.mu);
+  append(a.restitution, b.restitution);
+  return a;
+}
+
+struct Answer {
+  ContactSolution solution;
+  std::vector<double> v_plus;
+  bool holds = false;
+};
+
+Answer judge(const ContactMethod& method, const MethodRow& row, const ContactProblem& problem) {
+  Answer answer;
+  method(problem, answer.solution);
+  Referee referee;
+  const Residuals residuals = referee.check(problem, answer.solution, row.law, answer.v_plus);
+  answer.holds = answer.solution.status == Status::ok && Referee::holds(residuals, answer.solution, row.law, 1e-9);
+  return answer;
+}
+
+double distance(const std::vector<double>& a, const std::vector<double>& b) {
+  double worst = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) worst = std::max(worst, std::abs(a[i] - b[i]));
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("leaving out what an event does not need leaves every unique motion as it is", "[pruned]") {
+  struct Case {
+    const char* name;
+    ContactProblem problem;
+    long islands, parted, closed;  // with ap; -1: not counted here
+  };
+  const ContactProblem sticks = sphere({1, -10, 0.4}, {0, 0, 0}), slides = sphere({20, -3, 1}, {0, 2, 0});
+  const ContactProblem leaves = sphere({3, 2, 0}, {0, 0, 0}), rests = box(0.5, {0, -0.0098, 0});
+  const std::vector<Case> cases = {
+      {"a sphere sticks", sticks, 0, 0, 1},
+      {"a sphere slides", slides, 0, 0, 1},
+      {"a sphere without friction", sphere({1, -1, 0.3}, {0, 0, 0}, 0), 0, 0, 1},
+      {"a sphere leaves", leaves, 0, 1, 0},
+      {"two spheres apart", beside(sticks, slides), 2, 0, 2},
+      {"a box beside a sphere that leaves", beside(rests, leaves), 0, 1, 0},
+      {"two boxes and a sphere apart", beside(beside(rests, slides), rests), 3, 0, 1},
+      {"a stack beside a sliding box", beside(stack(2, 0.5, {0, -0.0098, 0}), box(0.1, {0.5, -0.0098, 0})), 2, 0, 0}};
+  for (const Choice& choice : choices())
+    for (const Case& c : cases) {
+      INFO(choice.label << ": " << c.name);
+      const auto left_out = std::make_shared<LeftOut>();
+      const Answer plain = judge(choice.row->make(choice.options), *choice.row, c.problem);
+      const Answer less = judge(pruned(*choice.row, choice.options, left_out), *choice.row, c.problem);
+      CHECK(plain.holds);
+      CHECK(less.holds);
+      double fastest = 0;
+      for (const double v : c.problem.v_minus) fastest = std::max(fastest, std::abs(v));
+      CHECK(distance(plain.v_plus, less.v_plus) <= 1e-10 * fastest);
+      if (choice.row->law == Law::anitescu_potra) {
+        CHECK(left_out->islands == c.islands);
+        CHECK(left_out->parted_contacts == c.parted);
+        CHECK(left_out->closed_forms == c.closed);
+      }
+    }
+}
+
+TEST_CASE("a box that rests has nothing to leave out, and its answer is the same to the last bit", "[pruned]") {
+  for (const Choice& choice : choices()) {
+    INFO(choice.label);
+    const auto left_out = std::make_shared<LeftOut>();
+    ContactSolution plain, less;
+    choice.row->make(choice.options)(box(0.5, {0.01, -0.0098, 0}), plain);
+    pruned(*choice.row, choice.options, left_out)(box(0.5, {0.01, -0.0098, 0}), less);
+    REQUIRE(plain.impulse.size() == less.impulse.size());
+    CHECK(std::memcmp(plain.impulse.data(), less.impulse.data(), plain.impulse.size() * sizeof(double)) == 0);
+    CHECK(left_out->islands + left_out->parted_contacts + left_out->closed_forms + left_out->solver_calls == 0);
+  }
+}
+
+// The left corners of a turning box hit; the impulse turns it back, and the right corners, which parted, come down.
+TEST_CASE("a contact that was left out and approaches after all is brought back", "[pruned]") {
+  const ContactProblem p = box(0.3, {0, -1, 0}, {0, 0, 2.5});
+  for (const Choice& choice : choices()) {
+    INFO(choice.label);
+    const auto left_out = std::make_shared<LeftOut>();
+    const Answer plain = judge(choice.row->make(choice.options), *choice.row, p);
+    const Answer less = judge(pruned(*choice.row, choice.options, left_out), *choice.row, p);
+    CHECK(plain.holds);
+    CHECK(less.holds);
+    CHECK(left_out->brought_back >= 1);
+    if (choice.row->law == Law::convex || choice.row->law == Law::anitescu_potra)
+      CHECK(distance(plain.v_plus, less.v_plus) <= 1e-10);
+  }
+}
+
+TEST_CASE("where every contact parts no solver is called", "[pruned]") {
+  for (const Choice& choice : choices()) {
+    INFO(choice.label);
+    const auto left_out = std::make_shared<LeftOut>();
+    const ContactProblem p = sphere({0, 2, 0}, {0, 0, 0});
+    const Answer less = judge(pruned(*choice.row, choice.options, left_out), *choice.row, p);
+    CHECK(less.holds);
+    CHECK(left_out->solver_calls == 1);
+    CHECK(less.v_plus == p.v_minus);
+  }
+}
+
+// Two boxes that touch a third at contacts which part: the bound of the convex model is one of the whole island.
+TEST_CASE("an island of the convex model is not torn by leaving out a contact", "[pruned]") {
+  ContactProblem p = beside(box(0.5, {0, -0.5, 0}), box(0.5, {3, -0.5, 0}));
+  add_contact(p, 1, {-0.5, 0, 0}, 0, {0.5, 0, 0}, (Matrix3d() << 1, 0, 0, 0, 1, 0, 0, 0, 1).finished(), 0.5);
+  const MethodRow& row = *find_method("convex");
+  const auto left_out = std::make_shared<LeftOut>();
+  const Answer plain = judge(row.make({}), row, p), less = judge(pruned(row, {}, left_out), row, p);
+  CHECK(plain.holds);
+  CHECK(less.holds);
+  CHECK(left_out->parted_contacts == 0);
+  CHECK(distance(plain.v_plus, less.v_plus) <= 1e-12);
+}
+
+TEST_CASE("the closed form of a sphere meets the polygon's answer in every direction", "[pruned]") {
+  for (int k : {4, 6, 8, 16})
+    for (int i = 0; i < 40; ++i) {
+      const double angle = 2 * M_PI * i / 40;
+      for (double speed : {0.1, 1.9, 2.2, 30.0}) {
+        INFO(k << " edges, slip " << speed << " at " << angle);
+        MethodOptions options;
+        options.k = k;
+        const ContactProblem p = sphere({speed * std::cos(angle), -1, speed * std::sin(angle)}, {0, 0, 0});
+        const auto left_out = std::make_shared<LeftOut>();
+        const MethodRow& row = *find_method("ap");
+        const Answer plain = judge(row.make(options), row, p), less = judge(pruned(row, options, left_out), row, p);
+        CHECK(left_out->closed_forms == 1);
+        CHECK(less.holds);
+        CHECK(distance(plain.v_plus, less.v_plus) <= 1e-12 * (1 + speed));
+      }
+    }
+}
