@@ -13,6 +13,7 @@
 #include "flags.h"
 #include "limits.h"
 #include "method_flags.h"
+#include "methods/pruned.h"
 #include "output/number.h"
 #include "output/progress.h"
 #include "output/run_files.h"
@@ -30,7 +31,8 @@ using Clock = std::chrono::steady_clock;
 /// The command line of `run`, as text.
 struct RunFlags : MethodFlags {
   std::string scenario, method;
-  Text restitution, friction, step, duration, record_every, save_problems, save_every, time_limit, memory_limit, out;
+  Text restitution, friction, step, duration, record_every, save_problems, save_every, time_limit, memory_limit, out,
+      prune;
   std::vector<std::string> set;
   bool quiet = false, json = false;
 };
@@ -42,6 +44,7 @@ struct RunPlan {
   MethodOptions options;
   std::string unavailable;  ///< why the solver cannot be used here; empty where it can
   SimulationOptions simulation;
+  bool prune = true;  ///< leave out what the scene does not need
   long record_every = 1;
   fs::path save_problems;  ///< empty: none
   long save_every = 1;
@@ -78,6 +81,7 @@ fs::path default_directory(const RunFlags& flags, const RunPlan& plan) {
   if (plan.summary.restitution) add("e" + number_text(*plan.summary.restitution));
   for (const auto& [key, value] : set_flags(flags.set)) add(key + value);
   if (flags.record_every) add(fmt::format("every{}", plan.record_every));
+  if (!plan.prune) add("prune-off");
   return fs::path("results") / "runs" / name;
 }
 
@@ -96,6 +100,7 @@ RunSummary provisional_summary(const RunFlags& flags, const RunPlan& plan) {
   summary.simulation = plan.simulation;
   summary.rotate_cone = scenario.rotate_cone;
   summary.record_every = plan.record_every;
+  summary.prune = plan.prune;
   summary.time_limit_s = plan.time_limit_s;
   summary.memory_limit_mb = plan.memory_limit_mb;
   summary.versions = versions();
@@ -123,6 +128,7 @@ RunPlan make_plan(const RunFlags& flags) {
   if (flags.record_every)
     plan.record_every = whole_flag("record-every", *flags.record_every, 0, 1L << 60,
                                    "a whole number of steps: 1 keeps every step, 0 none");
+  if (flags.prune) plan.prune = on_off_flag("prune", *flags.prune);
   if (flags.time_limit) plan.time_limit_s = positive_flag("time-limit", *flags.time_limit, seconds);
   if (flags.memory_limit)
     plan.memory_limit_mb = positive_flag("memory-limit", *flags.memory_limit, "a positive number of MB");
@@ -193,7 +199,10 @@ ProblemStore problem_store(const RunPlan& plan) {
 void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors& errors, const ProblemStore& store,
               RunSummary& summary) {
   RunTally& tally = summary.tally;
-  Simulation simulation(plan.scenario, plan.simulation, plan.method->make(plan.options), plan.method->law);
+  const auto left_out = std::make_shared<LeftOut>();
+  Simulation simulation(plan.scenario, plan.simulation,
+                        plan.prune ? pruned(*plan.method, plan.options, left_out) : plan.method->make(plan.options),
+                        plan.method->law);
   long events = 0;
   simulation.on_event = [&](const EventRecord& event) {
     if (store && events++ % plan.save_every == 0) {
@@ -247,6 +256,7 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
   }
   files.flush();
   progress.clear();
+  summary.left_out = items(*left_out);
   summary.finished = simulation.step_index() >= simulation.steps_total() && summary.status == Status::ok;
 }
 
@@ -359,6 +369,7 @@ void add_run(CLI::App& program, Action& action) {
       ->type_name("NAME=VALUE")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  add("--prune", flags->prune, "on|off", "leave out what the scene does not need [on]");
   add("--record-every", flags->record_every, "N",
       "keep each N-th step in trajectory.csv and steps.csv; 0: neither file [1]");
   add("--save-problems", flags->save_problems, "DIR",

@@ -15,6 +15,9 @@ struct LeftOut {
   long closed_forms = 0;     ///< islands of one contact answered by a formula
 };
 
+/// Name and count of everything that was left out; what was not is not listed.
+std::vector<std::pair<std::string, long>> items(const LeftOut& left_out);
+
 /// The method of `row` with `options`, handed only what an event needs:
 ///  1. islands of bodies joined by contacts are solved apart (`convex` does so in any case: its bound is per island);
 ///  2. contacts that part before the event stay out; afterwards each must part still and satisfy what its law asks of

@@ -52,6 +52,7 @@ Json options(const RunSummary& run) {
           {"friction", maybe(run.friction)},
           {"rotate_cone", run.rotate_cone},
           {"record_every", run.record_every},
+          {"prune", run.prune ? "on" : "off"},
           {"accepted_residual", simulation.accepted_residual},
           {"closed_gap", simulation.closed_gap},
           {"approach", simulation.approach},
@@ -81,6 +82,8 @@ std::string to_json(const RunSummary& run) {
   Json parameters = Json::object(), errors = Json::object();
   for (const auto& [key, value] : run.parameters) parameters[key] = parameter(value);
   for (const auto& [key, value] : run.errors) errors[key] = value;
+  Json left_out = Json::array();
+  for (const auto& [what, count] : run.left_out) left_out.push_back({{"what", what}, {"count", count}});
 
   Json json = {
       {"scenario", run.scenario},
@@ -124,7 +127,7 @@ std::string to_json(const RunSummary& run) {
         {"infeasibility_max", maybe(tally.infeasibility_max)}}},
       {"energy", {{"max_gain_j", maybe(tally.gain_max)}, {"max_gain_relative", maybe(tally.gain_relative_max)}}},
       {"max_penetration", tally.penetration_max},
-      {"left_out", run.left_out},
+      {"left_out", left_out},
       {"versions",
        {{"contactbench", run.versions.contactbench},
         {"git", run.versions.git},

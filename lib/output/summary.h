@@ -33,6 +33,7 @@ struct RunSummary {
   std::optional<double> restitution, friction;  ///< overrides of every pair
   double rotate_cone = 0;                       ///< rad
   long record_every = 1;
+  bool prune = true;
   std::optional<double> time_limit_s, memory_limit_mb;
   Versions versions;
   Machine machine;
@@ -44,7 +45,8 @@ struct RunSummary {
   RunTally tally;
   std::string reference_kind, reference_name;
   std::vector<std::pair<std::string, double>> errors;
-  std::vector<std::string> left_out;
+  std::vector<std::pair<std::string, long>>
+      left_out;        ///< what pruning left out, with counts over the run; zeros are not here
   double write_s = 0;  ///< spent on trajectory.csv and steps.csv
   double wall_s = 0;   ///< all of it, by the clock on the wall
   double peak_memory_mb = 0;

@@ -42,7 +42,7 @@ TEST_CASE("a command that is missing or unknown is named", "[program]") {
 TEST_CASE("a flag that does not exist is an error, flags to come included", "[program]") {
   refused(run_with({"--frobnicate"}), {"--frobnicate"});
   refused(run_with({"--frictoin", "0.5"}), {"--frictoin", "--friction"});
-  refused(run_with({"--prune", "on"}), {"--prune"});
+  refused(run_with({"--prune", "some"}), {"--prune", "on or off"});
   refused(run_with({"--warm-start", "off"}), {"--warm-start"});
   refused({"--nonsense"}, {"--nonsense"});
   refused({"check", "sticking_box.xml", "--solver", "lemke"}, {"--solver"});

@@ -205,6 +205,25 @@ TEST_CASE("overriding friction changes whether the box holds", "[program]") {
   CHECK(std::hypot(vx, vy) == Approx(a * 0.1).epsilon(1e-6));
 }
 
+TEST_CASE("pruning says what it left out, and the sphere hits the ground as without it", "[program]") {
+  TemporaryDirectory directory;
+  std::vector<std::vector<std::string>> last;
+  for (const char* prune : {"on", "off"}) {
+    REQUIRE(run(directory.path(), {"run", "impacting_sphere.xml", "--method", "ap", "--duration", "0.1", "--prune",
+                                   prune, "--out", prune, "--quiet"})
+                .code == 0);
+    last.push_back(cells(lines(read_file(directory.path() / prune / "trajectory.csv")).back()));
+    CHECK(summary(directory.path() / prune)["options"]["prune"] == prune);
+  }
+  const Json on = summary(directory.path() / "on"), off = summary(directory.path() / "off");
+  CHECK(off["left_out"].empty());
+  REQUIRE(on["left_out"].size() == 1);
+  CHECK(on["left_out"][0]["count"] == on["solves"]);  // each event is one contact of a sphere
+  CHECK(on["events"].get<int>() > 10);
+  for (std::size_t i = 2; i < last[0].size(); ++i)
+    CHECK(std::stod(last[0][i]) == Approx(std::stod(last[1][i])).margin(1e-10));
+}
+
 TEST_CASE("the summary on standard output is the one in the file", "[program]") {
   TemporaryDirectory directory;
   const Result result =
