@@ -36,13 +36,16 @@ td.bad { color: var(--bad); } .table1 td.bad { white-space: normal; }
 figure { margin: 2rem 0; break-inside: avoid; } figure img { max-width: 100%; height: auto; } figcaption { margin-bottom: .6rem; }
 .verdict { font-weight: 600; } .good.verdict { color: var(--good); } .bad.verdict { color: var(--bad); }
 .open { color: var(--open); } .warn { background: #fff3d6; padding: .4rem .7rem; }
-.claim { break-inside: avoid-page; } .claim ul { padding-left: 1.2rem; } .claim li { margin-bottom: .5rem; }
+.claim li { break-inside: avoid; } .claim ul { padding-left: 1.2rem; } .claim li { margin-bottom: .5rem; }
 details { margin: .5rem 0; } pre { overflow-x: auto; background: #f6f6f6; padding: .6rem; font-size: .8rem; } code { font-size: .9em; }
 @media (max-width: 40rem) { body { font-size: 15px; padding: 0 .7rem 2rem; } }
 @media print {
-  @page { size: A4 landscape; margin: 12mm; }
+  @page { size: A4; margin: 12mm; }
+  @page wide { size: A4 landscape; }
+  .table1 { page: wide; }
+  h2, h3, figcaption { break-after: avoid; }
   body { font-size: 10pt; max-width: none; padding: 0; } nav, details { display: none; } .wide { overflow: visible; }
-  table { font-size: 7pt; } th, td { padding: 1pt 3pt; } .table1 td { white-space: normal; } figure img { max-height: 165mm; }
+  table { font-size: 7pt; } th, td { padding: 1pt 3pt; } .table1 td { white-space: normal; } figure img { max-height: 190mm; }
   .table1 tbody th { position: static; }
 }
 """

@@ -13,7 +13,9 @@ def verdict(text):
 def answer(claim):
     """The same answer for both variants of Newton's model is said once."""
     answers = {"": next(iter(claim.answers.values()))} if len(set(claim.answers.values())) == 1 else claim.answers
-    return "; ".join((f"{esc(who)}: " if who else "") + verdict(what) for who, what in answers.items())
+    held = sum(p.verdict == claims.YES for p in claim.parts)
+    return "; ".join((f"{esc(who)}: " if who else "") + verdict(what) for who, what in answers.items()) + \
+        f" <small>({held} of {len(claim.parts)} parts)</small>"
 
 
 def build(results):

@@ -37,8 +37,8 @@ def shown(results, script, note=""):
     missing = f'<p class="open">{esc(scene)}: {esc(results.missing(scene))}</p>' if scene and results.missing(scene) else ""
     busy = "<p><small>Some of the runs were disturbed by others on the machine; their times are too high.</small></p>" \
         if any(c.busy for c in cells) else ""
-    html = (f'<figure id="{script.stem}"><figcaption><b>{esc(title)}.</b> {esc(rest[:1].upper() + rest[1:])}{note}</figcaption>{missing}{body}'
-            f"{busy}{code(made + [''] + runs, 'commands that made its data')}</figure>")
+    html = (f'<figure id="{script.stem}"><figcaption><b>{esc(title)}.</b> {esc(rest[:1].upper() + rest[1:])}{note}</figcaption>{missing}{busy}{body}'
+            f"{code(made + [''] + runs, 'commands that made its data')}</figure>")
     return html, {"says": text, "scene": scene, "commands": made + runs}, \
         hashlib.sha256(image.read_bytes()).hexdigest() if image.exists() else None
 
