@@ -2,7 +2,7 @@
 # Installs what is missing, builds, and runs every test. The exit code is 0 only if all of it went well.
 #   scripts/test.sh              the program as it is released
 #   scripts/test.sh --sanitize   the same tests under the address and undefined-behaviour sanitizers (build-sanitize/)
-#   scripts/test.sh --long       besides, the tests marked [.long] and the scenes against their exact answers
+#   scripts/test.sh --long       besides, the tests marked [.long], the scenes against their exact answers, the reproduction
 #   scripts/test.sh --tidy       besides, clang-tidy over the sources (needs clang-tidy)
 #   scripts/test.sh --no-setup   without looking for missing packages
 set -euo pipefail
@@ -40,6 +40,7 @@ if [ "$long" = yes ]; then
     "$program" "[long]" || failed=1
   done
   python3 test/acceptance/scenes.py "$folder/bin/contactbench" --jobs "$(jobs)" || failed=1
+  "$(find_python)" test/acceptance/reproduction.py "$folder/bin/contactbench" || failed=1
 fi
 ctest --test-dir "$folder" --output-on-failure --parallel "$(jobs)" || failed=1
 exit "$failed"
