@@ -3,23 +3,44 @@
 #include <vector>
 
 #include "contact/problem.h"
+#include "dynamics/composite_body.h"
 #include "geometry/shapes.h"
 
 namespace cb {
 
-/// Builds the contact problem of one event from touching points.
-/// Only bodies that touch something get a block, in the order of their index; `body_of_block` receives the bodies.
+/// A joint that is at its limit: a contact without friction between a link and its parent.
+struct LimitContact {
+  int tree = 0, joint = 0;
+  double sign = 1;  ///< 1: at the lower limit (u_n = qd), -1: at the upper one (u_n = -qd)
+  double gap = 0;   ///< rad or m
+};
+
+/// What a block of M stands for: a free body (tree = -1), or a whole tree.
+struct BlockOwner {
+  int body = -1, tree = -1;
+};
+
+/// Builds the contact problem of one event from touching points and joints at their limits.
+/// Only bodies and trees that touch something get a block: free bodies in the order of their index, then trees; a
+/// tree's velocities are its qd. `owners` receives who they are. Contacts come first, in their order, then limits: row
+/// n acts on the joint's rate (a torque impulse in N m s at a revolute one), the tangential rows are 0, mu = 0 and
+/// restitution = 0.
 class Assembler {
  public:
   /// `mu`, `restitution`: one per contact. `turn`: angle of t1, t2 about the normal, rad. Contacts between two fixed
   /// shapes must not occur.
   void assemble(const Model& model, const State& state, const std::vector<Shape>& shapes,
-                const std::vector<ContactPoint>& contacts, const std::vector<double>& mu,
-                const std::vector<double>& restitution, double turn, ContactProblem& problem,
-                std::vector<int>& body_of_block);
+                const std::vector<ContactPoint>& contacts, const std::vector<LimitContact>& limits,
+                const std::vector<double>& mu, const std::vector<double>& restitution, double turn,
+                ContactProblem& problem, std::vector<BlockOwner>& owners);
 
  private:
-  std::vector<int> block_of_body_;
+  void add_tree_rows(const Model& model, const State& state, int body, const Vec3& position, double sign,
+                     const Mat3& axes, Eigen::Ref<Eigen::Matrix3Xd> J);
+
+  std::vector<int> block_of_body_, block_of_tree_;
+  CompositeBody composite_body_;
+  Eigen::Matrix3Xd point_;  // Jacobian of one point
 };
 
 }  // namespace cb

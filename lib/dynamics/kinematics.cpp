@@ -104,15 +104,19 @@ void link_twists(const Model&, const Tree& tree, State& state) {
   for (const Joint& joint : tree.joints) link_twist(joint, state);
 }
 
-void advance_tree(const Model& model, const Tree& tree, double t, State& state) {
+void move_tree(const Model& model, const Tree& tree, const double* rates, double t, State& state) {
   for (const Joint& joint : tree.joints) {
+    const double* rate = rates + joint.v - tree.v;
     if (joint.kind == JointKind::free)
-      state.pose[joint.body] =
-          advance(state.pose[joint.body], Vec3(&state.qd[joint.v]), Vec3(&state.qd[joint.v + 3]), t);
+      state.pose[joint.body] = advance(state.pose[joint.body], Vec3(rate), Vec3(rate + 3), t);
     else if (joint.q >= 0)
-      state.q[joint.q] += t * state.qd[joint.v];
+      state.q[joint.q] += t * *rate;
   }
   forward_kinematics(model, tree, state);
+}
+
+void advance_tree(const Model& model, const Tree& tree, double t, State& state) {
+  move_tree(model, tree, &state.qd[tree.v], t, state);
 }
 
 void link_frames(const Model& model, const Tree& tree, const State& state, std::vector<LinkFrame>& frames) {

@@ -16,6 +16,9 @@ Pose advance(const Pose& pose, const Vec3& v, const Vec3& w, double t);
 void forward_kinematics(const Model& model, const Tree& tree, State& state);
 /// Sets their twists alone (after a change of qd).
 void link_twists(const Model& model, const Tree& tree, State& state);
+/// Moves the joints by t times `rates` (tree.nv, as qd): coordinates add, a free joint's body goes as `advance` says;
+/// then poses and twists of the links.
+void move_tree(const Model& model, const Tree& tree, const double* rates, double t, State& state);
 /// q <- q + t qd (the pose of a free joint's body: advance), then poses and twists of the links.
 void advance_tree(const Model& model, const Tree& tree, double t, State& state);
 

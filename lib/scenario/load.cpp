@@ -9,7 +9,9 @@
 #include <numbers>
 #include <string_view>
 
+#include "dynamics/kinematics.h"
 #include "scenario/near_name.h"
+#include "scenario/robot.h"
 #include "scenario/scenario.h"
 #include "scenario/values.h"
 #include "scenario/xml_tree.h"
@@ -52,6 +54,7 @@ class Loader {
     read_bodies(*section("bodies"));
     read_contacts(section("contacts"));
     if (const XmlElement* forces = section("forces")) read_forces(*forces);
+    if (const XmlElement* control = section("controllers")) read_controllers(*control);
     values_.check_all_used();
     values_.report(scenario_);
     return std::move(scenario_);
@@ -69,7 +72,7 @@ class Loader {
 
   void find_sections(const XmlElement& root) {
     static const std::vector<std::string> known{"parameters", "simulation", "reference", "gravity",
-                                                "bodies",     "contacts",   "forces"};
+                                                "bodies",     "contacts",   "forces",    "controllers"};
     for (const XmlElement& child : root.children) {
       if (std::find(known.begin(), known.end(), child.name) == known.end())
         source_.fail(child.at,
@@ -160,9 +163,12 @@ class Loader {
         read_body(child, Vec3::Zero(), {}, -1);
       else if (child.name == "array")
         read_array(child);
+      else if (child.name == "robot")
+        read_robot(child);
       else
-        source_.fail(child.at, fmt::format("<{}> in <bodies>; {}", child.name,
-                                           suggest(child.name, {"half_space", "box", "sphere", "array"}, "it holds:")));
+        source_.fail(child.at,
+                     fmt::format("<{}> in <bodies>; {}", child.name,
+                                 suggest(child.name, {"half_space", "box", "sphere", "array", "robot"}, "it holds:")));
     }
     if (scenario_.model.bodies.empty())
       source_.fail(element.at, "no body that can move; add a <box> or a <sphere> with a mass");
@@ -257,8 +263,9 @@ class Loader {
     std::vector<std::string> required = extents(element);
     required.insert(required.begin(), "name");
     required.push_back("position");
-    check_attributes(source_, element, required,
-                     {"mass", "density", "fixed", "axis", "angle", "quaternion", "velocity", "angular_velocity"});
+    check_attributes(
+        source_, element, required,
+        {"mass", "density", "fixed", "axis", "angle", "quaternion", "velocity", "angular_velocity", "moves_with"});
     const Solid solid = read_solid(element);
     Shape shape = solid.shape;
     Body body;
@@ -282,19 +289,287 @@ class Loader {
                                body.mass, body.inertia.minCoeff()));
     shape.body = static_cast<int>(scenario_.model.bodies.size());
     body.name = element.find("name")->value + suffix;
-    scenario_.model.bodies.push_back(std::move(body));
-    scenario_.initial.pose.push_back(pose);
     Vec3 v = Vec3::Zero(), w = Vec3::Zero();
     if (const XmlAttribute* velocity = element.find("velocity")) v = vector(*velocity, "x y z in m/s");
     if (const XmlAttribute* spin = element.find("angular_velocity")) w = vector(*spin, "x y z in rad/s");
+    if (const XmlAttribute* link = element.find("moves_with")) carry(element, *link, pose, v, w);
+    scenario_.model.bodies.push_back(std::move(body));
+    scenario_.initial.pose.push_back(pose);
     for (const Vec3& part : {v, w}) scenario_.initial.v.insert(scenario_.initial.v.end(), part.data(), part.data() + 3);
     declare_body(element, suffix, array, std::move(shape));
   }
 
+  /// Takes a body from where it would be in the robot's zero pose to where the link is now, and gives it the velocity
+  /// that it has there as a part of the link.
+  void carry(const XmlElement& element, const XmlAttribute& link, Pose& pose, Vec3& v, Vec3& w) const {
+    for (const char* name : {"velocity", "angular_velocity"})
+      if (const XmlAttribute* attribute = element.find(name))
+        source_.fail(attribute->name_at, fmt::format("{} beside moves_with, which gives it; keep one", name));
+    std::vector<std::string> links;
+    for (const Tree& tree : scenario_.model.trees) {
+      for (const Joint& joint : tree.joints) {
+        links.push_back(scenario_.model.bodies[joint.body].name);
+        if (links.back() != link.value) continue;
+        const Pose& zero = zero_pose_[joint.body];
+        const Pose& now = scenario_.initial.pose[joint.body];
+        const Quat turn = now.q * zero.q.conjugate();
+        pose.p = now.p + turn * (pose.p - zero.p);
+        pose.q = (turn * pose.q).normalized();
+        const double* twist = &scenario_.initial.v[6 * static_cast<std::size_t>(joint.body)];
+        w = Vec3(twist + 3);
+        v = Vec3(twist) + w.cross(pose.p - now.p);
+        return;
+      }
+    }
+    source_.fail(link.value_at, links.empty()
+                                    ? "there is no robot before this body; moves_with names a link of one"
+                                    : fmt::format("there is no link \"{}\"; {}", link.value,
+                                                  suggest(link.value, links, "the links before this body are:")));
+  }
+
+  // Robots ------------------------------------------------------------------------------------------------------------
+
+  void read_robot(const XmlElement& element) {
+    check_attributes(source_, element, {"name"}, {"position", "axis", "angle", "quaternion"});
+    RobotDescription robot;
+    robot.name = name_of(element, "a robot");
+    robot.at = element.find("name")->value_at;
+    if (const XmlAttribute* position = element.find("position")) robot.pose.p = vector(*position, "x y z in m");
+    robot.pose.q = orientation(element);
+    for (const XmlElement& child : element.children) {
+      if (child.name == "link")
+        robot.links.push_back(read_link(child));
+      else if (child.name == "joint")
+        robot.joints.push_back(read_joint(child));
+      else
+        source_.fail(child.at, fmt::format("<{}> in <robot>; {}", child.name,
+                                           suggest(child.name, {"link", "joint"}, "it holds:")));
+    }
+    declare_robot(robot, source_);
+  }
+
+  void declare_robot(const RobotDescription& robot, const SourceText& source) {
+    for (const Tree& tree : scenario_.model.trees)
+      if (tree.name == robot.name)
+        source.fail(robot.at, fmt::format("a second robot named {}; rename one", robot.name));
+    for (auto& [shape, at] : add_robot(robot, source, scenario_)) declare_shape(std::move(shape), at, -1);
+
+    // Where the links are while all joints are at 0.
+    State zero = scenario_.initial;
+    std::fill(zero.q.begin(), zero.q.end(), 0.0);
+    forward_kinematics(scenario_.model, scenario_.model.trees.back(), zero);
+    zero_pose_.resize(zero.pose.size());
+    for (const Joint& joint : scenario_.model.trees.back().joints) zero_pose_[joint.body] = zero.pose[joint.body];
+  }
+
+  std::string name_of(const XmlElement& element, std::string_view what) const {
+    const XmlAttribute& name = *element.find("name");
+    if (!is_name(name.value))
+      source_.fail(name.value_at, fmt::format("\"{}\" is no name for {}; a name is a letter, then letters, digits and "
+                                              "underscores",
+                                              name.value, what));
+    return name.value;
+  }
+
+  RobotDescription::Link read_link(const XmlElement& element) {
+    check_attributes(source_, element, {"name", "mass", "position", "inertia"},
+                     {"products", "axis", "angle", "quaternion"});
+    RobotDescription::Link link;
+    link.name = name_of(element, "a link");
+    link.at = element.find("name")->value_at;
+    link.mass = values_.number(*element.find("mass"), positive);
+    link.pose.p = vector(*element.find("position"), "x y z in m");
+    link.pose.q = orientation(element);
+    link.inertia = vector(*element.find("inertia"), "xx yy zz in kg m^2").asDiagonal();
+    if (const XmlAttribute* products = element.find("products")) {
+      const Vec3 p = vector(*products, "xy xz yz in kg m^2");
+      link.inertia(0, 1) = link.inertia(1, 0) = p[0];
+      link.inertia(0, 2) = link.inertia(2, 0) = p[1];
+      link.inertia(1, 2) = link.inertia(2, 1) = p[2];
+    }
+    for (const XmlElement& child : element.children) {
+      if (!is_solid(child))
+        source_.fail(child.at,
+                     fmt::format("<{}> in <link>; {}", child.name, suggest(child.name, solids(), "its shapes are:")));
+      check_empty(source_, child);
+      std::vector<std::string> required = extents(child);
+      required.insert(required.begin(), "name");
+      required.push_back("position");
+      check_attributes(source_, child, required, {"axis", "angle", "quaternion"});
+      Shape shape = read_solid(child).shape;
+      shape.name = name_of(child, "a shape");
+      shape.local.p = vector(*child.find("position"), "x y z in m");
+      shape.local.q = orientation(child);
+      link.shapes.push_back(std::move(shape));
+      link.shape_at.push_back(child.find("name")->value_at);
+    }
+    return link;
+  }
+
+  RobotDescription::Joint read_joint(const XmlElement& element) {
+    check_empty(source_, element);
+    static const std::vector<std::string> kinds{"fixed", "revolute", "prismatic", "free"};
+    const XmlAttribute* kind = element.find("kind");
+    if (kind == nullptr) source_.fail(element.at, fmt::format("<joint> needs a kind; it is one of: {}", join(kinds)));
+    const std::string word = one_of(*kind, kinds);
+    std::vector<std::string> required{"name", "kind", "parent", "child"}, optional;
+    RobotDescription::Joint joint;
+    if (word == "revolute" || word == "prismatic") {
+      joint.kind = word == "revolute" ? JointKind::revolute : JointKind::prismatic;
+      required.push_back("axis");
+      if (word == "revolute") required.push_back("anchor");
+      optional = {"lower", "upper", "damping", "torque_limit", "position", "velocity"};
+    } else if (word == "free") {
+      joint.kind = JointKind::free;
+      optional = {"velocity", "angular_velocity"};
+    }
+    check_attributes(source_, element, required, optional);
+    joint.name = name_of(element, "a joint");
+    joint.at = element.find("name")->value_at;
+    joint.parent = element.find("parent")->value;
+    joint.parent_at = element.find("parent")->value_at;
+    joint.child = element.find("child")->value;
+    joint.child_at = element.find("child")->value_at;
+    if (joint.kind == JointKind::free) {
+      if (const XmlAttribute* v = element.find("velocity")) joint.linear_velocity = vector(*v, "x y z in m/s");
+      if (const XmlAttribute* w = element.find("angular_velocity"))
+        joint.angular_velocity = vector(*w, "x y z in rad/s");
+      return joint;
+    }
+    if (const XmlAttribute* axis = element.find("axis")) joint.axis = direction(*axis);
+    if (const XmlAttribute* anchor = element.find("anchor")) joint.anchor = vector(*anchor, "x y z in m");
+    const auto read = [&](const char* name, const Range& range, double& value) {
+      if (const XmlAttribute* attribute = element.find(name)) value = values_.number(*attribute, range);
+    };
+    read("lower", any_number, joint.lower);
+    read("upper", any_number, joint.upper);
+    read("damping", not_negative, joint.damping);
+    read("torque_limit", not_negative, joint.torque_limit);
+    read("position", any_number, joint.position);
+    read("velocity", any_number, joint.velocity);
+    return joint;
+  }
+
+  // Controllers -------------------------------------------------------------------------------------------------------
+
+  void read_controllers(const XmlElement& element) {
+    check_attributes(source_, element, {}, {});
+    for (const XmlElement& child : element.children) {
+      if (child.name != "controller")
+        source_.fail(child.at, fmt::format("<{}> in <controllers>; {}", child.name,
+                                           suggest(child.name, {"controller"}, "it holds:")));
+      read_controller(child);
+    }
+  }
+
+  void read_controller(const XmlElement& element) {
+    const XmlAttribute* kind = element.find("kind");
+    std::vector<std::string> kinds;
+    for (const ControllerRow& row : controllers()) kinds.emplace_back(row.name);
+    if (kind == nullptr)
+      source_.fail(element.at, fmt::format("<controller> needs a kind; it is one of: {}", join(kinds)));
+    const ControllerRow* row = find_controller(kind->value);
+    if (row == nullptr)
+      source_.fail(kind->value_at, fmt::format("there is no controller \"{}\"; {}", kind->value,
+                                               suggest(kind->value, kinds, "it is one of:")));
+    ControllerSpec spec;
+    spec.row = row;
+    std::vector<std::string> required{"kind", "robot"}, optional;
+    for (const GainRow& gain : row->gains) (gain.default_value ? optional : required).emplace_back(gain.name);
+    for (const GainWordRow& word : row->words) optional.emplace_back(word.name);
+    check_attributes(source_, element, required, optional);
+
+    const XmlAttribute& robot = *element.find("robot");
+    std::vector<std::string> robots;
+    spec.tree = -1;
+    for (std::size_t i = 0; i < scenario_.model.trees.size(); ++i) {
+      robots.push_back(scenario_.model.trees[i].name);
+      if (robots.back() == robot.value) spec.tree = static_cast<int>(i);
+    }
+    if (spec.tree < 0)
+      source_.fail(robot.value_at, robots.empty() ? "there is no robot in <bodies> to control"
+                                                  : fmt::format("there is no robot \"{}\"; {}", robot.value,
+                                                                suggest(robot.value, robots, "the robots are:")));
+    spec.gains = read_gains(element, row->gains);
+    for (const GainWordRow& word : row->words) {
+      const XmlAttribute* attribute = element.find(std::string(word.name));
+      int choice = 0;
+      if (attribute != nullptr) {
+        const std::vector<std::string> choices(word.choices.begin(), word.choices.end());
+        const std::string value = values_.word(*attribute, choices);
+        choice = static_cast<int>(std::find(choices.begin(), choices.end(), value) - choices.begin());
+      }
+      spec.words.push_back(choice);
+    }
+
+    std::vector<std::string> roles;
+    for (const JointRoleRow& role : row->roles) roles.emplace_back(role.name);
+    std::map<int, std::size_t> named;  // joints, and where
+    std::vector<int> count(roles.size(), 0);
+    for (const XmlElement& child : element.children) {
+      const auto role = static_cast<std::size_t>(std::find(roles.begin(), roles.end(), child.name) - roles.begin());
+      if (role == roles.size())
+        source_.fail(child.at, fmt::format("<{}> in a {} controller; {}", child.name, row->name,
+                                           suggest(child.name, roles, "it holds:")));
+      check_empty(source_, child);
+      ++count[role];
+      spec.joints.push_back(read_controlled(child, row->roles[role], static_cast<int>(role), spec.tree, named));
+    }
+    for (std::size_t role = 0; role < roles.size(); ++role)
+      if (count[role] < row->roles[role].least || count[role] > row->roles[role].most)
+        source_.fail(element.at,
+                     fmt::format("{} <{}> in a {} controller; it takes {}", count[role], roles[role], row->name,
+                                 row->roles[role].least == row->roles[role].most
+                                     ? fmt::format("{}", row->roles[role].least)
+                                     : fmt::format("at least {}", row->roles[role].least)));
+    scenario_.controllers.push_back(std::move(spec));
+  }
+
+  ControllerSpec::ControlledJoint read_controlled(const XmlElement& element, const JointRoleRow& role, int index,
+                                                  int tree_index, std::map<int, std::size_t>& named) {
+    std::vector<std::string> required{"joint"}, optional;
+    for (const GainRow& gain : role.gains) (gain.default_value ? optional : required).emplace_back(gain.name);
+    check_attributes(source_, element, required, optional);
+    const XmlAttribute& attribute = *element.find("joint");
+    const Tree& tree = scenario_.model.trees[tree_index];
+    std::vector<std::string> joints;  // that a motor can drive
+    ControllerSpec::ControlledJoint part;
+    part.role = index;
+    part.joint = -1;
+    for (std::size_t j = 0; j < tree.joints.size(); ++j) {
+      if (tree.joints[j].nv() != 1) continue;
+      joints.push_back(tree.joints[j].name);
+      if (joints.back() == attribute.value) part.joint = static_cast<int>(j);
+    }
+    if (part.joint < 0)
+      source_.fail(attribute.value_at, fmt::format("{} has no joint \"{}\" that a motor can drive; {}", tree.name,
+                                                   attribute.value, suggest(attribute.value, joints, "these it has:")));
+    const auto [first, is_new] = named.try_emplace(part.joint, attribute.value_at);
+    if (!is_new)
+      source_.fail(attribute.value_at, fmt::format("{} is controlled already (at {}); keep one", attribute.value,
+                                                   source_.where(first->second)));
+    part.gains = read_gains(element, role.gains);
+    return part;
+  }
+
+  std::vector<double> read_gains(const XmlElement& element, const std::vector<GainRow>& rows) {
+    std::vector<double> gains;
+    for (const GainRow& row : rows) {
+      const XmlAttribute* attribute = element.find(std::string(row.name));
+      gains.push_back(attribute != nullptr
+                          ? values_.number(*attribute, {row.least, std::numeric_limits<double>::infinity(), false})
+                          : *row.default_value);
+    }
+    return gains;
+  }
+
+  // Bodies, on
+  // ----------------------------------------------------------------------------------------------------------
+
   bool is_fixed(const XmlElement& element) const {
     const XmlAttribute* fixed = element.find("fixed");
     if (fixed == nullptr || one_of(*fixed, {"yes", "no"}) == "no") return false;
-    for (const char* name : {"mass", "density", "velocity", "angular_velocity"})
+    for (const char* name : {"mass", "density", "velocity", "angular_velocity", "moves_with"})
       if (const XmlAttribute* attribute = element.find(name))
         source_.fail(attribute->name_at, fmt::format("a fixed body has no {}; remove it, or fixed=\"yes\"", name));
     return true;
@@ -310,18 +585,27 @@ class Loader {
   }
 
   void declare_body(const XmlElement& element, const std::string& suffix, int array, Shape shape) {
-    const XmlAttribute& name = *element.find("name");
-    if (!is_name(name.value))
-      source_.fail(name.value_at, fmt::format("\"{}\" is no name for a body; a name is a letter, then letters, digits "
-                                              "and underscores",
-                                              name.value));
-    shape.name = name.value + suffix;
+    shape.name = name_of(element, "a body") + suffix;
+    for (const Joint& joint : links())
+      if (scenario_.model.bodies[joint.body].name == shape.name)
+        source_.fail(element.find("name")->value_at,
+                     fmt::format("there is a link named {} already; rename one", shape.name));
+    declare_shape(std::move(shape), element.find("name")->value_at, array);
+  }
+
+  std::vector<Joint> links() const {
+    std::vector<Joint> all;
+    for (const Tree& tree : scenario_.model.trees) all.insert(all.end(), tree.joints.begin(), tree.joints.end());
+    return all;
+  }
+
+  void declare_shape(Shape shape, std::size_t at, int array) {
     const int index = static_cast<int>(declared_.size());
     const auto [first, is_new] = index_.try_emplace(shape.name, index);
     if (!is_new)
-      source_.fail(name.value_at, fmt::format("a second body named {} (first at {}); rename one", shape.name,
-                                              source_.where(declared_[first->second].at)));
-    declared_.push_back({shape.name, name.value_at, array});
+      source_.fail(at, fmt::format("a second body named {} (first at {}); rename one", shape.name,
+                                   source_.where(declared_[first->second].at)));
+    declared_.push_back({shape.name, at, array});
     scenario_.shapes.push_back(std::move(shape));
   }
 
@@ -413,6 +697,11 @@ class Loader {
     // By name, what cannot collide is a mistake; of a pattern those pairs are taken that can.
     if (is_name(a.value) && a.value == b.value)
       source_.fail(b.value_at, fmt::format("{} does not collide with itself; name another body", b.value));
+    const int body_a = scenario_.shapes[first.front()].body, body_b = scenario_.shapes[second.front()].body;
+    if (is_name(a.value) && is_name(b.value) && body_a >= 0 && body_a == body_b)
+      source_.fail(b.value_at,
+                   fmt::format("{} and {} are shapes of one link, which keep their distance; name another body",
+                               a.value, b.value));
     const auto is_free_body = [&](int i) { return is_free(i); };
     if (std::none_of(first.begin(), first.end(), is_free_body) &&
         std::none_of(second.begin(), second.end(), is_free_body))
@@ -523,6 +812,7 @@ class Loader {
   std::vector<Declared> declared_;
   std::map<std::string, int> index_;  ///< of a body's name in declared_
   int arrays_ = 0;
+  std::vector<Pose> zero_pose_;  ///< of links, by body: in the robot's zero pose
 };
 
 }  // namespace

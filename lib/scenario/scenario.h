@@ -80,10 +80,10 @@ struct Scenario {
   Gravity gravity;
   std::vector<Force> forces;
   std::vector<ControllerSpec> controllers;  ///< their torques add up
-  double step = 1e-3;      ///< s
-  double duration = 1;     ///< s
-  double rotate_cone = 0;  ///< rad, turns t1, t2 about the normal
-  std::optional<int> k;    ///< ap: edges of the friction polygon this scene asks for
+  double step = 1e-3;                       ///< s
+  double duration = 1;                      ///< s
+  double rotate_cone = 0;                   ///< rad, turns t1, t2 about the normal
+  std::optional<int> k;                     ///< ap: edges of the friction polygon this scene asks for
   std::optional<bool> compression_bound;
   Reference reference;
   /// Values in force of the parameters the scenario declares, after --set, in the file's order (numbers or words as

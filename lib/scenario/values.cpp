@@ -321,6 +321,22 @@ long Values::integer(const XmlAttribute& attribute, long low, long high) {
   return static_cast<long>(value);
 }
 
+std::string Values::word(const XmlAttribute& attribute, const std::vector<std::string>& choices) {
+  std::string value = attribute.value;
+  if (value.size() > 3 && value.starts_with("${") && value.ends_with("}")) {
+    const std::string name = value.substr(2, value.size() - 3);
+    const auto found = scope_.find(name);
+    if (found == scope_.end() || !found->second.is_word)
+      source_.fail(attribute.value_at, fmt::format("{} is no parameter of type word; {} takes one of: {}", name,
+                                                   attribute.name, join(choices)));
+    used_.insert(name);
+    value = found->second.word;
+  }
+  if (std::find(choices.begin(), choices.end(), value) == choices.end())
+    fail(attribute, fmt::format("{} is \"{}\"; {}", attribute.name, value, suggest(value, choices, "it is one of:")));
+  return value;
+}
+
 void Values::fail(const XmlAttribute& attribute, const std::string& message) const {
   source_.fail(attribute.value_at, message + note(attribute));
 }

@@ -40,6 +40,8 @@ class Values {
   std::vector<double> numbers(const XmlAttribute& attribute, std::size_t count, std::string_view meaning);
   double number(const XmlAttribute& attribute, const Range& range);
   long integer(const XmlAttribute& attribute, long low, long high);
+  /// One of `choices`, or ${name} of a parameter of type word whose value is one of them.
+  std::string word(const XmlAttribute& attribute, const std::vector<std::string>& choices);
 
   /// Something is wrong with the value of this attribute: adds which overrides had a hand in it.
   [[noreturn]] void fail(const XmlAttribute& attribute, const std::string& message) const;

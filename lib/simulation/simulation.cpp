@@ -3,7 +3,10 @@
 //   2. contacts at the present configuration; if any approaches, one event with all of them
 //   3. positions with the new velocity up to the first time of contact of a feature that was open, or the step's end
 //   4. at a time of contact: 2 again
-// Differences from the paper: times of contact are sought feature by feature, so that a box on one edge finds the
+// Robots: their links take part in collision as free bodies do; velocities come from the articulated-body algorithm
+// under the controllers' torques, positions from the joints' coordinates. A joint at its limit is a contact of the
+// event. Times of contact take a link's motion as steady from where it is; what its arc leaves behind, drift.h takes
+// away. Differences from the paper: times of contact are sought feature by feature, so that a box on one edge finds the
 // other.
 
 #include "simulation/simulation.h"
@@ -53,6 +56,10 @@ Simulation::Simulation(const Scenario& scenario, const SimulationOptions& option
   margin_ = std::isfinite(smallest) ? 1e-6 * smallest : 1e-6;
   motions_.resize(scenario_.shapes.size());
   external_.resize(scenario_.model.bodies.size());
+  for (const ControllerSpec& spec : scenario_.controllers)
+    controllers_.push_back(spec.row->make(scenario_.model, spec));
+  torque_.assign(state_.qd.size(), 0.0);
+  joint_force_ = qdd_ = torque_;
   energy_input_ = kinetic_energy(scenario_.model, state_);
   update_motions();
 }
@@ -89,6 +96,10 @@ const StepRecord& Simulation::step() {
     advance_positions(dt);
     remaining -= dt;
     lap.add_to(record_.times.dynamics_s);
+    if (!scenario_.model.trees.empty()) {
+      drift_.remove(scenario_, motions_, contacts_, tolerance_, radius_, *pairs_, dt, state_);
+      lap.add_to(record_.times.collision_s);
+    }
     if (remaining <= 0) break;
     moved_on = true;
   }
@@ -123,28 +134,44 @@ void Simulation::apply_forces() {
     if (step_index_ >= step_at(force.from, h) && step_index_ < step_at(force.to, h))
       external_[force.body] += force.force;
   energy_input_ += accelerate(scenario_.model, external_, h, state_);
+  if (!scenario_.model.trees.empty()) accelerate_trees(g);
+}
+
+// Motors, joint friction and forces on the links. Energy that may have come in: |power| h of each, and that of the
+// change of velocity itself, |qdd . force| h^2 / 2.
+void Simulation::accelerate_trees(const Vec3& gravity) {
+  const Model& model = scenario_.model;
+  const double h = options_.step;
+  std::fill(torque_.begin(), torque_.end(), 0.0);
+  for (const Controller& controller : controllers_) controller(model, state_, gravity, torque_);
+  joint_speed_ = 0;
+  for (const Tree& tree : model.trees) {
+    for (const Joint& joint : tree.joints) {
+      if (joint.nv() != 1) continue;
+      double& tau = torque_[joint.v];
+      tau = std::clamp(tau, -joint.torque_limit, joint.torque_limit);
+      joint_force_[joint.v] = tau - joint.damping * state_.qd[joint.v];
+      energy_input_ += std::abs(tau * state_.qd[joint.v]) * h;
+    }
+    for (const Joint& joint : tree.joints)
+      energy_input_ +=
+          std::abs(external_[joint.body].dot(Vec3(&state_.v[6 * static_cast<std::size_t>(joint.body)]))) * h;
+    const auto at = static_cast<std::size_t>(tree.v), nv = static_cast<std::size_t>(tree.nv);
+    articulated_body_.forward_dynamics(model, tree, state_, external_, {&joint_force_[at], nv}, {&qdd_[at], nv});
+    for (std::size_t i = at; i < at + nv; ++i) {
+      state_.qd[i] += h * qdd_[i];
+      energy_input_ += 0.5 * h * h * std::abs(qdd_[i] * joint_force_[i]);
+      joint_speed_ = std::max(joint_speed_, h * std::abs(qdd_[i]));
+    }
+    link_twists(model, tree, state_);
+    for (const Joint& joint : tree.joints)
+      if (joint.kind == JointKind::free)
+        energy_input_ += 0.5 * h * h * model.bodies[joint.body].mass * Vec3(&qdd_[joint.v]).squaredNorm();
+  }
 }
 
 void Simulation::update_motions() {
-  for (std::size_t i = 0; i < motions_.size(); ++i) {
-    const Shape& shape = scenario_.shapes[i];
-    Motion& motion = motions_[i];
-    if (shape.body < 0) {
-      motion.pose = shape.local;
-      continue;
-    }
-    const Pose& pose = state_.pose[shape.body];
-    const double* v = &state_.v[6 * shape.body];
-    motion.v = Vec3(v[0], v[1], v[2]);
-    motion.w = Vec3(v[3], v[4], v[5]);
-    motion.pose = pose;
-    if (!shape.local.p.isZero(0)) {
-      const Vec3 arm = pose.q * shape.local.p;
-      motion.pose.p += arm;
-      motion.v += motion.w.cross(arm);
-    }
-    if (shape.local.q.w() != 1) motion.pose.q = pose.q * shape.local.q;
-  }
+  for (std::size_t i = 0; i < motions_.size(); ++i) shape_motion(scenario_.shapes[i], state_, motions_[i]);
 }
 
 double Simulation::displacement_bound(double horizon) const {
@@ -156,8 +183,10 @@ double Simulation::displacement_bound(double horizon) const {
 }
 
 void Simulation::find_pairs(double horizon) {
-  pairs_ = &broad_phase_.pairs(scenario_.shapes, motions_, margin_, horizon,
-                               [&](int i, int j) { return scenario_.pairs.find(i, j) != nullptr; });
+  pairs_ = &broad_phase_.pairs(scenario_.shapes, motions_, margin_, horizon, [&](int i, int j) {
+    const int body = scenario_.shapes[i].body;
+    return scenario_.pairs.find(i, j) != nullptr && (body < 0 || body != scenario_.shapes[j].body);
+  });
 }
 
 // All closed features at the present configuration. Returns whether any of them approaches.
@@ -191,14 +220,51 @@ bool Simulation::find_contacts() {
                          scenario_.shapes[j].name, -contact.gap, state_.t));
     }
   }
+  if (!scenario_.model.trees.empty() && find_limits()) approaching = true;
   return approaching && (record_.status == Status::ok || record_.status == Status::inaccurate);
+}
+
+// Joints at a limit; returns whether any of them goes on into it.
+bool Simulation::find_limits() {
+  limits_.clear();
+  bool approaching = false;
+  for (int t = 0; t < static_cast<int>(scenario_.model.trees.size()); ++t) {
+    const std::vector<Joint>& joints = scenario_.model.trees[t].joints;
+    for (int j = 0; j < static_cast<int>(joints.size()); ++j) {
+      const Joint& joint = joints[j];
+      if (joint.q < 0 || !joint.limited()) continue;
+      const double q = state_.q[joint.q], rate = state_.qd[joint.v];
+      for (const double sign : {1.0, -1.0}) {
+        const double gap = sign > 0 ? q - joint.lower : joint.upper - q;
+        if (gap > options_.closed_gap) continue;
+        limits_.push_back({t, j, sign, gap});
+        if (sign * rate < -options_.approach * (std::abs(rate) + joint_speed_)) approaching = true;
+      }
+    }
+  }
+  return approaching;
+}
+
+// The first time within `horizon` at which a joint reaches a limit, or `horizon`. Coordinates are linear in time.
+double Simulation::first_limit(double horizon) const {
+  double first = horizon;
+  for (const Tree& tree : scenario_.model.trees) {
+    for (const Joint& joint : tree.joints) {
+      if (joint.q < 0 || !joint.limited()) continue;
+      const double q = state_.q[joint.q], rate = state_.qd[joint.v];
+      const double gap = rate < 0 ? q - joint.lower : joint.upper - q;
+      if (rate != 0 && gap > options_.closed_gap)
+        first = std::min(first, (gap - options_.closed_gap / 2) / std::abs(rate));
+    }
+  }
+  return first;
 }
 
 // Hands all closed contacts to the method, has the answer checked, and takes over the checked velocity.
 bool Simulation::solve_event() {
   Lap lap;
-  assembler_.assemble(scenario_.model, state_, scenario_.shapes, contacts_, mu_, restitution_, scenario_.rotate_cone,
-                      problem_, body_of_block_);
+  assembler_.assemble(scenario_.model, state_, scenario_.shapes, contacts_, limits_, mu_, restitution_,
+                      scenario_.rotate_cone, problem_, owners_);
   lap.add_to(record_.times.assembly_s);
   solution_.clear();
   method_(problem_, solution_);
@@ -237,9 +303,17 @@ bool Simulation::solve_event() {
     record_.event_energy_gain_relative =
         std::max(record_.event_energy_gain_relative, residuals_.energy_gain / residuals_.energy_before);
 
-  for (std::size_t b = 0; b < body_of_block_.size(); ++b)
-    std::copy_n(v_plus_.begin() + 6 * static_cast<long>(b), 6, state_.v.begin() + 6 * body_of_block_[b]);
-  if (on_event) on_event(EventRecord{state_.t, problem_, solution_, residuals_, v_plus_, contacts_});
+  for (std::size_t b = 0; b < owners_.size(); ++b) {
+    const auto v_plus = v_plus_.begin() + problem_.M.first[b];
+    if (owners_[b].tree < 0) {
+      std::copy_n(v_plus, 6, state_.v.begin() + 6 * owners_[b].body);
+      continue;
+    }
+    const Tree& tree = scenario_.model.trees[owners_[b].tree];
+    std::copy_n(v_plus, tree.nv, state_.qd.begin() + tree.v);
+    link_twists(scenario_.model, tree, state_);
+  }
+  if (on_event) on_event(EventRecord{state_.t, problem_, solution_, residuals_, v_plus_, contacts_, limits_});
   return true;
 }
 
@@ -249,14 +323,17 @@ double Simulation::first_contact(double horizon) const {
   for (const auto& [i, j] : *pairs_)
     first = std::min(first, time_of_contact(scenario_.shapes[i], motions_[i], scenario_.shapes[j], motions_[j],
                                             std::min(tolerance_[i], tolerance_[j]), first));
+  if (!scenario_.model.trees.empty()) first = first_limit(first);
   return first;
 }
 
 void Simulation::advance_positions(double dt) {
   for (std::size_t b = 0; b < state_.pose.size(); ++b) {
+    if (scenario_.model.bodies[b].tree >= 0) continue;
     const double* v = &state_.v[6 * b];
     state_.pose[b] = advance(Motion{state_.pose[b], Vec3(v[0], v[1], v[2]), Vec3(v[3], v[4], v[5])}, dt);
   }
+  for (const Tree& tree : scenario_.model.trees) advance_tree(scenario_.model, tree, dt, state_);
   state_.t += dt;
 }
 

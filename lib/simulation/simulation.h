@@ -6,9 +6,11 @@
 
 #include "contact/assemble.h"
 #include "contact/referee.h"
+#include "dynamics/articulated_body.h"
 #include "geometry/broad_phase.h"
 #include "methods/registry.h"
 #include "scenario/scenario.h"
+#include "simulation/drift.h"
 
 namespace cb {
 
@@ -19,7 +21,8 @@ struct EventRecord {
   const ContactSolution& solution;
   const Residuals& residuals;
   const std::vector<double>& v_plus;
-  const std::vector<ContactPoint>& contacts;
+  const std::vector<ContactPoint>& contacts;  ///< the problem's contacts from the first on;
+  const std::vector<LimitContact>& limits;    ///< then these
 };
 
 /// CPU-clock seconds spent in the parts of a step.
@@ -73,16 +76,21 @@ class Simulation {
   std::function<void(const EventRecord&)> on_event;
   /// Where status is not ok: one line.
   const std::string& reason() const { return reason_; }
+  /// Torques of the motors in the last step, after their limits (N m, N); indexed as State::qd.
+  const std::vector<double>& torque() const { return torque_; }
   const ContactProblem& problem() const { return problem_; }
   const ContactSolution& solution() const { return solution_; }
 
  private:
   void apply_forces();
+  void accelerate_trees(const Vec3& gravity);
   void update_motions();
   void find_pairs(double horizon);
   bool find_contacts();
+  bool find_limits();
   bool solve_event();
   double first_contact(double horizon) const;
+  double first_limit(double horizon) const;
   void advance_positions(double dt);
   double displacement_bound(double horizon) const;
   void fail(Status status, std::string reason);
@@ -105,8 +113,16 @@ class Simulation {
   Residuals residuals_;
   std::vector<double> v_plus_, u_minus_, mu_, restitution_;
   std::vector<ContactPoint> contacts_;
-  std::vector<int> body_of_block_;
+  std::vector<LimitContact> limits_;
+  std::vector<BlockOwner> owners_;
   std::vector<Vec3> external_;  // per body, N
+
+  // Robots.
+  std::vector<Controller> controllers_;
+  ArticulatedBody articulated_body_;
+  std::vector<double> torque_, joint_force_, qdd_;  // as State::qd
+  double joint_speed_ = 0;                          // largest |qdd| h of the step
+  Drift drift_;
 
   // Collision: what the step looks at.
   BroadPhase broad_phase_;

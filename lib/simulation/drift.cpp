@@ -1,0 +1,134 @@
+#include "simulation/drift.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/kinematics.h"
+
+namespace cb {
+
+namespace {
+
+constexpr int rounds = 4;         // corrections at most; one or two do, their error is quadratic
+constexpr double good_gap = 0.1;  // of the tolerance
+constexpr double ridge = 1e-11;   // of the largest diagonal: G is singular where points share a face; a round more
+                                  // takes away what it leaves
+
+}  // namespace
+
+void shape_motion(const Shape& shape, const State& state, Motion& motion) {
+  if (shape.body < 0) {
+    motion.pose = shape.local;
+    return;
+  }
+  const Pose& pose = state.pose[shape.body];
+  const double* v = &state.v[6 * shape.body];
+  motion.v = Vec3(v[0], v[1], v[2]);
+  motion.w = Vec3(v[3], v[4], v[5]);
+  motion.pose = pose;
+  if (!shape.local.p.isZero(0)) {
+    const Vec3 arm = pose.q * shape.local.p;
+    motion.pose.p += arm;
+    motion.v += motion.w.cross(arm);
+  }
+  if (shape.local.q.w() != 1) motion.pose.q = pose.q * shape.local.q;
+}
+
+void Drift::remove(const Scenario& scenario, std::vector<Motion>& motions, const std::vector<ContactPoint>& touching,
+                   const std::vector<double>& tolerance, const std::vector<double>& radius,
+                   const std::vector<std::pair<int, int>>& pairs, double dt, State& state) {
+  if (pairs.empty()) return;
+
+  // Linear opening speed of the pairs in touch; infinite for those that are not.
+  delta_.assign(pairs.size(), HUGE_VAL);
+  for (const ContactPoint& contact : touching) {
+    const auto pair = std::pair(std::min(contact.shape_a, contact.shape_b), std::max(contact.shape_a, contact.shape_b));
+    const auto at = std::lower_bound(pairs.begin(), pairs.end(), pair);
+    if (at == pairs.end() || *at != pair) continue;
+    const Motion &a = motions[contact.shape_a], &b = motions[contact.shape_b];
+    const Vec3 v_a = a.v + a.w.cross(contact.position - a.pose.p), v_b = b.v + b.w.cross(contact.position - b.pose.p);
+    double& speed = delta_[static_cast<std::size_t>(at - pairs.begin())];
+    speed = std::min(speed, contact.normal.dot(v_a - v_b));
+  }
+
+  // How far each shape ended from where steady motion would have taken it.
+  arc_.assign(motions.size(), 0.0);
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    const Shape& shape = scenario.shapes[i];
+    if (shape.body < 0) continue;
+    const Motion before = motions[i];
+    shape_motion(shape, state, motions[i]);
+    if (scenario.model.bodies[shape.body].tree < 0) continue;
+    const Pose steady = advance(before, dt);
+    arc_[i] = (steady.p - motions[i].pose.p).norm() +
+              2 * (steady.q.conjugate() * motions[i].pose.q).vec().norm() * shape.bounding_radius();
+  }
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    const auto [i, j] = pairs[k];
+    const double reach = (scenario.shapes[i].body < 0 ? 0 : radius[i]) + (scenario.shapes[j].body < 0 ? 0 : radius[j]);
+    const double spin2 = motions[i].w.squaredNorm() + motions[j].w.squaredNorm();
+    const double delta = arc_[i] + arc_[j] + dt * dt * spin2 * reach + std::min(tolerance[i], tolerance[j]);
+    delta_[k] = delta_[k] * dt <= delta ? delta : -delta;
+  }
+
+  for (int round = 0; round < rounds; ++round) {
+    find_points(scenario, motions, tolerance, pairs);
+    if (worst_ <= good_gap) return;
+    displace(scenario, state);
+    for (std::size_t i = 0; i < motions.size(); ++i) shape_motion(scenario.shapes[i], state, motions[i]);
+  }
+}
+
+// The points whose gap is to be 0.
+void Drift::find_points(const Scenario& scenario, const std::vector<Motion>& motions,
+                        const std::vector<double>& tolerance, const std::vector<std::pair<int, int>>& pairs) {
+  points_.clear();
+  worst_ = 0;
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    const auto [i, j] = pairs[k];
+    const double closed = std::min(tolerance[i], tolerance[j]), delta = std::abs(delta_[k]);
+    found_.clear();
+    contact_points(scenario.shapes[i], motions[i].pose, i, scenario.shapes[j], motions[j].pose, j,
+                   delta_[k] > 0 ? delta : closed, found_);
+    for (const ContactPoint& point : found_) {
+      if (point.gap < -delta || (delta_[k] < 0 && point.gap > -closed)) continue;
+      points_.push_back(point);
+      worst_ = std::max(worst_, std::abs(point.gap) / closed);
+    }
+  }
+}
+
+// d = -M^-1 N^T (N M^-1 N^T)^-1 gap.
+void Drift::displace(const Scenario& scenario, State& state) {
+  zeros_.assign(points_.size(), 0.0);
+  assembler_.assemble(scenario.model, state, scenario.shapes, points_, {}, zeros_, zeros_, 0, problem_, owners_);
+  if (!factor_.factor(problem_.M)) return;
+  const int nc = problem_.nc(), nv = problem_.nv();
+  NT_.setZero(nv, nc);
+  for (int c = 0; c < nc; ++c)
+    for (int e = problem_.J.band[c]; e < problem_.J.band[c + 1]; ++e)
+      NT_.col(c).segment(problem_.M.first[problem_.J.block[e]], problem_.J.entry(e).cols()) =
+          problem_.J.entry(e).row(0).transpose();
+  MNT_ = NT_;
+  for (int c = 0; c < nc; ++c) factor_.solve_in_place({MNT_.col(c).data(), static_cast<std::size_t>(nv)});
+  G_.noalias() = NT_.transpose() * MNT_;
+  G_.diagonal().array() += ridge * G_.diagonal().maxCoeff();
+  lambda_.resize(nc);
+  for (int c = 0; c < nc; ++c) lambda_[c] = -points_[c].gap;
+  llt_.compute(G_);
+  if (llt_.info() != Eigen::Success) return;
+  llt_.solveInPlace(lambda_);
+  d_.noalias() = MNT_ * lambda_;
+  if (!d_.allFinite()) return;
+  for (std::size_t b = 0; b < owners_.size(); ++b) {
+    const double* d = d_.data() + problem_.M.first[b];
+    if (owners_[b].tree < 0) {
+      Pose& pose = state.pose[owners_[b].body];
+      pose = advance(pose, Vec3(d), Vec3(d + 3), 1);
+    } else {
+      move_tree(scenario.model, scenario.model.trees[owners_[b].tree], d, 1, state);
+    }
+  }
+}
+
+}  // namespace cb

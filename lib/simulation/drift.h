@@ -1,0 +1,53 @@
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <vector>
+
+#include "contact/assemble.h"
+#include "scenario/scenario.h"
+
+namespace cb {
+
+/// Where a shape is and how it moves. For a fixed one v and w are left as they are.
+void shape_motion(const Shape& shape, const State& state, Motion& motion);
+
+/// Takes away the gaps that a step leaves between touching shapes because contacts bind velocities at its start, while
+/// points of links and of turning bodies go on arcs (second order in the step). Used in scenes with robots.
+///
+/// After the positions moved by dt, with delta = what the two shapes' arcs can have opened or closed,
+///   * pairs that touched and whose gap would have grown by at most delta in linear motion: all their points with a gap
+///     within +-delta;
+///   * other pairs: their points with a gap from -delta to -tolerance
+/// are brought back to gap 0 by the displacement d least in d.M d, to first order N d = -gap, repeated until the gaps
+/// are within a tenth of the tolerance. Velocities are not touched, so that no kinetic energy is added; the potential
+/// energy changes by the weight times d, of second order in the step and of either sign. Both signs of gap are taken,
+/// so that contact goes on as contact, and no later event closes what arithmetic opened.
+class Drift {
+ public:
+  /// `motions`: per shape, before the move; brought up to date. `touching`: the contacts then. `tolerance`, `radius`:
+  /// per shape, m.
+  void remove(const Scenario& scenario, std::vector<Motion>& motions, const std::vector<ContactPoint>& touching,
+              const std::vector<double>& tolerance, const std::vector<double>& radius,
+              const std::vector<std::pair<int, int>>& pairs, double dt, State& state);
+
+ private:
+  void find_points(const Scenario& scenario, const std::vector<Motion>& motions, const std::vector<double>& tolerance,
+                   const std::vector<std::pair<int, int>>& pairs);
+  void displace(const Scenario& scenario, State& state);
+
+  std::vector<double> arc_;    // per shape: how far from steady motion it ended, m
+  std::vector<double> delta_;  // per pair, m; negative: did not stay in touch
+  std::vector<ContactPoint> points_, found_;
+  double worst_ = 0;  // largest |gap| / tolerance of points_
+
+  Assembler assembler_;
+  ContactProblem problem_;
+  std::vector<BlockOwner> owners_;
+  std::vector<double> zeros_;
+  BlockCholesky factor_;
+  Eigen::MatrixXd NT_, MNT_, G_;
+  Eigen::VectorXd lambda_, d_;
+  Eigen::LLT<Eigen::MatrixXd> llt_;
+};
+
+}  // namespace cb
