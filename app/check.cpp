@@ -8,6 +8,7 @@
 #include "geometry/broad_phase.h"
 #include "output/summary.h"
 #include "scenario/scenario.h"
+#include "simulation/explicit_step.h"
 #include "simulation/simulation.h"
 
 namespace cb {
@@ -101,6 +102,19 @@ int check(const std::string& name, const Text& method, const std::vector<std::st
   for (const auto& [key, value] : scenario.parameters) line("parameter", key + " = " + value);
   line("reference", fmt::format("{}{}{}", cb::name(scenario.reference.kind),
                                 scenario.reference.name.empty() ? "" : ", ", scenario.reference.name));
+  for (const Tree& tree : scenario.model.trees)
+    line("robot", fmt::format("{}: {} links, {} degrees of freedom", tree.name, tree.joints.size(), tree.nv));
+  for (const ControllerSpec& controller : scenario.controllers)
+    line("controller",
+         fmt::format("{} of {}: {}", controller.row->name,
+                     scenario.model.trees[static_cast<std::size_t>(controller.tree)].name, controller.row->summary));
+  if (const auto eigenvalue = largest_eigenvalue(scenario, scenario.step))
+    line("control",
+         fmt::format("the largest eigenvalue of the controllers' explicit step is {:.3g}, {}", *eigenvalue,
+                     *eigenvalue <= explicit_limit
+                         ? fmt::format("within the limit of {:g}", explicit_limit)
+                         : fmt::format("beyond the limit of {:g}: unstable out of contact, stable below h = {:.2g} s",
+                                       explicit_limit, scenario.step * explicit_limit / *eigenvalue)));
   const auto [points, pairs] = contacts_at_start(scenario);
   line("contacts", fmt::format("{} at the start, on {} pairs of shapes", points, pairs));
   if (row) line("method", fmt::format("{}: {}", row->name, row->summary));

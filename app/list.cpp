@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -97,17 +98,42 @@ Json list_statuses() {
   return list;
 }
 
+Json list_controllers() {
+  Json list = Json::array();
+  const auto gains = [](const std::vector<GainRow>& rows) {
+    Json all = Json::object();
+    for (const GainRow& row : rows)
+      all[std::string(row.name)] =
+          fmt::format("{}{}{}{}", row.meaning, row.unit.empty() ? "" : fmt::format(" ({})", row.unit),
+                      row.meaning.empty() && row.unit.empty() ? "" : "; ",
+                      row.default_value ? fmt::format("default {:g}", *row.default_value) : std::string("needed"));
+    return all;
+  };
+  for (const ControllerRow& row : controllers()) {
+    Json entry = {{"name", row.name}, {"summary", row.summary}, {"source", row.source}, {"gains", gains(row.gains)}};
+    for (const GainWordRow& word : row.words)
+      entry["gains"][std::string(word.name)] =
+          fmt::format("one of: {}; default {}", fmt::join(word.choices, ", "), word.choices.front());
+    for (const JointRoleRow& role : row.roles) {
+      entry["gains"][fmt::format("<{}>", role.name)] = role.meaning;
+      const Json of_role = gains(role.gains);
+      for (const auto& gain : of_role.items())
+        entry["gains"][fmt::format("<{}> {}", role.name, gain.key())] = gain.value();
+    }
+    list.push_back(entry);
+  }
+  return list;
+}
+
 struct Topic {
   const char* name;
   Json (*list)();
 };
-constexpr Topic topics[] = {{"methods", list_methods},
-                            {"solvers", list_solvers},
-                            {"scenarios", list_scenarios},
-                            {"references", list_references},
-                            {"statuses", list_statuses}};
+constexpr Topic topics[] = {{"methods", list_methods},       {"solvers", list_solvers},
+                            {"scenarios", list_scenarios},   {"controllers", list_controllers},
+                            {"references", list_references}, {"statuses", list_statuses}};
 
-/// A line for each entry, the errors of a reference below it.
+/// A line for each entry, the errors of a reference or the gains of a controller below it.
 void print(const Json& list, const char* indent) {
   const auto word = [](const Json& value) { return value.is_string() ? value.get<std::string>() : std::string(); };
   std::size_t width = 0;
@@ -118,10 +144,11 @@ void print(const Json& list, const char* indent) {
     if (entry.contains("unavailable") && !entry["unavailable"].is_null())
       fmt::print(" (unavailable: {})", word(entry["unavailable"]));
     fmt::print("\n");
-    if (!entry.contains("errors")) continue;
+    const char* details = entry.contains("errors") ? "errors" : "gains";
+    if (!entry.contains(details)) continue;
     std::size_t inner = 0;
-    for (const auto& error : entry["errors"].items()) inner = std::max(inner, error.key().size());
-    for (const auto& error : entry["errors"].items())
+    for (const auto& error : entry[details].items()) inner = std::max(inner, error.key().size());
+    for (const auto& error : entry[details].items())
       fmt::print("{}    {:<{}}  {}\n", indent, error.key(), inner, word(error.value()));
   }
 }
@@ -155,7 +182,7 @@ void add_list(CLI::App& program, Action& action) {
     bool json = false;
   };
   const auto flags = std::make_shared<Flags>();
-  list_app.add_option("topic", flags->topic, "methods, solvers, scenarios, references or statuses [all]")
+  list_app.add_option("topic", flags->topic, "methods, solvers, scenarios, controllers, references or statuses [all]")
       ->type_name("TOPIC");
   list_app.add_flag("--json", flags->json, "as JSON");
   list_app.callback([flags, &action] { action = [flags] { return list(flags->topic, flags->json); }; });

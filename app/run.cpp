@@ -19,6 +19,7 @@
 #include "output/run_files.h"
 #include "output/summary.h"
 #include "scenario/near_name.h"
+#include "simulation/explicit_step.h"
 #include "versions.h"
 
 namespace cb {
@@ -160,6 +161,7 @@ RunPlan make_plan(const RunFlags& flags) {
     throw UsageError(fmt::format("--step {}: {:g} s would take more than {:g} steps; give a longer step",
                                  number_text(plan.simulation.step), plan.simulation.duration, most_steps));
   plan.out = flags.out ? fs::path(*flags.out) : default_directory(flags, plan);
+  plan.summary.control_eigenvalue = largest_eigenvalue(plan.scenario, plan.simulation.step);
   plan.quiet = flags.quiet;
   plan.json = flags.json;
   plan.summary = provisional_summary(flags, plan);
@@ -237,7 +239,7 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
     if (last)
       files.last_step(record);
     else
-      files.step(simulation.state(), record);
+      files.step(simulation.state(), record, simulation.torque());
     if (before_writing - flushed > between_flushes) {
       files.flush();
       flushed = before_writing;
@@ -260,8 +262,19 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
   summary.finished = simulation.step_index() >= simulation.steps_total() && summary.status == Status::ok;
 }
 
+/// Says so where the controllers cannot be stable at this step.
+void warn_of_control(const RunPlan& plan) {
+  const std::optional<double>& eigenvalue = plan.summary.control_eigenvalue;
+  if (eigenvalue && *eigenvalue > explicit_limit)
+    print_error(fmt::format(
+        "contactbench run: warning: out of contact the controllers' explicit step is unstable: its "
+        "largest eigenvalue is {:.3g} at h = {:g} s, the limit is {:g}; it is stable below --step {:.2g}\n",
+        *eigenvalue, plan.simulation.step, explicit_limit, plan.simulation.step * explicit_limit / *eigenvalue));
+}
+
 /// From a plan to an exit code. Whatever happens on the way, there is a summary.
 int execute(const RunPlan& plan) {
+  warn_of_control(plan);
   Limits limits(plan.time_limit_s, plan.memory_limit_mb);
   RunSummary summary = plan.summary;
 

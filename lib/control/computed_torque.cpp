@@ -50,7 +50,7 @@ class ComputedTorque {
       if (spec_.words[gains_are] == computed)
         wanted_[at] += spec_.gains[kp] * error + spec_.gains[kd] * error_rate;
       else
-        extra_[at] = part.gains[KP] * error + part.gains[KV] * error_rate;
+        extra_[at] = part.gains[KP] * error + part.gains[KV] * error_rate + joint.damping * error_rate;
     }
     newton_euler_.inverse_dynamics(model, tree, state, force_, wanted_, inverse_);
     for (const Joint& joint : tree.joints)

@@ -38,24 +38,36 @@ char* print_step(char* out, const StepRecord& record) {
 
 RunFiles::RunFiles(const std::filesystem::path& directory, const Model& model, long every) : every_(every) {
   const auto trajectory = directory / "trajectory.csv", steps = directory / "steps.csv";
+  const auto joints = directory / "joints.csv";
+  std::error_code ignored;
   if (every_ > 0) {
     trajectory_.emplace(trajectory, trajectory_header);
     steps_.emplace(steps, steps_header);
     for (const Body& body : model.bodies) names_.push_back(',' + csv_cell(body.name) + ',');
+    for (const Tree& tree : model.trees)
+      for (const Joint& joint : tree.joints)
+        if (joint.q >= 0)
+          joint_rows_.push_back(
+              {',' + csv_cell(joint.name) + ',', static_cast<std::size_t>(joint.q), static_cast<std::size_t>(joint.v)});
   } else {
-    std::error_code ignored;
     std::filesystem::remove(trajectory, ignored);
     std::filesystem::remove(steps, ignored);
   }
+  if (joint_rows_.empty())
+    std::filesystem::remove(joints, ignored);
+  else
+    joints_.emplace(joints, joints_header);
 }
 
 int RunFiles::error() const {
   if (trajectory_ && !trajectory_->ok()) return trajectory_->error();
+  if (joints_ && !joints_->ok()) return joints_->error();
   return steps_ ? steps_->error() : 0;
 }
 
 const std::string& RunFiles::failed_path() const {
-  return trajectory_ && !trajectory_->ok() ? trajectory_->path() : steps_->path();
+  if (trajectory_ && !trajectory_->ok()) return trajectory_->path();
+  return joints_ && !joints_->ok() ? joints_->path() : steps_->path();
 }
 
 void RunFiles::write_bodies(const State& state) {
@@ -80,14 +92,34 @@ void RunFiles::write_bodies(const State& state) {
   }
 }
 
+void RunFiles::write_joints(const State& state, std::span<const double> torque) {
+  char t[number_room];
+  const std::string_view time(t, static_cast<std::size_t>(print_number(t, state.t) - t));
+  for (const JointRow& row : joint_rows_) {
+    char* out = joints_->begin_row(row.name.size() + 4 * number_room + 4);
+    out = print_text(print_text(out, time), row.name);
+    out = print_number(out, state.q[row.q]);
+    *out++ = ',';
+    out = print_number(out, state.qd[row.v]);
+    *out++ = ',';
+    out = print_number(out, torque.empty() ? 0.0 : torque[row.v]);
+    *out++ = '\n';
+    joints_->end_row(out);
+  }
+}
+
 void RunFiles::start(const State& state) {
-  if (every_ > 0) write_bodies(state);
+  if (every_ > 0) {
+    write_bodies(state);
+    write_joints(state, {});
+  }
   flush();
 }
 
-void RunFiles::step(const State& state, const StepRecord& record) {
+void RunFiles::step(const State& state, const StepRecord& record, std::span<const double> torque) {
   if (every_ == 0 || record.step % every_ != 0) return;
   write_bodies(state);
+  write_joints(state, torque);
   last_step(record);
 }
 
@@ -98,6 +130,7 @@ void RunFiles::last_step(const StepRecord& record) {
 void RunFiles::flush() {
   if (trajectory_) trajectory_->flush();
   if (steps_) steps_->flush();
+  if (joints_) joints_->flush();
 }
 
 }  // namespace cb

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,12 +19,15 @@ inline constexpr std::string_view steps_header =
     "event_energy_gain,max_penetration,kinetic_energy,potential_energy,dynamics_s,collision_s,assembly_s,solve_s,"
     "step_s\n";
 
+inline constexpr std::string_view joints_header = "t,joint,q,qd,tau\n";
+
 /// One row of steps.csv, line break included; `out` needs `steps_row_room`. Residuals of a step without an event are
 /// empty cells.
 char* print_step(char* out, const StepRecord& record);
 inline constexpr std::size_t steps_row_room = 22 * 32;
 
-/// trajectory.csv and steps.csv of one run. Does not allocate after construction.
+/// trajectory.csv and steps.csv of one run, and joints.csv where the model has joints that move. Does not allocate
+/// after construction.
 class RunFiles {
  public:
   /// Empties or creates the files in `directory`; `every` = 0 leaves both out and removes those of an earlier run.
@@ -35,10 +39,10 @@ class RunFiles {
   /// The file that failed first.
   const std::string& failed_path() const;
 
-  /// Bodies at t = 0.
+  /// Bodies and joints at t = 0.
   void start(const State& state);
-  /// A step that was completed: rows for each `every`-th.
-  void step(const State& state, const StepRecord& record);
+  /// A step that was completed: rows for each `every`-th. `torque`: of the motors in that step, indexed as State::qd.
+  void step(const State& state, const StepRecord& record, std::span<const double> torque = {});
   /// A step that ended the run: its row of steps.csv, whatever `every` is. Its state is not the end of a step and is
   /// left out.
   void last_step(const StepRecord& record);
@@ -47,10 +51,17 @@ class RunFiles {
 
  private:
   void write_bodies(const State& state);
+  void write_joints(const State& state, std::span<const double> torque);
 
   long every_;
   std::vector<std::string> names_;  // per body, as a cell between commas
-  std::optional<RowFile> trajectory_, steps_;
+  /// A revolute or prismatic joint: its name as a cell between commas, and where it is in q and qd.
+  struct JointRow {
+    std::string name;
+    std::size_t q, v;
+  };
+  std::vector<JointRow> joint_rows_;
+  std::optional<RowFile> trajectory_, steps_, joints_;
 };
 
 }  // namespace cb

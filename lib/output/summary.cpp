@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "output/row_file.h"
+#include "simulation/explicit_step.h"
 
 namespace cb {
 
@@ -126,6 +127,9 @@ std::string to_json(const RunSummary& run) {
         {"gap_max_j", maybe(tally.gap_max)},
         {"infeasibility_max", maybe(tally.infeasibility_max)}}},
       {"energy", {{"max_gain_j", maybe(tally.gain_max)}, {"max_gain_relative", maybe(tally.gain_relative_max)}}},
+      {"control", run.control_eigenvalue ? Json{{"largest_eigenvalue", *run.control_eigenvalue},
+                                                {"stable", *run.control_eigenvalue <= explicit_limit}}
+                                         : Json()},
       {"max_penetration", tally.penetration_max},
       {"left_out", left_out},
       {"versions",

@@ -22,7 +22,7 @@ struct EventRecord {
   const Residuals& residuals;
   const std::vector<double>& v_plus;
   const std::vector<ContactPoint>& contacts;  ///< the problem's contacts from the first on;
-  const std::vector<LimitContact>& limits;    ///< then these
+  std::span<const LimitContact> limits = {};  ///< then these
 };
 
 /// CPU-clock seconds spent in the parts of a step.

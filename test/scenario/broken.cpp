@@ -1,5 +1,5 @@
 // Files that are each broken in another way: one message with the place and what would be right.
-// Each is data/scenes/small.xml with one change, so that the fault is the one named.
+// Each is data/scenes/small.xml (or robot.xml) with one change, so that the fault is the one named.
 
 #include <catch2/catch.hpp>
 #include <filesystem>
@@ -106,12 +106,41 @@ const Broken table[] = {
     {"zero_quaternion", 20, 78, "1 0 0 0"},
     {"zero_radius", 19, 33, "more than 0"},
     {"zero_step", 9, 21, "step is 0"},
+    // Each is data/scenes/robot.xml with one change.
+    {"robot_loop", 14, 61, "closes a loop"},
+    {"robot_loop_apart", 13, 20, "is part of a loop"},
+    {"robot_without_joint", 9, 19, "no joint has hand as its child"},
+    {"robot_joint_without_parent", 14, 8, "needs the attribute parent"},
+    {"robot_unknown_parent", 14, 51, "did you mean \"arm\"?"},
+    {"robot_zero_inertia", 8, 19, "moments of inertia 0.1 0 0.2"},
+    {"robot_not_definite", 9, 19, "all have to be more than 0"},
+    {"robot_two_links", 9, 19, "a second link named arm"},
+    {"robot_nothing_moves", 7, 18, "nothing of robot can move"},
+    {"robot_start_outside", 13, 20, "outside its limits"},
+    {"robot_limits_swapped", 13, 20, "swap them"},
+    {"robot_zero_axis", 13, 94, "point somewhere"},
+    {"robot_free_below", 14, 47, "has parent=\"world\""},
+    {"robot_joint_kind", 13, 36, "did you mean \"revolute\"?"},
+    {"robot_link_element", 10, 10, "did you mean \"box\"?"},
+    {"robot_same_link_pair", 19, 24, "shapes of one link"},
+    {"robot_moves_with", 16, 82, "did you mean \"hand\"?"},
+    {"robot_damping", 14, 106, "at least 0"},
+    {"controller_unknown", 22, 23, "did you mean \"computed_torque\"?"},
+    {"controller_gain", 22, 58, "\"fast\" is no number"},
+    {"controller_robot", 22, 47, "did you mean \"robot\"?"},
+    {"controller_joint", 23, 21, "did you mean \"shoulder\"?"},
+    {"controller_joint_twice", 24, 21, "is controlled already"},
+    {"controller_missing_gain", 24, 8, "needs the attribute acceleration"},
+    {"controller_element", 24, 8, "did you mean \"close\"?"},
+    {"controller_word", 22, 69, "it is one of: computed, torque"},
+    {"controller_roles", 22, 6, "it takes 1"},
 };
 
 }  // namespace
 
-TEST_CASE("The file that the broken ones are made from is sound") {
+TEST_CASE("The files that the broken ones are made from are sound") {
   CHECK(message_of(std::string(TEST_DATA) + "/scenes/small.xml").empty());
+  CHECK(message_of(std::string(TEST_DATA) + "/scenes/robot.xml").empty());
 }
 
 TEST_CASE("A broken scenario ends in one line that names file, line, column and remedy") {
