@@ -426,7 +426,7 @@ bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x, int patience, 
   };
   for (int k = 0; k <= limit; ++k) {
     double residual = terms();
-    if (!std::isfinite(residual) && !careful) break;
+    if (!std::isfinite(residual) && (!careful || best == HUGE_VAL)) break;  // there is nothing to go back to
     if (residual < 0.5 * best)
       stalled = 0;
     else if (best < options_.rounding * size_ || ++stalled > patience)

@@ -40,13 +40,12 @@ void MCP_SetInterface(Mcp* mcp, const Interface* interface) { mcp->interface = *
 double* MCP_GetX(Mcp* mcp) { return mcp->z; }
 
 int Path_Solve(Mcp* mcp, void* information) {
-  const int n = mcp->n;
+  const int n = mcp->n, licence_error = 11, solved = 1, iterations = 20000;
+  if (getenv("PATH_STUB_REFUSES")) return licence_error;
   int size, nonzeros, i, j, k, sweep;
   double *lower = malloc(sizeof(double) * (size_t)n), *upper = malloc(sizeof(double) * (size_t)n);
   double *f = malloc(sizeof(double) * (size_t)n), *value, *diagonal = calloc((size_t)n, sizeof(double));
   int *column = malloc(sizeof(int) * (size_t)n), *length = malloc(sizeof(int) * (size_t)n), *row;
-  const int licence_error = 11, solved = 1, iterations = 20000;
-  if (getenv("PATH_STUB_REFUSES")) return licence_error;
   mcp->interface.size(mcp->interface.data, &size, &nonzeros);
   row = malloc(sizeof(int) * (size_t)nonzeros);
   value = malloc(sizeof(double) * (size_t)nonzeros);
