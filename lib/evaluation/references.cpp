@@ -10,8 +10,8 @@ namespace {
 
 using Errors = std::vector<std::pair<std::string_view, std::string_view>>;
 
-const std::array<ReferenceRow, 5>& table() {
-  static const std::array<ReferenceRow, 5> rows = {{
+const std::array<ReferenceRow, 7>& table() {
+  static const std::array<ReferenceRow, 7> rows = {{
       {"impacting_sphere",
        "a sphere's impact, sliding and rolling in closed form (Coulomb; normal impulse (1 + e) m v_n, sticks iff "
        "slip <= (1 + m r^2 / I) mu (1 + e) v_n)",
@@ -90,6 +90,50 @@ const std::array<ReferenceRow, 5>& table() {
                "it; worst of all steps and interfaces"},
               {"interface_total_relative", "-; the same for the sum over all interfaces, worst of all steps"},
               {"penetration_linf_m", "m; deepest penetration"}}},
+      {"mobile_robot",
+       "a robot on two wheels that never slip, with the same mass, motors and law: rolling in the plane, integrated by "
+       "Runge and Kutta's method to 1e-12 m",
+       Errors{
+           {"cross_track_rms_m", "m; distance from the figure eight, root mean square from 5 s on"},
+           {"cross_track_linf_m", "m; the same, largest"},
+           {"no_slip_cross_track_rms_m", "m; cross_track_rms_m of the robot that never slips"},
+           {"no_slip_cross_track_linf_m", "m; cross_track_linf_m of the robot that never slips"},
+           {"cross_track_rms_difference_m", "m; |cross_track_rms_m - no_slip_cross_track_rms_m|"},
+           {"position_final_m", "m; distance of the axle's middle from that of the robot that never slips, at the end"},
+           {"position_linf_m", "m; the same, largest over time"},
+           {"position_l2_m", "m; the same, root mean square over time"},
+           {"slip_left_along_rms_m_per_s",
+            "m/s; speed of the left wheel's lowest point along the heading, root mean "
+            "square over time, loaded or not"},
+           {"slip_left_along_linf_m_per_s", "m/s; the same, largest"},
+           {"slip_left_across_rms_m_per_s", "m/s; level, across the heading, root mean square"},
+           {"slip_left_across_linf_m_per_s", "m/s; the same, largest"},
+           {"slip_right_along_rms_m_per_s", "m/s; the right wheel's"},
+           {"slip_right_along_linf_m_per_s", "m/s; the right wheel's"},
+           {"slip_right_across_rms_m_per_s", "m/s; the right wheel's"},
+           {"slip_right_across_linf_m_per_s", "m/s; the right wheel's"},
+           {"load_asymmetry_mean",
+            "-; |N_L - N_R| / (N_L + N_R) of the wheels' normal impulses of a step, mean over "
+            "the steps with a load"},
+           {"load_asymmetry_linf", "-; the same, largest"},
+           {"unloaded_left_share",
+            "-; share of steps in which the left wheel has less than 1e-6 of the load, or "
+            "neither has any"},
+           {"unloaded_right_share", "-; the same of the right wheel"}}},
+      {"grasp", "what two fingers hold does not move in their frames; joints are where their wanted sinusoids are",
+       Errors{{"creep_final_m",
+               "m; root sum of squares of the held body's displacement in both fingers' frames, at the "
+               "end"},
+              {"creep_linf_m", "m; the same, largest over time"},
+              {"creep_rate_m_per_s", "m/s; the same from T/2 to T, over T/2"},
+              {"rotation_linf_rad", "rad; largest angle turned in a finger's frame"},
+              {"dropped_s",
+               "s; first time at which the body is more than half its size from its start in both fingers' "
+               "frames"},
+              {"tracking_shoulder1_rms_rad", "rad; first joint on a sinusoid against it, root mean square over time"},
+              {"tracking_shoulder1_linf_rad", "rad; the same, largest"},
+              {"tracking_shoulder2_rms_rad", "rad; second joint on a sinusoid"},
+              {"tracking_shoulder2_linf_rad", "rad; the same, largest"}}},
   }};
   return rows;
 }

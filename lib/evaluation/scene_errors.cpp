@@ -12,6 +12,7 @@
 #include <optional>
 #include <variant>
 
+#include "evaluation/robot_errors.h"
 #include "evaluation/slider.h"
 #include "evaluation/sphere_impact.h"
 
@@ -476,7 +477,7 @@ struct StackMeasure {
 }  // namespace
 
 struct SceneErrors::Measure {
-  std::variant<std::monostate, SlidingMeasure, SphereMeasure, StackMeasure> scene;
+  std::variant<std::monostate, SlidingMeasure, SphereMeasure, StackMeasure, DriveErrors, GraspErrors> scene;
   bool observed = false;
 };
 
@@ -490,6 +491,10 @@ SceneErrors::SceneErrors(const Scenario& scenario, const SimulationOptions& opti
   } else if (name == "impacting_sphere") {
     if (const auto on = body_on_plane(scenario, ShapeKind::sphere))
       scene.emplace<SphereMeasure>(scenario, options, k, *on);
+  } else if (name == "mobile_robot") {
+    if (const auto robot = wheeled_robot(scenario)) scene.emplace<DriveErrors>(scenario, options, *robot);
+  } else if (name == "grasp") {
+    if (auto grasp = GraspErrors::of(scenario, options)) scene.emplace<GraspErrors>(std::move(*grasp));
   } else if (name == "sliding_box" || name == "sticking_box" || name == "circular_sliding") {
     const Sliding kind = name == "sliding_box"    ? Sliding::pushed
                          : name == "sticking_box" ? Sliding::on_slope
@@ -510,6 +515,7 @@ void SceneErrors::observe_start(const State& state) {
 void SceneErrors::observe_event(const EventRecord& event) {
   if (auto* sphere = std::get_if<SphereMeasure>(&measure_->scene)) sphere->event(event);
   if (auto* stack = std::get_if<StackMeasure>(&measure_->scene)) stack->event(event);
+  if (auto* drive = std::get_if<DriveErrors>(&measure_->scene)) drive->observe_event(event);
 }
 
 void SceneErrors::observe_step(const State& state, const StepRecord& record) {
@@ -517,6 +523,8 @@ void SceneErrors::observe_step(const State& state, const StepRecord& record) {
   if (auto* sliding = std::get_if<SlidingMeasure>(&measure_->scene)) sliding->observe(state);
   if (auto* sphere = std::get_if<SphereMeasure>(&measure_->scene)) sphere->observe(state);
   if (auto* stack = std::get_if<StackMeasure>(&measure_->scene)) stack->observe(state, record);
+  if (auto* drive = std::get_if<DriveErrors>(&measure_->scene)) drive->observe_step(state);
+  if (auto* grasp = std::get_if<GraspErrors>(&measure_->scene)) grasp->observe_step(state);
 }
 
 Values SceneErrors::finish() const {
@@ -525,6 +533,8 @@ Values SceneErrors::finish() const {
   if (const auto* sliding = std::get_if<SlidingMeasure>(&measure_->scene)) sliding->report(out);
   if (const auto* sphere = std::get_if<SphereMeasure>(&measure_->scene)) sphere->report(out);
   if (const auto* stack = std::get_if<StackMeasure>(&measure_->scene)) stack->report(out);
+  if (const auto* drive = std::get_if<DriveErrors>(&measure_->scene)) drive->report(out);
+  if (const auto* grasp = std::get_if<GraspErrors>(&measure_->scene)) grasp->report(out);
   return out;
 }
 

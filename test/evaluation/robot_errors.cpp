@@ -1,0 +1,293 @@
+#include "evaluation/robot_errors.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <map>
+#include <numbers>
+
+#include "dynamics/kinematics.h"
+#include "evaluation/scene_errors.h"
+
+using namespace cb;
+using std::numbers::pi;
+
+namespace {
+
+constexpr double wheel_radius = 0.1, axle_length = 0.4;
+
+// A base on two wheels that faces -z, the middle of the axle `ahead` of the base's centre of mass.
+Scenario two_wheels(double ahead) {
+  Scenario scenario;
+  scenario.reference = {ReferenceKind::analytic, "mobile_robot"};
+  Tree tree;
+  tree.name = "robot";
+  tree.nv = 8;
+  const auto add = [&](const char* name, double mass, const Vec3& inertia, const Vec3& p) {
+    Body body{name, mass, inertia};
+    body.tree = 0;
+    scenario.model.bodies.push_back(body);
+    scenario.initial.pose.push_back({p, Quat::Identity()});
+  };
+  add("base", 20, {1, 2, 3}, {0, 0.2, ahead});
+  add("left", 1, {5e-3, 3e-3, 3e-3}, {-axle_length / 2, wheel_radius, 0});
+  add("right", 1, {5e-3, 3e-3, 3e-3}, {axle_length / 2, wheel_radius, 0});
+  tree.joints.resize(3);
+  tree.joints[0].kind = JointKind::free;
+  tree.joints[0].body = 0;
+  tree.joints[0].v = 0;
+  for (int i = 1; i < 3; ++i) {
+    Joint& joint = tree.joints[i];
+    joint.kind = JointKind::revolute;
+    joint.parent = joint.up = 0;
+    joint.body = i;
+    joint.axis_C = -Vec3::UnitX();
+    joint.anchor_P = scenario.initial.pose[i].p - scenario.initial.pose[0].p;
+    joint.q = i - 1;
+    joint.v = 5 + i;
+    Shape tyre;
+    tyre.kind = ShapeKind::sphere;
+    tyre.radius = wheel_radius;
+    tyre.body = i;
+    scenario.shapes.push_back(tyre);
+  }
+  scenario.model.trees.push_back(tree);
+  scenario.initial.q.assign(2, 0);
+  scenario.initial.qd.assign(8, 0);
+  scenario.initial.v.assign(18, 0);
+
+  ControllerSpec spec;
+  spec.row = find_controller("figure_eight");
+  REQUIRE(spec.row);
+  for (const GainRow& row : spec.row->gains) spec.gains.push_back(row.default_value.value_or(5));
+  const auto set = [&](std::string_view name, double value) {
+    for (std::size_t i = 0; i < spec.gains.size(); ++i)
+      if (spec.row->gains[i].name == name) spec.gains[i] = value;
+  };
+  set("wheel_radius", wheel_radius);
+  set("axle", axle_length);
+  spec.joints = {{0, 1, {}}, {1, 2, {}}};
+  scenario.controllers.push_back(spec);
+  return scenario;
+}
+
+// The robot's state where the middle of its axle is somewhere and moves without slip.
+State placed(const Scenario& scenario, const WheeledRobot& robot, const WheeledRobot::State& at, double t) {
+  State state = scenario.initial;
+  state.t = t;
+  const Quat turn(Eigen::AngleAxisd(at.heading, Vec3::UnitY()));
+  const Vec3 forward(-std::sin(at.heading), 0, -std::cos(at.heading)), up(0, 1, 0);
+  for (std::size_t b = 0; b < state.pose.size(); ++b) {
+    const Vec3 from_middle = turn * scenario.initial.pose[b].p;
+    state.pose[b] = {Vec3(at.x, 0, at.z) + from_middle, turn};
+    const Vec3 v = at.speed * forward + at.turning * up.cross(from_middle);
+    Vec3 w = at.turning * up;
+    // A wheel rolls about the axle (left to right is `turn x`): its rim's speed at the ground cancels the hub's.
+    if (b > 0) w -= (forward.dot(v) / robot.radius) * (turn * Vec3::UnitX());
+    for (int i = 0; i < 3; ++i) {
+      state.v[6 * b + static_cast<std::size_t>(i)] = v[i];
+      state.v[6 * b + 3 + static_cast<std::size_t>(i)] = w[i];
+    }
+  }
+  return state;
+}
+
+std::map<std::string, double> named(const SceneErrors& errors, std::string_view reference) {
+  std::map<std::string, double> out;
+  for (const auto& [name, value] : errors.finish()) {
+    CHECK(out.count(name) == 0);
+    out[name] = value;
+    bool listed = false;
+    for (const ReferenceRow& row : references())
+      if (row.name == reference)
+        listed = std::any_of(row.errors.begin(), row.errors.end(), [&](const auto& e) { return e.first == name; });
+    INFO(name);
+    CHECK(listed);
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("A robot without motors and with its mass on the axle coasts round a circle") {
+  WheeledRobot robot = *wheeled_robot(two_wheels(0));
+  CHECK(robot.forward_moment == Approx(0).margin(1e-15));
+  CHECK(robot.mass == 22);
+  // Wheels: their own moment and mass at half the axle.
+  CHECK(robot.yaw_inertia == Approx(2 + 2 * (3e-3 + 0.04)).epsilon(1e-14));
+  CHECK(robot.wheel_inertia == Approx(5e-3).epsilon(1e-14));
+  robot.kv = 0;
+  NoSlipDrive drive(robot, {1, 2, 0.3, 0.5, 0.25});
+  const WheeledRobot::State at = drive.at(7);
+  // Radius 2 m: heading 0.3 + 0.25 t, and the integral of 0.5 (-sin, -cos).
+  const double heading = 0.3 + 0.25 * 7;
+  CHECK(at.heading == Approx(heading).epsilon(1e-11));
+  CHECK(at.x == Approx(1 + 2 * (std::cos(heading) - std::cos(0.3))).epsilon(1e-11));
+  CHECK(at.z == Approx(2 - 2 * (std::sin(heading) - std::sin(0.3))).epsilon(1e-11));
+}
+
+TEST_CASE("A coasting robot with its mass off the axle swings to drive mass first and keeps its energy") {
+  // Chaplygin's sleigh: the mass ends up ahead, wherever it began, and the turning dies out.
+  WheeledRobot robot = *wheeled_robot(two_wheels(0.15));
+  CHECK(robot.forward_moment == Approx(-0.15 * 20).epsilon(1e-14));
+  robot.kv = 0;
+  const WheeledRobot::State start{0, 0, 0, 1, 0.5};
+  const auto energy = [&](const WheeledRobot::State& s) {
+    const double r = robot.radius, L = robot.axle;
+    return 0.5 * (robot.mass + 2 * robot.wheel_inertia / (r * r)) * s.speed * s.speed +
+           0.5 * (robot.yaw_inertia + robot.wheel_inertia * L * L / (2 * r * r)) * s.turning * s.turning;
+  };
+  NoSlipDrive drive(robot, start);
+  for (const double t : {0.5, 2.0, 10.0, 40.0}) CHECK(energy(drive.at(t)) == Approx(energy(start)).epsilon(1e-12));
+  CHECK(drive.at(40).speed < 0);  // its mass is behind: it turns about until it drives backwards
+  CHECK(std::abs(drive.at(40).turning) < 1e-4);
+}
+
+TEST_CASE("The robot that never slips does not depend on how often it is asked") {
+  const WheeledRobot robot = *wheeled_robot(two_wheels(0.05));
+  NoSlipDrive once(robot, {}), often(robot, {});
+  for (int i = 1; i <= 40000; ++i) often.at(i * 5e-4);
+  const WheeledRobot::State a = once.at(20), b = often.at(20);
+  CHECK(std::hypot(a.x - b.x, a.z - b.z) < 1e-11);
+}
+
+TEST_CASE("The distance from a figure eight is the distance along its normal, on the branch that is driven") {
+  const FigureEight path;
+  for (const double off : {0.0, 0.02, -0.3}) {
+    CrossTrack track(path);
+    for (double t = 0.2; t < 70; t += 0.05) {
+      // Beside the place that the path had 0.2 s ago; 31.4 s and 62.8 s are at the crossing.
+      const FigureEight::Wanted at = path.at(t - 0.2);
+      const double speed = std::hypot(at.vx, at.vz);
+      const double x = at.x + off * at.vz / speed, z = at.z - off * at.vx / speed;
+      INFO(t);
+      CHECK(track.distance(t, x, z) == Approx(std::abs(off)).margin(1e-9));
+    }
+  }
+}
+
+TEST_CASE("A robot that moves as the one that never slips has no error, and shares its load as it was given") {
+  Scenario scenario = two_wheels(0.05);
+  const WheeledRobot robot = *wheeled_robot(scenario);
+  Shape ground;
+  ground.kind = ShapeKind::half_space;
+  scenario.shapes.push_back(ground);
+  SimulationOptions options;
+  options.step = 1e-2;
+  options.duration = 12;
+  SceneErrors errors(scenario, options, 0);
+  errors.observe_start(scenario.initial);
+  NoSlipDrive drive(robot, robot.state_of(scenario.initial));
+
+  // A left wheel with three quarters of the load; in every fourth step with none at all.
+  ContactProblem problem;
+  ContactSolution solution;
+  Residuals residuals;
+  const std::vector<double> v_plus;
+  std::vector<ContactPoint> contacts(2);
+  contacts[0].shape_a = 0;
+  contacts[1].shape_a = 1;
+  contacts[0].shape_b = contacts[1].shape_b = 2;
+  for (long n = 1; n <= 1200; ++n) {
+    const double t = static_cast<double>(n) * options.step;
+    solution.impulse = n % 4 == 0 ? std::vector<double>{0, 0, 0, 2, 0, 0} : std::vector<double>{3, 0, 0, 1, 0, 0};
+    errors.observe_event(EventRecord{t, problem, solution, residuals, v_plus, contacts});
+    StepRecord record;
+    errors.observe_step(placed(scenario, robot, drive.at(t), t), record);
+  }
+  const auto found = named(errors, "mobile_robot");
+  for (const char* name : {"position_final_m", "position_linf_m", "position_l2_m", "cross_track_rms_difference_m",
+                           "slip_left_along_linf_m_per_s", "slip_left_across_linf_m_per_s",
+                           "slip_right_along_linf_m_per_s", "slip_right_across_linf_m_per_s"}) {
+    INFO(name);
+    CHECK(std::abs(found.at(name)) < 1e-10);
+  }
+  CHECK(found.at("load_asymmetry_mean") == Approx(0.75 * 0.5 + 0.25).epsilon(1e-12));
+  CHECK(found.at("load_asymmetry_linf") == 1);
+  CHECK(found.at("unloaded_left_share") == 0.25);
+  CHECK(found.at("unloaded_right_share") == 0);
+}
+
+TEST_CASE("A wheel that spins on the spot slips along, one that is pushed sideways slips across") {
+  const Scenario scenario = two_wheels(0.05);
+  const WheeledRobot robot = *wheeled_robot(scenario);
+  SimulationOptions options;
+  options.duration = 10;
+  SceneErrors errors(scenario, options, 0);
+  State state = placed(scenario, robot, {0, 0, 0.7, 0.4, 0.1}, 1e-3);
+  const Vec3 axle = state.pose[2].p - state.pose[1].p;
+  for (int i = 0; i < 3; ++i) {
+    state.v[6 + static_cast<std::size_t>(i)] += 0.02 * axle[i] / axle.norm();      // left: 0.02 m/s sideways
+    state.v[12 + 3 + static_cast<std::size_t>(i)] -= 0.5 * axle[i] / axle.norm();  // right: 0.5 rad/s faster
+  }
+  errors.observe_step(state, StepRecord());
+  const auto found = named(errors, "mobile_robot");
+  CHECK(found.at("slip_left_along_linf_m_per_s") < 1e-12);
+  CHECK(found.at("slip_left_across_linf_m_per_s") == Approx(0.02).epsilon(1e-10));
+  CHECK(found.at("slip_right_along_linf_m_per_s") == Approx(0.05).epsilon(1e-10));
+  CHECK(found.at("slip_right_across_linf_m_per_s") < 1e-12);
+  CHECK(found.at("unloaded_left_share") == 1);
+  CHECK(found.count("cross_track_rms_m") == 0);  // not before 5 s
+}
+
+TEST_CASE("Creep of a grasp is what the held body moves in both fingers' frames, whatever the hand does") {
+  // Two fingers on a joint each and a free cube of 0.2 m.
+  Scenario scenario;
+  scenario.reference = {ReferenceKind::analytic, "grasp"};
+  Tree tree;
+  tree.nv = 2;
+  for (int i = 0; i < 2; ++i) {
+    Body finger{i == 0 ? "left" : "right", 1, Vec3::Constant(1)};
+    finger.tree = 0;
+    scenario.model.bodies.push_back(finger);
+    Joint joint;
+    joint.kind = JointKind::revolute;
+    joint.body = joint.q = joint.v = i;
+    tree.joints.push_back(joint);
+  }
+  scenario.model.trees = {tree};
+  scenario.model.bodies.push_back({"cube", 1, Vec3::Constant(1)});
+  Shape cube;
+  cube.kind = ShapeKind::box;
+  cube.body = 2;
+  cube.half_extents = Vec3::Constant(0.1);
+  scenario.shapes = {cube};
+  scenario.initial.pose = {{Vec3(-1, 0, 0), Quat::Identity()}, {Vec3(1, 0, 0), Quat::Identity()}, Pose()};
+  scenario.initial.v.assign(18, 0);
+  scenario.initial.q.assign(2, 0);
+  scenario.initial.qd.assign(2, 0);
+  ControllerSpec spec;
+  spec.row = find_controller("computed_torque");
+  REQUIRE(spec.row);
+  spec.words.assign(spec.row->words.size(), 0);
+  for (const GainRow& row : spec.row->gains) spec.gains.push_back(row.default_value.value_or(0));
+  const auto role = std::find_if(spec.row->roles.begin(), spec.row->roles.end(),
+                                 [](const JointRoleRow& row) { return row.name == "close"; });
+  REQUIRE(role != spec.row->roles.end());
+  for (int i = 0; i < 2; ++i)
+    spec.joints.push_back(
+        {static_cast<int>(role - spec.row->roles.begin()), i, std::vector<double>(role->gains.size(), 1.0)});
+  scenario.controllers = {spec};
+
+  SimulationOptions options;
+  options.step = 0.01;
+  options.duration = 4;
+  SceneErrors errors(scenario, options, 0);
+  for (int n = 1; n <= 400; ++n) {
+    State state = scenario.initial;
+    state.t = n * 0.01;
+    // All swing together; the cube slides down by 0.03 m/s in the hand and turns by 0.01 rad/s about the line between
+    // the fingers.
+    const Quat swing(Eigen::AngleAxisd(std::sin(state.t), Vec3(1, 2, 3).normalized()));
+    const Quat turn(Eigen::AngleAxisd(0.01 * state.t, Vec3::UnitX()));
+    for (Pose& pose : state.pose) pose = {swing * pose.p, swing};
+    state.pose[2].p += swing * Vec3(0, -0.03 * state.t, 0);
+    state.pose[2].q = swing * turn;
+    errors.observe_step(state, StepRecord());
+  }
+  const auto found = named(errors, "grasp");
+  CHECK(found.at("creep_final_m") == Approx(std::sqrt(2) * 0.12).epsilon(1e-12));
+  CHECK(found.at("creep_linf_m") == found.at("creep_final_m"));
+  CHECK(found.at("creep_rate_m_per_s") == Approx(std::sqrt(2) * 0.03).epsilon(1e-12));
+  CHECK(found.at("rotation_linf_rad") == Approx(0.04).epsilon(1e-12));
+  CHECK(found.at("dropped_s") == Approx(3.34).epsilon(1e-12));  // 0.1 m are passed after 10/3 s
+}
