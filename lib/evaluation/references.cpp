@@ -112,14 +112,14 @@ const std::array<ReferenceRow, 7>& table() {
            {"slip_right_along_linf_m_per_s", "m/s; the right wheel's"},
            {"slip_right_across_rms_m_per_s", "m/s; the right wheel's"},
            {"slip_right_across_linf_m_per_s", "m/s; the right wheel's"},
-           {"load_asymmetry_mean",
+           {"load_asymmetry_mean_relative",
             "-; |N_L - N_R| / (N_L + N_R) of the wheels' normal impulses of a step, mean over "
             "the steps with a load"},
-           {"load_asymmetry_linf", "-; the same, largest"},
-           {"unloaded_left_share",
+           {"load_asymmetry_linf_relative", "-; the same, largest"},
+           {"unloaded_left_relative",
             "-; share of steps in which the left wheel has less than 1e-6 of the load, or "
             "neither has any"},
-           {"unloaded_right_share", "-; the same of the right wheel"}}},
+           {"unloaded_right_relative", "-; the same of the right wheel"}}},
       {"grasp", "what two fingers hold does not move in their frames; joints are where their wanted sinusoids are",
        Errors{{"creep_final_m",
                "m; root sum of squares of the held body's displacement in both fingers' frames, at the "

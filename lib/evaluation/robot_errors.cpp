@@ -108,11 +108,11 @@ void DriveErrors::report(std::vector<std::pair<std::string, double>>& out) const
     out.emplace_back(slip + "_across_linf_m_per_s", across_[side].largest);
   }
   if (loaded_steps_ > 0) {
-    out.emplace_back("load_asymmetry_mean", asymmetry_sum_ / static_cast<double>(loaded_steps_));
-    out.emplace_back("load_asymmetry_linf", asymmetry_largest_);
+    out.emplace_back("load_asymmetry_mean_relative", asymmetry_sum_ / static_cast<double>(loaded_steps_));
+    out.emplace_back("load_asymmetry_linf_relative", asymmetry_largest_);
   }
   for (int side = 0; side < 2; ++side)
-    out.emplace_back(std::string("unloaded_") + sides[side] + "_share",
+    out.emplace_back(std::string("unloaded_") + sides[side] + "_relative",
                      static_cast<double>(unloaded_[side]) / static_cast<double>(steps_));
 }
 

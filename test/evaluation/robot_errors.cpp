@@ -201,10 +201,10 @@ TEST_CASE("A robot that moves as the one that never slips has no error, and shar
     INFO(name);
     CHECK(std::abs(found.at(name)) < 1e-10);
   }
-  CHECK(found.at("load_asymmetry_mean") == Approx(0.75 * 0.5 + 0.25).epsilon(1e-12));
-  CHECK(found.at("load_asymmetry_linf") == 1);
-  CHECK(found.at("unloaded_left_share") == 0.25);
-  CHECK(found.at("unloaded_right_share") == 0);
+  CHECK(found.at("load_asymmetry_mean_relative") == Approx(0.75 * 0.5 + 0.25).epsilon(1e-12));
+  CHECK(found.at("load_asymmetry_linf_relative") == 1);
+  CHECK(found.at("unloaded_left_relative") == 0.25);
+  CHECK(found.at("unloaded_right_relative") == 0);
 }
 
 TEST_CASE("A wheel that spins on the spot slips along, one that is pushed sideways slips across") {
@@ -225,7 +225,7 @@ TEST_CASE("A wheel that spins on the spot slips along, one that is pushed sidewa
   CHECK(found.at("slip_left_across_linf_m_per_s") == Approx(0.02).epsilon(1e-10));
   CHECK(found.at("slip_right_along_linf_m_per_s") == Approx(0.05).epsilon(1e-10));
   CHECK(found.at("slip_right_across_linf_m_per_s") < 1e-12);
-  CHECK(found.at("unloaded_left_share") == 1);
+  CHECK(found.at("unloaded_left_relative") == 1);
   CHECK(found.count("cross_track_rms_m") == 0);  // not before 5 s
 }
 
