@@ -213,6 +213,7 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
       summary.write_s += std::chrono::duration<double>(Clock::now() - before_writing).count();
     }
     errors.observe_event(event);
+    files.event(event);
     tally.observe_event(
         event, Referee::holds(event.residuals, event.solution, plan.method->law, plan.simulation.accepted_residual));
   };
@@ -295,7 +296,7 @@ int execute(const RunPlan& plan) {
   SummaryFile summary_file(summary_path, to_json(summary));
   if (!summary_file.ok() && !refused && !is_full(summary_file.error()))
     refuse_directory(summary_path, std::strerror(summary_file.error()));
-  RunFiles files(plan.out, plan.scenario.model, plan.record_every);
+  RunFiles files(plan.out, plan.scenario.model, plan.record_every, plan.scenario.shapes, plan.scenario.rotate_cone);
   if (!files.ok() && !refused && !is_full(files.error())) {
     fs::remove(summary_path, refused);
     refuse_directory(files.failed_path(), std::strerror(files.error()));

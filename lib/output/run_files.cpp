@@ -1,5 +1,7 @@
 #include "output/run_files.h"
 
+#include <algorithm>
+
 #include "output/number.h"
 
 namespace cb {
@@ -36,9 +38,11 @@ char* print_step(char* out, const StepRecord& record) {
   return out;
 }
 
-RunFiles::RunFiles(const std::filesystem::path& directory, const Model& model, long every) : every_(every) {
+RunFiles::RunFiles(const std::filesystem::path& directory, const Model& model, long every,
+                   const std::vector<Shape>& shapes, double rotate_cone)
+    : every_(every), rotate_cone_(rotate_cone) {
   const auto trajectory = directory / "trajectory.csv", steps = directory / "steps.csv";
-  const auto joints = directory / "joints.csv";
+  const auto joints = directory / "joints.csv", loads = directory / "loads.csv";
   std::error_code ignored;
   if (every_ > 0) {
     trajectory_.emplace(trajectory, trajectory_header);
@@ -57,17 +61,24 @@ RunFiles::RunFiles(const std::filesystem::path& directory, const Model& model, l
     std::filesystem::remove(joints, ignored);
   else
     joints_.emplace(joints, joints_header);
+  if (every_ > 0 && !model.trees.empty() && !shapes.empty()) {
+    loads_file_.emplace(loads, loads_header);
+    for (const Shape& shape : shapes) shape_names_.push_back(csv_cell(shape.name));
+  } else {
+    std::filesystem::remove(loads, ignored);
+  }
 }
 
 int RunFiles::error() const {
-  if (trajectory_ && !trajectory_->ok()) return trajectory_->error();
-  if (joints_ && !joints_->ok()) return joints_->error();
+  for (const auto* file : {&trajectory_, &joints_, &loads_file_})
+    if (*file && !(*file)->ok()) return (*file)->error();
   return steps_ ? steps_->error() : 0;
 }
 
 const std::string& RunFiles::failed_path() const {
-  if (trajectory_ && !trajectory_->ok()) return trajectory_->path();
-  return joints_ && !joints_->ok() ? joints_->path() : steps_->path();
+  for (const auto* file : {&trajectory_, &joints_, &loads_file_})
+    if (*file && !(*file)->ok()) return (*file)->path();
+  return steps_->path();
 }
 
 void RunFiles::write_bodies(const State& state) {
@@ -108,6 +119,40 @@ void RunFiles::write_joints(const State& state, std::span<const double> torque) 
   }
 }
 
+void RunFiles::event(const EventRecord& event) {
+  if (!loads_file_) return;
+  for (std::size_t c = 0; c < event.contacts.size(); ++c) {
+    const ContactPoint& contact = event.contacts[c];
+    auto load = std::find_if(loads_.begin(), loads_.end(),
+                             [&](const Load& l) { return l.a == contact.shape_a && l.b == contact.shape_b; });
+    if (load == loads_.end()) {
+      const std::string name = ',' + shape_names_[contact.shape_a] + ',' + shape_names_[contact.shape_b] + ',';
+      load = loads_.insert(loads_.end(), {contact.shape_a, contact.shape_b, name});
+    }
+    const double* impulse = &event.solution.impulse[3 * c];
+    Vec3 t1, t2;
+    contact_tangents(contact.normal, rotate_cone_, t1, t2);
+    load->normal += impulse[0];
+    load->friction += impulse[1] * t1 + impulse[2] * t2;
+    load->met = true;
+  }
+}
+
+void RunFiles::write_loads(double t) {
+  for (Load& load : loads_) {
+    if (!load.met) continue;
+    char* out = loads_file_->begin_row(load.name.size() + 5 * number_room + 5);
+    out = print_text(print_number(out, t), load.name);
+    out = print_number(out, load.normal);
+    for (int i = 0; i < 3; ++i) {
+      *out++ = ',';
+      out = print_number(out, load.friction[i]);
+    }
+    *out++ = '\n';
+    loads_file_->end_row(out);
+  }
+}
+
 void RunFiles::start(const State& state) {
   if (every_ > 0) {
     write_bodies(state);
@@ -117,10 +162,17 @@ void RunFiles::start(const State& state) {
 }
 
 void RunFiles::step(const State& state, const StepRecord& record, std::span<const double> torque) {
-  if (every_ == 0 || record.step % every_ != 0) return;
-  write_bodies(state);
-  write_joints(state, torque);
-  last_step(record);
+  if (every_ > 0 && record.step % every_ == 0) {
+    write_bodies(state);
+    write_joints(state, torque);
+    write_loads(state.t);
+    last_step(record);
+  }
+  for (Load& load : loads_) {
+    load.normal = 0;
+    load.friction.setZero();
+    load.met = false;
+  }
 }
 
 void RunFiles::last_step(const StepRecord& record) {
@@ -131,6 +183,7 @@ void RunFiles::flush() {
   if (trajectory_) trajectory_->flush();
   if (steps_) steps_->flush();
   if (joints_) joints_->flush();
+  if (loads_file_) loads_file_->flush();
 }
 
 }  // namespace cb

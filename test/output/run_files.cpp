@@ -172,3 +172,49 @@ TEST_CASE("a run that records nothing removes the rows of an earlier one", "[out
   CHECK_FALSE(std::filesystem::exists(directory.path() / "trajectory.csv"));
   CHECK_FALSE(std::filesystem::exists(directory.path() / "steps.csv"));
 }
+
+TEST_CASE("the loads of a robot's shapes add up over a step, friction in world axes", "[output]") {
+  TemporaryDirectory directory;
+  Model model = two_bodies();
+  Tree tree;
+  tree.nv = 1;
+  tree.joints.resize(2);
+  model.trees.push_back(tree);
+  Shape ground, wheel;
+  ground.kind = ShapeKind::half_space;
+  ground.name = "ground";
+  wheel.body = 0;
+  wheel.name = "wheel";
+  const ContactProblem problem;
+  const Residuals residuals;
+  const std::vector<double> v_plus;
+  ContactSolution solution;
+  std::vector<ContactPoint> contacts(2);
+  for (ContactPoint& contact : contacts) {
+    contact.shape_a = 1;
+    contact.shape_b = 0;
+    contact.normal = Vec3(0, 1, 0);
+  }
+  {
+    // t1 is x, t2 is y x x = -z.
+    RunFiles files(directory.path(), model, 1, {ground, wheel}, 0);
+    files.start(state_at(0));
+    solution.impulse = {1, 0.25, 0.5, 2, 0, 0.125};
+    files.event(EventRecord{0, problem, solution, residuals, v_plus, contacts});
+    solution.impulse = {4, 0, 0, 0, 0.5, 0};
+    files.event(EventRecord{0, problem, solution, residuals, v_plus, contacts});
+    files.step(state_at(0.5), record_at(1, 0.5));
+    files.step(state_at(1), record_at(2, 1));  // no event: no row
+    solution.impulse = {0, 0, 0, 0, 0, 0};
+    files.event(EventRecord{1, problem, solution, residuals, v_plus, contacts});
+    files.step(state_at(1.5), record_at(3, 1.5));
+    CHECK(files.ok());
+  }
+  const auto loads = lines(read_file(directory.path() / "loads.csv"));
+  REQUIRE(loads.size() == 3);
+  CHECK(loads[0] + "\n" == loads_header);
+  CHECK(loads[1] == "0.5,wheel,ground,7,0.75,0,-0.625");
+  CHECK(loads[2] == "1.5,wheel,ground,0,0,0,0");
+  { RunFiles files(directory.path(), two_bodies(), 1, {ground, wheel}, 0); }
+  CHECK_FALSE(std::filesystem::exists(directory.path() / "loads.csv"));
+}
