@@ -56,7 +56,7 @@ void Assembler::assemble(const Model& model, const State& state, const std::vect
   for (const ContactPoint& contact : contacts) {
     Mat3 axes;  // rows n, t1, t2
     Vec3 t1, t2;
-    contact_tangents(contact.normal, turn, t1, t2);
+    contact_tangents(contact.normal, -turn, t1, t2);  // the normal points from b to a
     axes << contact.normal.transpose(), t1.transpose(), t2.transpose();
 
     problem.J.add_band();

@@ -27,8 +27,8 @@ struct BlockOwner {
 /// restitution = 0.
 class Assembler {
  public:
-  /// `mu`, `restitution`: one per contact. `turn`: angle of t1, t2 about the normal, rad. Contacts between two fixed
-  /// shapes must not occur.
+  /// `mu`, `restitution`: one per contact. `turn`: angle of t1, t2 about -normal (from a to b), rad. Contacts between
+  /// two fixed shapes must not occur.
   void assemble(const Model& model, const State& state, const std::vector<Shape>& shapes,
                 const std::vector<ContactPoint>& contacts, const std::vector<LimitContact>& limits,
                 const std::vector<double>& mu, const std::vector<double>& restitution, double turn,

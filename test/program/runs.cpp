@@ -193,6 +193,23 @@ TEST_CASE("a run over an earlier one leaves nothing of it", "[program]") {
   CHECK(summary(directory.path() / "r")["steps"] == 10);
 }
 
+TEST_CASE("push and polygon turned together turn the motion, and a turned polygon deflects as its exact answer does",
+          "[program]") {
+  TemporaryDirectory directory;
+  const auto errors = [&](const std::string& push, const std::string& cone) {
+    const Result result = run(
+        directory.path(), {"run", "sliding_box.xml", "--method", "ap", "--k", "8", "--step", "1e-2", "--record-every",
+                           "0", "--set", "push_angle=" + push, "--set", "rotate_cone=" + cone, "--quiet", "--json"});
+    REQUIRE(result.code == 0);
+    return Json::parse(result.out)["errors"];
+  };
+  CHECK(errors("0.2", "0.2")["position_linf_m"].get<double>() < 1e-3);  // 0.040 h is the step's
+  CHECK(errors("0.2", "-0.2")["position_final_m"].get<double>() > 0.1);
+  // Between the axes of the polygon the box leaves the line of the push: the side counts.
+  CHECK(errors("0", "pi/16")["polygon_position_linf_m"].get<double>() < 5e-3);
+  CHECK(errors("0", "-pi/16")["polygon_position_linf_m"].get<double>() < 5e-3);
+}
+
 TEST_CASE("overriding friction changes whether the box holds", "[program]") {
   // tan 30 = 0.577: at mu = 0.3 the box slides off with g (sin 30 - 0.3 cos 30) = 2.354 m/s^2.
   TemporaryDirectory directory;
