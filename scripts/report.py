@@ -9,6 +9,7 @@ is run. A section of the report is one file in scripts/reporting/sections/.
 import argparse
 import concurrent.futures
 import json
+import math
 import os
 import subprocess
 import sys
@@ -67,6 +68,15 @@ def draw(options):
                 print(f"report: {script.name} could not draw: {said}", file=sys.stderr)
 
 
+def finite(value):
+    """What is no number is null: NaN is no JSON."""
+    if isinstance(value, dict):
+        return {k: finite(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [finite(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--results", required=True, type=Path, help="folder of runs.csv and manifest.json; all is written there")
@@ -91,8 +101,7 @@ def main():
 """)
     report = {"profile": profile, "sections": {name: {"title": title, "data": section.data, "timing": section.timing}
                                                for name, title, section in sections}}
-    # NaN is no JSON.
-    (options.results / "report.json").write_text(json.dumps(report, indent=1, allow_nan=False) + "\n")
+    (options.results / "report.json").write_text(json.dumps(finite(report), indent=1, allow_nan=False) + "\n")
 
 
 if __name__ == "__main__":

@@ -32,7 +32,7 @@ def arguments():
     parser.add_argument("--program", default=str(ROOT / "build/bin/contactbench"))
     parser.add_argument("--runs", type=Path, help="one folder a run [results/runs/PROFILE]")
     parser.add_argument("--out", type=Path, help="folder of runs.csv and manifest.json [results]")
-    parser.add_argument("--jobs", type=int, default=1, help="runs at a time [1: timings are not disturbed]")
+    parser.add_argument("--jobs", type=int, default=1, help="runs at a time, 0: one a core [1: timings are not disturbed]")
     parser.add_argument("--timed-alone", action="store_true",
                         help="runs whose times count go one at a time, after the others went --jobs at a time")
     parser.add_argument("--engine", default="local", help="local, dask (a cluster here), dask:ADDRESS [local]")
@@ -40,8 +40,9 @@ def arguments():
     parser.add_argument("--keep", action="store_true", help="keep finished runs although program or scene have changed since")
     parser.add_argument("--dry-run", action="store_true", help="say what would be done, and do nothing")
     parsed = parser.parse_intermixed_args()
-    if parsed.jobs < 1:
-        parser.error("--jobs must be at least 1")
+    if parsed.jobs < 0:
+        parser.error("--jobs must not be negative")
+    parsed.jobs = parsed.jobs or os.cpu_count() or 1
     parsed.out = parsed.out or ROOT / "results"
     parsed.runs = parsed.runs or ROOT / "results" / "runs" / (parsed.profile or "default")
     return parsed

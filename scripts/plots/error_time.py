@@ -1,7 +1,8 @@
 """Error against run time: largest error over time against processing time for a simulated second, one panel a scene.
 
 The paper shows times and trajectories apart. Here each point is a method with one step and one polygon or tolerance; lines join
-its steps, larger markers are finer polygons or tolerances, and runs that did not finish stand on a rail at the right."""
+its steps, larger markers are finer polygons or tolerances, grey rings mark the points that none beats in both time and error
+(the Pareto front), and runs that did not finish stand on a rail at the right."""
 import math
 
 import common
@@ -52,6 +53,9 @@ for panel, (scene, parameters) in zip(panels.flat, scenes):
         look = {**some[0][1], "linestyle": "-", "linewidth": 0.6, "label": "_",
                 "markersize": sizes[key][float(k or 0), -math.log10(float(epsilon or 1))]}
         panel.plot([p["time"] for p, _ in some], error, **look)
+    front = precision.pareto(points)
+    panel.plot([p["time"] for p in front], [max(p["error"], FLOOR) for p in front], linestyle="", marker="o", markersize=11,
+               markerfacecolor="none", markeredgecolor="0.5", markeredgewidth=1.0, zorder=2.5)
     for number, (look, status) in enumerate(failed):
         panel.plot([1.03], [0.03 + 0.94 * (number + 0.5) / len(failed)], transform=panel.transAxes, clip_on=False, linestyle="",
                    marker=look["marker"], color=look["color"], markerfacecolor="none", markersize=5)

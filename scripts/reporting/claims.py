@@ -436,9 +436,7 @@ def said(value):
 def as_data(claim):
     """For report.json: what does not depend on the machine, and what does."""
     def plain(p):
-        numbers = {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in p.numbers.items()}
-        return {**{f.name: getattr(p, f.name) for f in dataclasses.fields(p) if f.name in ("text", "verdict", "why", "variant")},
-                "numbers": numbers}
+        return {f.name: getattr(p, f.name) for f in dataclasses.fields(p) if f.name in ("text", "verdict", "why", "variant", "numbers")}
     data = {"scene": claim.scene, "claim": claim.text, "parts": [plain(p) for p in claim.parts if not p.timing]}
     timing = {"answers": claim.answers, "parts": [plain(p) for p in claim.parts if p.timing]}
     if not timing["parts"]:

@@ -1,9 +1,16 @@
-"""Error against processing time: the points of the sweep error_time, scene by scene."""
+"""What error against run time is made of: the points of a scene, its Pareto front, the error budget, the observed order in the
+step, and performance profiles. Reads result files of the sweeps error_time, orders and polygons; runs nothing."""
 import math
+
+import numpy as np
+
+from .results import number
 
 SWEEP = "error_time"
 # The error that stands for a scene: the largest over time, of position where the scene has it.
 MEASURES = ("position_linf_m", "displacement_linf_m")
+EXACT_LAW = 1e-8  # law residual up to which a convex run solves exact Coulomb friction
+TINY = 1e-12      # m; differences below are rounding
 
 
 def scenes(results):
@@ -29,3 +36,176 @@ def points(results, scene, parameters):
                     "error": cell.error(name) if finite else None, "time": cell.seconds / duration if finite else None,
                     "least": min(cell.times) / duration if finite else None, "busy": cell.busy, "cell": cell})
     return out
+
+
+def pareto(some):
+    """Of points with time and error: those that none beats in both, the cheapest first. An error counts as less from 1 % on, and
+    below TINY none does."""
+    front, best = [], math.inf
+    for point in sorted((p for p in some if p["error"] is not None), key=lambda p: (p["time"], p["error"])):
+        if max(point["error"], TINY) < 0.99 * best:
+            best = max(point["error"], TINY)
+            front.append(point)
+    return front
+
+
+# Error budget ------------------------------------------------------------------------------------------------------------
+
+
+def apart(a, b):
+    """Largest distance of a body between two runs of the same scene at the times that both recorded; nan where there is none."""
+    places = []
+    for cell in (a, b):
+        t, x, y, z = cell.series("trajectory.csv", "t", "px", "py", "pz")
+        if not len(t):
+            return math.nan
+        # Bodies of a moment stand below each other in a fixed order; times are n h, so rounding tells equal ones.
+        moments = {}
+        for key, *p in zip(np.round(t, 9), x, y, z):
+            moments.setdefault(key, []).append(p)
+        places.append(moments)
+    common = sorted(set(places[0]) & set(places[1]))
+    if not common:
+        return math.nan
+    return float(max(np.max(np.linalg.norm(np.subtract(places[0][t], places[1][t]), axis=1)) for t in common))
+
+
+def twin(cells, cell):
+    """The same model at the same step solved as well as this program can; None for models that are no such problem."""
+    if cell["method"] == "ap":
+        return next((c for c in cells if c["method"] == "ap" and c["solver"] == "lemke" and c["k"] == cell["k"]
+                     and c["step"] == cell["step"] and c["status"] == "ok"), None)
+    if cell["method"] == "convex":
+        return coulomb(cells, cell["step"])
+    return None
+
+
+def coulomb(cells, step):
+    """Exact Coulomb friction at a step: convex at 1e-12 J, where its law residual says that it is that."""
+    return next((c for c in cells if c["method"] == "convex" and c["epsilon"] == "1e-12" and c["step"] == step
+                 and c["status"] == "ok" and number(c["law_residual_max"]) <= EXACT_LAW), None)
+
+
+def budget(results, scene, parameters):
+    """Per finished cell: error of the solver (against the same model solved tightly, same step), of the model (that against
+    exact Coulomb friction, same step) and of the step (the same law against its exact answer); nan where it is not known."""
+    cells = [c for c in results.cells(scene, SWEEP, parameters=parameters) if c.finished]
+    name = measure(results, scene, parameters)
+    rows = []
+    for cell in cells:
+        tight, law = twin(cells, cell), coulomb(cells, cell["step"])
+        solver = model = step = math.nan
+        if cell["method"] in ("newton", "mirtich"):
+            # What they solve has no tolerance: contact by contact, the answer is the model.
+            model = apart(cell, law) if law else math.nan
+            step = law.error(name) if law else math.nan
+        elif tight:
+            solver = 0.0 if tight["run"] == cell["run"] else apart(cell, tight)
+            model = 0.0 if law and tight["run"] == law["run"] else apart(tight, law) if law else math.nan
+            # The polygon's own exact answer, where the scene has one.
+            own = tight.error(f"polygon_{name}") if cell["method"] == "ap" else math.nan
+            step = own if not math.isnan(own) else tight.error(name) if cell["method"] == "convex" else math.nan
+        known = {k: v for k, v in (("solver", solver), ("model", model), ("step", step)) if not math.isnan(v)}
+        worst = max(known, key=known.get) if known and max(known.values()) > TINY else "none" if known else ""
+        rows.append({"cell": cell, "solver": solver, "model": model, "step_error": step, "dominates": worst, "total": cell.error(name)})
+    return rows
+
+
+# Order in the step ---------------------------------------------------------------------------------------------------------
+
+
+def orders(results):
+    """Per scene and method of the sweep orders: error at each step, order from each halving, and the order claimed (least
+    squares), None where the halvings differ by more than 0.5 or nothing is left to converge."""
+    groups = {}
+    for cell in results.cells(sweep="orders"):
+        if cell.finished and cell["step"]:
+            groups.setdefault((cell["scene"], cell["parameters"], cell.key, cell["k"], cell["epsilon"]), []).append(cell)
+    rows = []
+    for (scene, parameters, key, k, _), cells in groups.items():
+        cells = sorted(cells, key=lambda c: -float(c["step"]))
+        for name in ("position_linf_m", "polygon_position_linf_m") if key[0] == "ap" else ("position_linf_m",):
+            h, error = np.array([float(c["step"]) for c in cells]), np.array([c.error(name) for c in cells])
+            if len(h) < 3 or np.any(np.isnan(error)):
+                continue
+            row = {"scene": scene, "parameters": parameters, "method": cells[0].name + (f", k = {k}" if k else ""), "against":
+                   "the polygon's exact answer" if name.startswith("polygon") else "the exact answer", "steps": h.tolist(),
+                   "errors": error.tolist(), "halvings": [], "order": None, "cells": cells}
+            if np.all(error > TINY):
+                halvings = np.diff(np.log(error)) / np.diff(np.log(h))
+                row["halvings"] = halvings.tolist()
+                if halvings.max() - halvings.min() <= 0.5:
+                    row["order"] = float(np.polyfit(np.log(h), np.log(error), 1)[0])
+            rows.append(row)
+    return rows
+
+
+def polygons(results):
+    """Per scene of the sweep polygons: model error of ap over k, and the slope of its logarithm over that of 1 - cos(pi/k)."""
+    groups = {}
+    for cell in results.cells(sweep="polygons", method="ap", solver="lemke"):
+        if cell.finished:
+            # The turned polygons of a scene differ in their angle, which follows from k: pi/k or half of it.
+            angle = next((float(p.partition("=")[2]) for p in cell["parameters"].split() if p.startswith("rotate_cone=")), 0.0)
+            turned = {0.0: "an edge's corner on the axes", 1.0: "turned by pi/k", 0.5: "turned by pi/2k"}.get(
+                round(angle * int(cell["k"]) / math.pi, 9), f"turned by {angle:g}")
+            rest = " ".join(p for p in cell["parameters"].split() if not p.startswith("rotate_cone="))
+            groups.setdefault((cell["scene"], rest, turned), []).append(cell)
+    rows = []
+    for (scene, parameters, turned), cells in groups.items():
+        cells = sorted(cells, key=lambda c: int(c["k"]))
+        k, error = [int(c["k"]) for c in cells], [c.error("position_linf_m") for c in cells]
+        own = [c.error("polygon_position_linf_m") for c in cells]
+        # The step's share, which the polygon's own exact answer shows, is no error of the model.
+        fit = [(n, e) for n, e, s in zip(k, error, own) if e > 3 * s and e > TINY and n >= 8]
+        slope = float(np.polyfit([math.log(1 - math.cos(math.pi / n)) for n, _ in fit], [math.log(e) for _, e in fit], 1)[0]) \
+            if len(fit) >= 3 else None
+        rows.append({"scene": scene, "parameters": parameters, "turned": turned, "k": k, "errors": error, "step_errors": own,
+                     "loss": [1 - math.cos(math.pi / n) for n in k], "slope": slope, "cells": cells})
+    return rows
+
+
+# Performance profiles --------------------------------------------------------------------------------------------------------
+
+
+def contenders(results):
+    """{method: {problem: cell}}: one setting a method (k = 8, 1e-12 J), a problem is a scene with a step."""
+    out = {}
+    for scene, parameters in scenes(results):
+        for cell in results.cells(scene, SWEEP, parameters=parameters):
+            if cell["k"] in ("", "8") and cell["epsilon"] in ("", "1e-12"):
+                out.setdefault(cell.name, {})[scene, parameters, cell["knobs"]] = cell
+    return out
+
+
+def profiles(results):
+    """{method: sorted ratios of its time to the least}, a failure counting as infinite: of runs that end ok, and of those whose
+    error is besides at most twice the least of all methods on the problem (or 1e-9 m)."""
+    methods = contenders(results)
+    problems = list(dict.fromkeys(p for cells in methods.values() for p in cells))
+    ended, right = {m: [] for m in methods}, {m: [] for m in methods}
+    for problem in problems:
+        cells = {m: c[problem] for m, c in methods.items() if problem in c}
+        name = measure(results, *problem[:2])
+        least = min((c.error(name) for c in cells.values() if c.finished and not math.isnan(c.error(name))), default=math.nan)
+        for solved, table in ((lambda c: c["status"] == "ok", ended),
+                              (lambda c: c["status"] == "ok" and c.error(name) <= max(2 * least, 1e-9), right)):
+            times = {m: c.seconds for m, c in cells.items() if solved(c)}
+            fastest = min(times.values(), default=math.nan)
+            for m in methods:
+                table[m].append(times[m] / fastest if m in times else math.inf)
+    return {m: sorted(r) for m, r in ended.items()}, {m: sorted(r) for m, r in right.items()}
+
+
+def truthfulness(results):
+    """Per method over all runs of all sweeps: runs, ended ok, solves, claims of success that the referee refuted."""
+    rows = {}
+    for cell in results.cells(sweep=None):
+        row = rows.setdefault(cell.name, {"runs": 0, "ok": 0, "inaccurate": 0, "solves": 0, "false_claims": 0})
+        for r in cell.rows:
+            row["runs"] += 1
+            row["ok"] += r["status"] == "ok"
+            row["inaccurate"] += r["status"] == "inaccurate"
+            row["solves"] += int(r["solves"] or 0)
+            row["false_claims"] += int(r["false_claims"] or 0)
+    return rows

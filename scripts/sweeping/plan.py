@@ -5,6 +5,7 @@ a new one fills in by itself. A run that two sweep files ask for is one run that
 """
 import dataclasses
 import itertools
+import math
 import tomllib
 from dataclasses import dataclass
 
@@ -16,7 +17,7 @@ OWN = {"k": "k", "epsilon": "epsilon", "epsilon_relative": "epsilon-relative", "
 SHORT = {"step": "h", "duration": "T", "k": "k", "epsilon": "eps", "epsilon_relative": "epsrel", "compression_bound": "bound-",
          "regularise": "reg", "warm_start": "warm-", "restitution": "e", "friction": "mu", "prune": "prune-"}
 # What may stand beside the knobs in a block or a profile.
-SETTINGS = {"repeats": 1, "record_every": 1, "timed": True, "time_limit_s": 3600, "memory_limit_mb": 4096}
+SETTINGS = {"repeats": 1, "record_every": 1, "record_interval_s": 0, "timed": True, "time_limit_s": 3600, "memory_limit_mb": 4096}
 OTHER = {"scene", "set", "methods", "profiles"}
 
 
@@ -95,7 +96,7 @@ def read(path):
         raise SweepError(f"{path}: {error.strerror}") from None
     except tomllib.TOMLDecodeError as error:
         raise SweepError(f"{path}: {error}") from None
-    known = {"title", "outside", "profiles", "runs"} | set(SETTINGS) | set(COMMON) | set(OWN)
+    known = {"title", "outside", "profiles", "runs", "methods"} | set(SETTINGS) | set(COMMON) | set(OWN)
     for key in sweep:
         if key not in known:
             raise SweepError(f"{path}: unknown key '{key}'; known: {', '.join(sorted(known))}")
@@ -134,6 +135,21 @@ def wanted(name, patterns):
     return not patterns or any(name == p or name.startswith(p + "/") for p in patterns)
 
 
+def turned(chosen, knobs):
+    """Scene parameters with pi/k and pi/2k worked out: the angles by which a polygon of k edges is turned at worst and half-way."""
+    k = int(dict(knobs).get("k", 0))
+    angles = {"pi/k": math.pi / k, "pi/2k": math.pi / (2 * k)} if k else {}
+    if not k and any(v in ("pi/k", "pi/2k") for _, v in chosen):
+        return None
+    return tuple((n, repr(angles[v]) if v in angles else v) for n, v in chosen)
+
+
+def recorded(settings, knobs):
+    """Every how many steps a run is recorded: so often, or at a distance in simulated time, so that steps can be compared."""
+    interval, step = float(settings["record_interval_s"]), dict(knobs).get("step")
+    return max(1, round(interval / float(step))) if interval and step else int(settings["record_every"])
+
+
 def block_runs(block, sweep, profile, rows, stem):
     merged = {**sweep, **sweep.get("profiles", {}).get(profile, {}), **block, **block.get(profile, {})}
     settings = {key: merged.get(key, default) for key, default in SETTINGS.items()}
@@ -145,8 +161,10 @@ def block_runs(block, sweep, profile, rows, stem):
             flags = {option["flag"] for option in method["options"]}
             names = [n for n in COMMON if n in merged] + [n for n, flag in OWN.items() if n in merged and flag in flags]
             for knobs in itertools.product(*[[(n, v) for v in values(merged[n])] for n in names]):
-                yield Run(block["scene"], tuple(chosen), method["name"], variant, solver, tuple(knobs), 0, (stem,),
-                          int(settings["record_every"]), bool(settings["timed"]), float(settings["time_limit_s"]),
+                if turned(chosen, knobs) is None:
+                    continue  # an angle of the polygon is none of a method without one
+                yield Run(block["scene"], turned(chosen, knobs), method["name"], variant, solver, tuple(knobs), 0, (stem,),
+                          recorded(settings, knobs), bool(settings["timed"]), float(settings["time_limit_s"]),
                           float(settings["memory_limit_mb"])), int(settings["repeats"])
 
 

@@ -69,7 +69,7 @@ if mode == "late": os.abort()
 sys.exit(0 if finished else 3)
 """
 
-SCENES = {"impacting_sphere": {}, "sliding_box": {}, "sticking_box": {}, "circular_sliding": {"start": "steady"},
+SCENES = {"impacting_sphere": {}, "sliding_box": {"rotate_cone": "0"}, "sticking_box": {}, "circular_sliding": {"start": "steady"},
           "stack": {"boxes": "16"}}
 
 

@@ -2,6 +2,7 @@
 import copy
 import csv
 import json
+import math
 import re
 import shutil
 import subprocess
@@ -14,9 +15,9 @@ import standin
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = ROOT / "scripts"
-SWEEPS = [ROOT / "scenarios/sweeps" / f"{name}.toml" for name in ("paper", "robots", "claims", "error_time")]
+SWEEPS = [ROOT / "scenarios/sweeps" / f"{name}.toml" for name in ("paper", "robots", "claims", "error_time", "orders", "polygons")]
 sys.path.insert(0, str(SCRIPTS))
-from reporting import claims, table1  # noqa: E402
+from reporting import claims, precision, table1  # noqa: E402
 from reporting.results import Results  # noqa: E402
 
 
@@ -28,21 +29,71 @@ def script(*words, fakes=None):
     return ended.stdout + ended.stderr
 
 
-def reproduce(top, fakes=None):
-    """The runs of all sweep files and their table; the report is left to the test."""
-    program = standin.write(top / "program")
-    script(SCRIPTS / "sweep.py", *SWEEPS, "--profile", "quick", "--program", program, "--runs", top / "runs", "--out", top, fakes=fakes)
+def setUpModule():
+    """The runs of all sweep files, their table and the report, once for all tests; the sticking box crashes."""
+    global MADE, SAID
+    MADE = Path(tempfile.mkdtemp())
+    unittest.addModuleCleanup(shutil.rmtree, MADE, ignore_errors=True)
+    program = standin.write(MADE / "program")
+    script(SCRIPTS / "sweep.py", *SWEEPS, "--profile", "quick", "--program", program, "--runs", MADE / "runs", "--out", MADE,
+           "--jobs", "0", fakes={"sticking_box": "crash"})
+    SAID = script(SCRIPTS / "report.py", "--results", MADE, "--runs", MADE / "runs")
+
+
+class FakeCell(dict):
+    """A cell of known numbers."""
+
+    def __init__(self, error=math.nan, seconds=1.0, finished=True, errors=None, **columns):
+        super().__init__({"scene": "s", "parameters": "", "method": "ap", "solver": "lemke", "variant": "", "k": "8", "epsilon": "",
+                          "knobs": "", "step": "0.01", "status": "ok", "run": "r", "duration": "1.0"} | columns)
+        self.errors, self.seconds, self.finished = {"position_linf_m": error, **(errors or {})}, seconds, finished
+        self.times, self.busy, self.name = [seconds], False, columns.get("name", "A-P Lemke")
+        self.key = (self["method"], self["solver"])
+        self.how_it_ended = "" if finished else "ray at 0.1 s"
+
+    def error(self, name):
+        return self.errors.get(name, math.nan)
+
+
+class FakeResults:
+    def __init__(self, cells):
+        self.all = cells
+
+    def cells(self, *_, **__):
+        return self.all
+
+
+class Precision(unittest.TestCase):
+    def test_the_front_holds_what_none_beats_in_both(self):
+        points = [{"time": t, "error": e} for t, e in ((1, 1e-2), (2, 1e-3), (3, 5e-3), (4, 1e-3), (5, None), (6, 1e-14), (7, 1e-15))]
+        self.assertEqual([p["time"] for p in precision.pareto(points)], [1, 2, 6])
+
+    def test_an_order_is_claimed_where_the_halvings_agree(self):
+        steps = ["1e-2", "5e-3", "2.5e-3", "1.25e-3"]
+        second = FakeResults([FakeCell(3 * float(h)**2, step=h) for h in steps])
+        self.assertAlmostEqual(precision.orders(second)[0]["order"], 2.0)
+        ragged = FakeResults([FakeCell(e, step=h) for e, h in zip((1e-2, 9e-3, 1e-3, 9e-4), steps)])
+        self.assertIsNone(precision.orders(ragged)[0]["order"])
+        exact = FakeResults([FakeCell(0.0, step=h) for h in steps])
+        self.assertIsNone(precision.orders(exact)[0]["order"])
+
+    def test_the_polygon_loss_is_followed_with_slope_one(self):
+        cells = [FakeCell(2 * (1 - math.cos(math.pi / k)), k=str(k), errors={"polygon_position_linf_m": 1e-9}) for k in (4, 8, 16, 32)]
+        self.assertAlmostEqual(precision.polygons(FakeResults(cells))[0]["slope"], 1.0)
+
+    def test_a_failure_is_slower_than_everything(self):
+        fast = FakeCell(1e-3, 1.0, name="fast")
+        slow = FakeCell(1e-4, 4.0, name="slow", solver="path")
+        dead = FakeCell(math.nan, 0.1, False, name="dead", solver="ynl", status="ray")
+        ended, right = precision.profiles(FakeResults([fast, slow, dead]))
+        self.assertEqual(ended, {"fast": [1.0], "slow": [4.0], "dead": [math.inf]})
+        # Ten times the least error is no right answer.
+        self.assertEqual(right, {"fast": [math.inf], "slow": [1.0], "dead": [math.inf]})
 
 
 class Report(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.made = Path(tempfile.mkdtemp())
-        cls.addClassCleanup(shutil.rmtree, cls.made)
-        reproduce(cls.made, fakes={"sticking_box": "crash"})
-        cls.said = script(SCRIPTS / "report.py", "--results", cls.made, "--runs", cls.made / "runs")
-
     def setUp(self):
+        self.made = MADE
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.top = Path(folder.name)
@@ -204,12 +255,8 @@ frame.onload = () => {
 
 @unittest.skipUnless(CHROMIUM, "chromium is not installed (apt install chromium): the report is not looked at in a browser")
 class Browser(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.top = Path(tempfile.mkdtemp())
-        cls.addClassCleanup(shutil.rmtree, cls.top, ignore_errors=True)
-        reproduce(cls.top)
-        script(SCRIPTS / "report.py", "--results", cls.top, "--runs", cls.top / "runs")
+    def setUp(self):
+        self.made = MADE
 
     def browse(self, page, *words):
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
@@ -219,14 +266,14 @@ class Browser(unittest.TestCase):
         return ended
 
     def look(self, width):
-        page = self.top / f"probe{width}.html"
-        report = json.dumps((self.top / "report.html").read_text()).replace("</", "<\\/")
+        page = self.made / "runs" / f"probe{width}.html"
+        report = json.dumps((self.made / "report.html").read_text()).replace("</", "<\\/")
         page.write_text(PROBE % (width, report))
         dom = self.browse(page, "--dump-dom", "--virtual-time-budget=20000").stdout
         return json.loads(re.search(r'<pre id="found">(.*?)</pre>', dom, re.S).group(1))
 
     def test_it_loads_without_errors_and_all_pictures_show(self):
-        ended = self.browse(self.top / "report.html", "--dump-dom", "--enable-logging=stderr", "--v=0")
+        ended = self.browse(self.made / "report.html", "--dump-dom", "--enable-logging=stderr", "--v=0")
         self.assertEqual([line for line in ended.stderr.splitlines() if "CONSOLE" in line], [])
         found = self.look(1200)
         self.assertGreaterEqual(found["images"], 8)
@@ -242,8 +289,8 @@ class Browser(unittest.TestCase):
         self.assertGreaterEqual(found["smallest"], 14)
 
     def test_it_prints(self):
-        pdf = self.top / "report.pdf"
-        self.browse(self.top / "report.html", f"--print-to-pdf={pdf}", "--no-pdf-header-footer")
+        pdf = self.made / "runs/report.pdf"
+        self.browse(self.made / "report.html", f"--print-to-pdf={pdf}", "--no-pdf-header-footer")
         data = pdf.read_bytes()
         self.assertTrue(data.startswith(b"%PDF"))
         self.assertGreater(len(data), 100_000)
