@@ -23,6 +23,8 @@ std::string_view kind_name(ShapeKind kind) {
       return "sphere";
     case ShapeKind::box:
       return "box";
+    case ShapeKind::cylinder:
+      return "cylinder";
     case ShapeKind::half_space:
       break;
   }

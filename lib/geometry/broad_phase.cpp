@@ -17,7 +17,8 @@ namespace {
 
 constexpr double axis_change = 1.5;  // ratio of variances
 
-// Half extents of the world-aligned box around a shape in any orientation that it takes within the horizon.
+// Half extents of the world-aligned box around a shape in any orientation that it takes within the horizon. A cylinder
+// counts as the box around it.
 Vec3 extents(const Shape& shape, const Motion& motion, double horizon) {
   if (shape.kind == ShapeKind::sphere) return Vec3::Constant(shape.radius);
   const Vec3& h = shape.half_extents;
@@ -32,7 +33,7 @@ bool clear_of_plane(const Shape& shape, const Motion& motion, const Pose& plane,
   const double fall = std::min(0.0, n.dot(motion.v) * horizon);
   const double centre = n.dot(motion.pose.p - plane.p) + fall;
   double reach = shape.radius;
-  if (shape.kind == ShapeKind::box) {
+  if (shape.kind != ShapeKind::sphere) {
     reach = shape.half_extents.norm();
     if (centre - reach > margin) return true;
     const double extent = (motion.pose.q.toRotationMatrix().transpose() * n).cwiseAbs().dot(shape.half_extents);

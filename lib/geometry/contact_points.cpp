@@ -3,10 +3,13 @@
 // Problem: shapes a and b with their poses (m). Which points of the two surfaces are at most `tolerance` apart?
 // A point per touching feature: corners of a box on a half-space (in the order of their signs, x fastest), corners of
 // the patch that two faces share (in order around the incident face), the crossing of two edges, the nearest point of a
-// sphere. Reference face of two boxes: the face axis with the largest gap; of axes within the margin (1e-9 of the size,
-// at least the tolerance) the first of a's faces, then b's, then edge pairs. Tolerances are raised to 4 ulp of the
-// largest coordinate (resolved_tolerance). Does not fail: whenever the gap of the best axis is within the tolerance
-// there is at least one point.
+// sphere. A cylinder on a plane: the lowest point of each end's rim; of an end whose whole rim touches, the four points
+// on the end's local x and z axes in their place (+x, +z, -x, -z), which stay with the body as a box's corners do; of
+// an end that is nearly flat, the points a quarter turn from its lowest one where they touch. A standing cylinder is so
+// carried by a square within its rim, and tips where the square's sides do. Reference face of two boxes: the face axis
+// with the largest gap; of axes within the margin (1e-9 of the size, at least the tolerance) the first of a's faces,
+// then b's, then edge pairs. Tolerances are raised to 4 ulp of the largest coordinate (resolved_tolerance). Does not
+// fail: whenever the gap of the best axis is within the tolerance there is at least one point.
 #include <cmath>
 
 #include "geometry/box_box.h"
@@ -50,12 +53,41 @@ void box_on_plane(const Shape& box, const Pose& pose, const Pose& plane, double 
   }
 }
 
+void cylinder_on_plane(const Shape& cylinder, const Pose& pose, const Pose& plane, double tolerance, const Sink& sink) {
+  const Vec3 n = plane_normal(plane);
+  const Mat3 R = pose.q.toRotationMatrix();
+  const double r = cylinder.radius, l = cylinder.half_extents.y();
+  const double centre = n.dot(pose.p - plane.p), c = n.dot(R.col(1));
+  // Up the slope of the ends' planes: u, with sine of its angle to the plane.
+  const double sine_x = n.dot(R.col(0)), sine_z = n.dot(R.col(2)), sine = std::hypot(sine_x, sine_z);
+  if (centre - l * std::abs(c) - r * sine > tolerance) return;
+  const auto add = [&](const Vec3& x, double gap) { sink.add(pose.p + x - (gap / 2) * n, n, gap); };
+  for (int end = l > 0 ? -1 : 1; end <= 1; end += 2) {
+    const Vec3 middle = end * l * R.col(1);
+    const double height = centre + end * l * c, lowest = height - r * sine;
+    if (lowest > tolerance) continue;
+    if (height + r * sine <= tolerance) {
+      for (int k = 0; k < 4; ++k) {
+        const double sign = k < 2 ? r : -r;
+        add(middle + sign * R.col(k % 2 == 0 ? 0 : 2), height + sign * (k % 2 == 0 ? sine_x : sine_z));
+      }
+      continue;
+    }
+    const Vec3 u = (sine_x / sine) * R.col(0) + (sine_z / sine) * R.col(2);
+    add(middle - r * u, lowest);
+    if (height > tolerance) continue;
+    const Vec3 across = R.col(1).cross(u);
+    add(middle - r * across, height);
+    add(middle + r * across, height);
+  }
+}
+
 // Nearest point of a box to a sphere: unit normal out of the box, gap of the surfaces, point on the box.
-struct NearestOnBox {
+struct Nearest {
   Vec3 normal, point;
   double gap;
 };
-NearestOnBox nearest_on_box(const Shape& box, const Pose& pose, const Vec3& centre, double radius) {
+Nearest nearest_on_box(const Shape& box, const Pose& pose, const Vec3& centre, double radius) {
   const Mat3 R = pose.q.toRotationMatrix();
   const Vec3& h = box.half_extents;
   const Vec3 p = R.transpose() * (centre - pose.p);
@@ -80,7 +112,38 @@ NearestOnBox nearest_on_box(const Shape& box, const Pose& pose, const Vec3& cent
 
 void sphere_on_box(const Shape& sphere, const Pose& pose, const Shape& box, const Pose& pose_box, double tolerance,
                    const Sink& sink) {
-  const NearestOnBox nearest = nearest_on_box(box, pose_box, pose.p, sphere.radius);
+  const Nearest nearest = nearest_on_box(box, pose_box, pose.p, sphere.radius);
+  if (nearest.gap > tolerance) return;
+  sink.add(nearest.point + (nearest.gap / 2) * nearest.normal, nearest.normal, nearest.gap);
+}
+
+// The same of a cylinder.
+Nearest nearest_on_cylinder(const Shape& cylinder, const Pose& pose, const Vec3& centre, double radius) {
+  const Mat3 R = pose.q.toRotationMatrix();
+  const double r = cylinder.radius, l = cylinder.half_extents.y();
+  const Vec3 p = R.transpose() * (centre - pose.p);
+  const double across = std::hypot(p.x(), p.z());
+  // On the axis there is no direction of its own: the local x axis.
+  const Vec3 outward = across > 0 ? Vec3(p.x() / across, 0, p.z() / across) : Vec3(1, 0, 0);
+  const Vec3 q = std::min(across, r) * outward + Vec3(0, std::clamp(p.y(), -l, l), 0);
+  // Outside beyond the side, an end or the rim; without cancellation in the part that vanishes.
+  const double beyond_side = std::max(0.0, across - r), beyond_end = std::max(0.0, std::abs(p.y()) - l);
+  const double sign = p.y() < 0 ? -1 : 1;
+  if (beyond_side > 0 || beyond_end > 0) {
+    const double distance = std::hypot(beyond_side, beyond_end);
+    const Vec3 normal = (beyond_side / distance) * outward + Vec3(0, sign * beyond_end / distance, 0);
+    return {R * normal, pose.p + R * q, distance - radius};
+  }
+  const double margin = axis_margin(0, cylinder.half_extents, cylinder.half_extents);
+  const double depth_side = r - across, depth_end = l - std::abs(p.y());
+  if (depth_end <= depth_side + margin)
+    return {sign * R.col(1), pose.p + R * Vec3(p.x(), sign * l, p.z()), -depth_end - radius};
+  return {R * outward, pose.p + R * (r * outward + Vec3(0, p.y(), 0)), -depth_side - radius};
+}
+
+void sphere_on_cylinder(const Shape& sphere, const Pose& pose, const Shape& cylinder, const Pose& pose_cylinder,
+                        double tolerance, const Sink& sink) {
+  const Nearest nearest = nearest_on_cylinder(cylinder, pose_cylinder, pose.p, sphere.radius);
   if (nearest.gap > tolerance) return;
   sink.add(nearest.point + (nearest.gap / 2) * nearest.normal, nearest.normal, nearest.gap);
 }
@@ -154,7 +217,7 @@ void contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape
         box_on_plane(a, pose_a, pose_b, tol, straight);
       else if (b.kind == ShapeKind::box)
         box_on_box(a, pose_a, b, pose_b, tol, straight);
-      else
+      else if (b.kind == ShapeKind::sphere)
         sphere_on_box(b, pose_b, a, pose_a, tol, turned);
       break;
     case ShapeKind::sphere:
@@ -162,14 +225,24 @@ void contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape
         sphere_on_plane(a, pose_a, pose_b, tol, straight);
       else if (b.kind == ShapeKind::box)
         sphere_on_box(a, pose_a, b, pose_b, tol, straight);
-      else
+      else if (b.kind == ShapeKind::sphere)
         sphere_on_sphere(a, pose_a, b, pose_b, tol, straight);
+      else
+        sphere_on_cylinder(a, pose_a, b, pose_b, tol, straight);
+      break;
+    case ShapeKind::cylinder:
+      if (b.kind == ShapeKind::half_space)
+        cylinder_on_plane(a, pose_a, pose_b, tol, straight);
+      else if (b.kind == ShapeKind::sphere)
+        sphere_on_cylinder(b, pose_b, a, pose_a, tol, turned);
       break;
     case ShapeKind::half_space:
       if (b.kind == ShapeKind::box)
         box_on_plane(b, pose_b, pose_a, tol, turned);
       else if (b.kind == ShapeKind::sphere)
         sphere_on_plane(b, pose_b, pose_a, tol, turned);
+      else if (b.kind == ShapeKind::cylinder)
+        cylinder_on_plane(b, pose_b, pose_a, tol, turned);
       break;
   }
 }
@@ -184,16 +257,21 @@ double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose
     const double centre = n.dot(pose_a.p - pose_b.p);
     if (a.kind == ShapeKind::sphere) return centre - a.radius;
     const Mat3 R = pose_a.q.toRotationMatrix();
+    if (a.kind == ShapeKind::cylinder)
+      return centre - a.half_extents.y() * std::abs(n.dot(R.col(1))) -
+             a.radius * std::hypot(n.dot(R.col(0)), n.dot(R.col(2)));
     return centre - (R.transpose() * n).cwiseAbs().dot(a.half_extents);
-  }
-  if (a.kind == ShapeKind::box && b.kind == ShapeKind::box) {
-    const PlacedBox box_a(a, pose_a), box_b(b, pose_b);
-    return separating_axis(box_a, box_b, RelativeBox(box_a, box_b), 0).gap;
   }
   if (a.kind == ShapeKind::sphere && b.kind == ShapeKind::sphere)
     return (pose_a.p - pose_b.p).norm() - a.radius - b.radius;
-  if (a.kind == ShapeKind::box) return nearest_on_box(a, pose_a, pose_b.p, b.radius).gap;
-  return nearest_on_box(b, pose_b, pose_a.p, a.radius).gap;
+  if (a.kind == ShapeKind::sphere) return separation(b, pose_b, a, pose_a);
+  if (b.kind == ShapeKind::sphere)
+    return (a.kind == ShapeKind::box ? nearest_on_box(a, pose_a, pose_b.p, b.radius)
+                                     : nearest_on_cylinder(a, pose_a, pose_b.p, b.radius))
+        .gap;
+  // A cylinder is within the box around it: a bound.
+  const PlacedBox box_a(a, pose_a), box_b(b, pose_b);
+  return separating_axis(box_a, box_b, RelativeBox(box_a, box_b), 0).gap;
 }
 
 }  // namespace cb

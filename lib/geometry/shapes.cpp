@@ -11,6 +11,8 @@ double Shape::bounding_radius() const {
   switch (kind) {
     case ShapeKind::sphere:
       return radius;
+    case ShapeKind::cylinder:
+      return std::hypot(radius, half_extents.y());
     case ShapeKind::box:
       return half_extents.norm();
     case ShapeKind::half_space:
@@ -24,11 +26,19 @@ double Shape::size() const {
     case ShapeKind::sphere:
       return 2 * radius;
     case ShapeKind::box:
+    case ShapeKind::cylinder:
       return 2 * half_extents.maxCoeff();
     case ShapeKind::half_space:
       break;
   }
   return std::numeric_limits<double>::infinity();
+}
+
+bool can_touch(ShapeKind a, ShapeKind b) {
+  if (a == ShapeKind::half_space && b == ShapeKind::half_space) return false;
+  const bool cylinder_a = a == ShapeKind::cylinder, cylinder_b = b == ShapeKind::cylinder;
+  if (cylinder_a && cylinder_b) return false;
+  return !(cylinder_a && b == ShapeKind::box) && !(cylinder_b && a == ShapeKind::box);
 }
 
 void contact_tangents(const Vec3& normal, double angle, Vec3& t1, Vec3& t2) {

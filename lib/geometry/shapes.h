@@ -8,15 +8,16 @@
 
 namespace cb {
 
-enum class ShapeKind { sphere, box, half_space };
+enum class ShapeKind { sphere, box, cylinder, half_space };
 
 /// A shape rigidly attached to a body, or to the world (body = -1).
 struct Shape {
   ShapeKind kind = ShapeKind::sphere;
   int body = -1;                     ///< index into Model::bodies, -1: fixed to the world
   Pose local;                        ///< pose of the shape in the body's frame (in the world where fixed)
-  double radius = 0;                 ///< sphere, m
-  Vec3 half_extents = Vec3::Zero();  ///< box, m
+  double radius = 0;                 ///< sphere, cylinder, m
+  Vec3 half_extents = Vec3::Zero();  ///< box, m; cylinder: (radius, half its length, radius)
+  // cylinder: along the local y axis. Length 0 is a disc, which touches a plane with one point of its rim.
   // half_space: the solid is { x : n.(x - p) <= 0 } with n = local.q * y axis, p = local.p. Always fixed.
   std::string name;
 
@@ -25,6 +26,10 @@ struct Shape {
   /// Length that tolerances are a fraction of: the largest extent, m (infinite for a half-space).
   double size() const;
 };
+
+/// Are contacts of two such shapes known? Not those of a cylinder with a box or a cylinder, nor of two half-spaces; the
+/// routines below find no contact there.
+bool can_touch(ShapeKind a, ShapeKind b);
 
 /// One point of contact. `normal` points from shape b to shape a: a positive normal impulse pushes a along +normal.
 /// This is the only place where the direction of the normal is fixed.
@@ -41,13 +46,15 @@ void contact_tangents(const Vec3& normal, double angle, Vec3& t1, Vec3& t2);
 
 /// Appends the contact points of two shapes whose gap is at most `tolerance` (m): one for a sphere, the corners of the
 /// common patch for touching faces (a unit box on a unit box gives its four corner points), one for an edge across an
-/// edge. Exact for faces that touch. Order and content depend on the arguments only. Here and below a tolerance counts
-/// as at least 4 ulp of the largest coordinate of the two origins (8.9e-10 m at 1e6 m): closer is not resolved. Poses
-/// are of the *shapes* in the world.
+/// edge; of a cylinder on a plane the lowest point of each of its ends (two on its side, one of a disc), and standing
+/// on an end four points of its rim. Exact for faces that touch. Order and content depend on the arguments only. Here
+/// and below a tolerance counts as at least 4 ulp of the largest coordinate of the two origins (8.9e-10 m at 1e6 m):
+/// closer is not resolved. Poses are of the *shapes* in the world.
 void contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape& b, const Pose& pose_b, int index_b,
                     double tolerance, std::vector<ContactPoint>& out);
 
 /// A lower bound on the distance of two shapes that is exact where they touch, m; negative: penetration depth.
+/// A cylinder with a box or a cylinder: the boxes around them stand in, a bound.
 double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b);
 
 /// A shape in steady motion: its pose now, velocity of the shape's origin and angular velocity (world).

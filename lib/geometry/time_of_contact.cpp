@@ -15,12 +15,14 @@
 //      sphere on half-space, sphere on sphere: closed form;
 //      box on half-space: each of the eight corners that is open now, on its own (gap as a function of time in closed
 //      form, a sine plus a line);
-//      sphere on box, box on box while the pair is open: the best separating plane, which turns with the box whose face
-//      it is (corners over a face), or with two edges (edge line over edge line);
-//      box on box while the pair is closed: the corners of the patch that the two touching faces share and that are
-//      open (vertex over face both ways, edge over edge), so that a box on its edge finds when it lies flat. Features
-//      of other pairs of faces of a pair that touches are not followed, and for a corner of the patch that moves along
-//      an edge the bound K is an estimate (doubled), not proved.
+//      cylinder on half-space: the lowest point of each end, where it is open; of an end whose lowest point touches the
+//      half of the rim across from it, so that it finds when it stands flat;
+//      sphere on box, sphere on cylinder, box on box while the pair is open: the best separating plane, which turns
+//      with the box whose face it is (corners over a face), or with two edges (edge line over edge line); box on box
+//      while the pair is closed: the corners of the patch that the two touching faces share and that are open (vertex
+//      over face both ways, edge over edge), so that a box on its edge finds when it lies flat. Features of other pairs
+//      of faces of a pair that touches are not followed, and for a corner of the patch that moves along an edge the
+//      bound K is an estimate (doubled), not proved.
 // Does not fail: after `max_advancements` it returns the safe time reached.
 // Tolerances are raised to 4 ulp of the largest coordinate (resolved_tolerance).
 #include <cmath>
@@ -139,6 +141,92 @@ double box_to_plane(const Shape& box, const Motion& motion, const Pose& plane, c
   return first;
 }
 
+// The rim of an end is m + r (x cos + z sin) high, with m the height of its middle and (x, z) the components of n along
+// two directions that are fixed to the body, s = |(x, z)|, c = n.a along its axis a. Followed are
+//   the lowest point, m - r s, where it is open;
+//   else the half of the rim that lies across from the lowest point, with x, z along and across the slope now: its
+//   lowest point is at m - r |z|, or while x < 0 at m - r s.
+// Bounds: |m''| <= l k and |(x, z)''| <= k with k = |n x w| |w|; (r s)'' <= r |c| |n x w| |a x w| / s, since its other
+// part -r c'^2 / s^3 is negative; the angle between a and n changes by at most |n x w| a second.
+double cylinder_to_plane(const Shape& cylinder, const Motion& motion, const Pose& plane, const Goal& goal) {
+  const Vec3 n = plane_normal(plane), n_x_w = n.cross(motion.w);
+  const double r = cylinder.radius, l = cylinder.half_extents.y(), reach = cylinder.bounding_radius();
+  const double turning = n_x_w.norm(), speed = n.dot(motion.v), k = turning * motion.w.norm();
+  const double fastest = turning * reach - speed;
+  if (fastest * goal.horizon <= goal.closed - goal.target) return goal.horizon;
+  if (n.dot(motion.pose.p - plane.p) - reach - goal.closed > fastest * goal.horizon) return goal.horizon;
+
+  // An end after t seconds; x, z along directions that are at an angle to the local ones.
+  struct Now {
+    double m, m1, x, x1, z, z1, s, c, axis_turning;
+  };
+  const auto at = [&](double t, int end, double cosine, double sine) {
+    const Pose pose = advance(motion, t);
+    const Mat3 R = pose.q.toRotationMatrix();
+    const Vec3 u = cosine * R.col(0) + sine * R.col(2), v = cosine * R.col(2) - sine * R.col(0);
+    const double c = n.dot(R.col(1));
+    Now now{};
+    now.m = n.dot(pose.p - plane.p) + end * l * c;
+    now.m1 = speed + end * l * n_x_w.dot(R.col(1));
+    now.x = n.dot(u);
+    now.x1 = n_x_w.dot(u);
+    now.z = n.dot(v);
+    now.z1 = n_x_w.dot(v);
+    now.s = std::hypot(now.x, now.z);
+    now.c = std::abs(c);
+    now.axis_turning = motion.w.cross(R.col(1)).norm();
+    return now;
+  };
+
+  const auto lowest_step = [&](const Now& now, double rest) {
+    const double room = now.m - r * now.s - goal.target;
+    double step = room / fastest;
+    // By the curvature of s, while s has not halved.
+    const double interval = turning > 0 ? std::min(rest, now.s / (2 * turning)) : rest;
+    if (now.s > 0) {
+      const double c = std::min(1.0, now.c + turning * interval);
+      const double curvature = -(l + 2 * r * c / now.s) * turning * now.axis_turning;
+      const double rate = now.m1 - r * (now.x * now.x1 + now.z * now.z1) / now.s;
+      step = std::max(step, std::min(interval, first_root(room, rate, curvature)));
+    }
+    // |(x, z) + (x', z') t| is convex: below its chord. A shorter interval has a flatter one.
+    constexpr int improvements = 4;
+    double part = rest;
+    for (int i = 0; i < improvements && part > step; ++i) {
+      const double s_end = std::hypot(now.x + now.x1 * part, now.z + now.z1 * part);
+      const double root = first_root(room, now.m1 - r * (s_end - now.s) / part, -(l + r) * k);
+      step = std::max(step, std::min(root, part));
+      if (root >= part / 2) break;
+      part = 2 * step;
+    }
+    return step;
+  };
+  const auto far_step = [&](const Now& now) {
+    const double room = now.m - r * std::abs(now.z) - goal.target, rate = now.m1 - r * std::abs(now.z1);
+    const double K = -(l + 2 * r) * k;
+    return std::min(first_root(room, rate, K), first_root(room + r * now.x, rate + r * now.x1, K));
+  };
+  const auto far_gap = [&](const Now& now) { return now.m - r * (now.x < 0 ? now.s : std::abs(now.z)); };
+
+  double first = goal.horizon;
+  for (int end = l > 0 ? -1 : 1; end <= 1; end += 2) {
+    const Now start = at(0, end, 1, 0);
+    const bool lowest = start.m - r * start.s > goal.closed;
+    if (!lowest && start.m <= goal.closed) continue;
+    const double cosine = lowest ? 1 : start.x / start.s, sine = lowest ? 0 : start.z / start.s;
+    double t = 0;
+    for (int i = 0; i < max_advancements; ++i) {
+      const Now now = at(t, end, cosine, sine);
+      // As for a box's corner: one step more than is needed to be closed.
+      if (i > 0 && (lowest ? now.m - r * now.s : far_gap(now)) <= 2 * goal.target) break;
+      t += lowest || now.x <= 0 ? lowest_step(now, first - t) : far_step(now);
+      if (t >= first) break;
+    }
+    first = std::min(first, t);
+  }
+  return first;
+}
+
 // A vector with its first two derivatives in time, and bounds on the sizes of all up to the third over the horizon.
 struct Moving {
   Vec3 x, x1, x2;
@@ -200,12 +288,20 @@ double safe_step(const Approach& gap, double target, double rest) {
   return step;
 }
 
-// Sphere on box, open: the plane through the nearest point of the box, turning with it. The box stays behind that
-// plane.
-double sphere_to_box(const Shape& sphere, const Motion& motion, const Shape& box, const Motion& motion_box,
-                     const Goal& goal) {
+// From the nearest point of a box or a cylinder to p, in its own frame.
+Vec3 away_from(const Shape& solid, const Vec3& p) {
+  const Vec3& h = solid.half_extents;
+  if (solid.kind == ShapeKind::box) return p - p.cwiseMax(-h).cwiseMin(h);
+  const double across = std::hypot(p.x(), p.z()), beyond = across > h.x() ? 1 - h.x() / across : 0;
+  return {beyond * p.x(), p.y() - std::clamp(p.y(), -h.y(), h.y()), beyond * p.z()};
+}
+
+// Sphere on box or cylinder, open: the plane through the nearest point of the solid, turning with it. The solid stays
+// behind that plane.
+double sphere_to_solid(const Shape& sphere, const Motion& motion, const Shape& box, const Motion& motion_box,
+                       const Goal& goal) {
   const Vec3 v = motion.v - motion_box.v;
-  const double reach = box.half_extents.norm();
+  const double reach = box.bounding_radius();
   const double fastest = v.norm() + motion_box.w.norm() * reach;
   if (fastest * goal.horizon <= goal.closed - goal.target) return goal.horizon;
   const double apart = (motion.pose.p - motion_box.pose.p).norm() - reach - sphere.radius;
@@ -216,7 +312,7 @@ double sphere_to_box(const Shape& sphere, const Motion& motion, const Shape& box
     const PlacedBox placed(box, advance(motion_box, t));
     const Vec3 d = motion.pose.p + t * motion.v - placed.c;
     const Vec3 p = placed.R.transpose() * d;
-    const Vec3 away = p - p.cwiseMax(-placed.h).cwiseMin(placed.h);
+    const Vec3 away = away_from(box, p);
     const double distance = away.norm(), gap = distance - sphere.radius;
     if (gap <= goal.closed) return i == 0 ? goal.horizon : t;
     const Vec3 n = placed.R * (away / distance);
@@ -401,14 +497,20 @@ double time_of_contact(const Shape& a, const Motion& motion_a, const Shape& b, c
     case ShapeKind::box:
       if (b.kind == ShapeKind::half_space) return box_to_plane(a, motion_a, motion_b.pose, goal);
       if (b.kind == ShapeKind::box) return box_to_box(a, motion_a, b, motion_b, goal);
-      return sphere_to_box(b, motion_b, a, motion_a, goal);
+      if (b.kind == ShapeKind::sphere) return sphere_to_solid(b, motion_b, a, motion_a, goal);
+      break;
     case ShapeKind::sphere:
       if (b.kind == ShapeKind::half_space) return sphere_to_plane(a, motion_a, motion_b.pose, goal);
-      if (b.kind == ShapeKind::box) return sphere_to_box(a, motion_a, b, motion_b, goal);
-      return sphere_to_sphere(a, motion_a, b, motion_b, goal);
+      if (b.kind == ShapeKind::sphere) return sphere_to_sphere(a, motion_a, b, motion_b, goal);
+      return sphere_to_solid(a, motion_a, b, motion_b, goal);
+    case ShapeKind::cylinder:
+      if (b.kind == ShapeKind::half_space) return cylinder_to_plane(a, motion_a, motion_b.pose, goal);
+      if (b.kind == ShapeKind::sphere) return sphere_to_solid(b, motion_b, a, motion_a, goal);
+      break;
     case ShapeKind::half_space:
       if (b.kind == ShapeKind::box) return box_to_plane(b, motion_b, motion_a.pose, goal);
       if (b.kind == ShapeKind::sphere) return sphere_to_plane(b, motion_b, motion_a.pose, goal);
+      if (b.kind == ShapeKind::cylinder) return cylinder_to_plane(b, motion_b, motion_a.pose, goal);
       break;
   }
   return horizon;

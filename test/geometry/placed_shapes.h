@@ -26,6 +26,14 @@ inline Shape sphere(double radius) {
   shape.radius = radius;
   return shape;
 }
+inline Shape cylinder(double radius, double length) {
+  Shape shape;
+  shape.kind = ShapeKind::cylinder;
+  shape.body = 0;
+  shape.radius = radius;
+  shape.half_extents = Vec3(radius, length / 2, radius);
+  return shape;
+}
 inline Shape half_space() {
   Shape shape;
   shape.kind = ShapeKind::half_space;
