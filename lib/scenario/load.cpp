@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <numbers>
 #include <string_view>
+#include <tuple>
 
 #include "dynamics/kinematics.h"
 #include "scenario/near_name.h"
@@ -168,7 +169,8 @@ class Loader {
       else
         source_.fail(child.at,
                      fmt::format("<{}> in <bodies>; {}", child.name,
-                                 suggest(child.name, {"half_space", "box", "sphere", "array", "robot"}, "it holds:")));
+                                 suggest(child.name, {"half_space", "box", "sphere", "cylinder", "array", "robot"},
+                                         "it holds:")));
     }
     if (scenario_.model.bodies.empty())
       source_.fail(element.at, "no body that can move; add a <box> or a <sphere> with a mass");
@@ -224,7 +226,7 @@ class Loader {
   };
 
   static const std::vector<std::string>& solids() {
-    static const std::vector<std::string> names{"box", "sphere"};
+    static const std::vector<std::string> names{"box", "sphere", "cylinder"};
     return names;
   }
   static bool is_solid(const XmlElement& element) {
@@ -232,6 +234,7 @@ class Loader {
   }
   /// The attributes that give a solid's extents.
   static std::vector<std::string> extents(const XmlElement& element) {
+    if (element.name == "cylinder") return {"radius", "length"};
     return {element.name == "box" ? "size" : "radius"};
   }
 
@@ -249,6 +252,13 @@ class Loader {
       solid.volume = size.prod();
       const Vec3 square = size.cwiseAbs2();
       solid.inertia_per_mass = Vec3(square[1] + square[2], square[2] + square[0], square[0] + square[1]) / 12;
+    } else if (element.name == "cylinder") {
+      shape.kind = ShapeKind::cylinder;
+      const double r = shape.radius = values_.number(*element.find("radius"), positive);
+      const double length = values_.number(*element.find("length"), not_negative);
+      shape.half_extents = Vec3(r, length / 2, r);
+      solid.volume = std::numbers::pi * r * r * length;
+      solid.inertia_per_mass = Vec3(3 * r * r + length * length, 6 * r * r, 3 * r * r + length * length) / 12;
     } else {
       shape.kind = ShapeKind::sphere;
       shape.radius = values_.number(*element.find("radius"), positive);
@@ -635,12 +645,12 @@ class Loader {
       }
     }
 
-    // Bodies that the same sides select, and that are alike fixed or free, are one group.
-    std::map<std::pair<bool, std::vector<int>>, int> group_of;
+    // Bodies of one kind that the same sides select, and that are alike fixed or free, are one group.
+    std::map<std::tuple<ShapeKind, bool, std::vector<int>>, int> group_of;
     std::vector<int> first_of, size_of;
     for (std::size_t i = 0; i < count; ++i) {
-      const auto [group, is_new] =
-          group_of.try_emplace({is_free(static_cast<int>(i)), selectors[i]}, static_cast<int>(first_of.size()));
+      const auto [group, is_new] = group_of.try_emplace(
+          {scenario_.shapes[i].kind, is_free(static_cast<int>(i)), selectors[i]}, static_cast<int>(first_of.size()));
       if (is_new) {
         if (first_of.size() == group_limit)
           source_.fail(element->at, fmt::format("more than {} kinds of bodies by their pairs; name arrays by patterns "
@@ -663,6 +673,12 @@ class Loader {
         for (const int h : pairs[law].b) {
           if (!is_free(first_of[g]) && !is_free(first_of[h])) continue;
           if (g == h && size_of[g] == 1) continue;  // a pattern on both sides that only one body matches
+          const Shape &shape_g = scenario_.shapes[first_of[g]], &shape_h = scenario_.shapes[first_of[h]];
+          if (!can_touch(shape_g.kind, shape_h.kind))
+            source_.fail(pairs[law].element->at,
+                         fmt::format("{} and {} are a pair, but a cylinder touches half-spaces and spheres only; name "
+                                     "other bodies, or give one of the two another shape",
+                                     shape_g.name, g == h ? declared_[next_of_group(h)].name : shape_h.name));
           const int known = index[g * groups + h];
           if (known >= 0 && known != law)
             source_.fail(pairs[law].element->at,

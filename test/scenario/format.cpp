@@ -154,6 +154,24 @@ TEST_CASE("Axis and angle, a quaternion of any length, and a normal say the same
   CHECK((down - Vec3(0, -1, 0)).norm() <= 3e-16);
 }
 
+TEST_CASE("A cylinder's mass and moments follow from its density, radius and length; a disc needs a mass") {
+  // Of radius 2 and length 3: volume 12 pi, m r^2 / 2 about its y axis, m (3 r^2 + L^2) / 12 across.
+  const char* cylinder = "<cylinder name=\"ball\" radius=\"2\" length=\"3\" density=\"0.5\" ";
+  const std::string text =
+      replaced(replaced(small_text(), "<sphere name=\"ball\" radius=\"0.5\" density=\"1000\" ", cylinder),
+               "<pair a=\"ball\" b=\"*\"", "<pair a=\"ball\" b=\"ground\"");
+  const Scenario s = load_text(text);
+  CHECK(s.shapes[3].kind == ShapeKind::cylinder);
+  CHECK(s.shapes[3].radius == 2);
+  CHECK(s.shapes[3].half_extents == Vec3(2, 1.5, 2));
+  CHECK(s.model.bodies[2].mass == Approx(6 * pi).epsilon(1e-15));
+  CHECK((s.model.bodies[2].inertia / (6 * pi) - Vec3(1.75, 2, 1.75)).norm() < 1e-15);
+  const Scenario disc = load_text(replaced(text, "length=\"3\" density", "length=\"0\" mass"));
+  CHECK((disc.model.bodies[2].inertia / 0.5 - Vec3(1, 2, 1)).norm() < 1e-15);
+  CHECK_THAT(message_of(TextFile(replaced(text, "length=\"3\"", "length=\"0\"")).path()),
+             Catch::Contains("the mass comes to 0 kg"));
+}
+
 TEST_CASE("How a file is laid out does not matter: line ends, mark, remarks, order of sections, quotes") {
   const std::string text = small_text();
   const Scenario s = load_text(text);
@@ -236,9 +254,9 @@ TEST_CASE("The example of the reference is a scenario, and the reference tells e
   CHECK(s.model.bodies.size() == 5);
   CHECK(s.initial.v[6 * 4 + 5] == -4);  // rolls: w = -v/r
   for (const char* element :
-       {"scenario", "parameters", "parameter", "derived", "simulation",  "reference", "gravity", "harmonic",
-        "bodies",   "half_space", "box",       "sphere",  "array",       "contacts",  "pair",    "forces",
-        "force",    "robot",      "link",      "joint",   "controllers", "controller"}) {
+       {"scenario", "parameters", "parameter", "derived", "simulation", "reference",   "gravity",   "harmonic",
+        "bodies",   "half_space", "box",       "sphere",  "cylinder",   "array",       "contacts",  "pair",
+        "forces",   "force",      "robot",     "link",    "joint",      "controllers", "controller"}) {
     INFO(element);
     CHECK(reference.find(std::string("<") + element) != std::string::npos);
   }
