@@ -70,8 +70,8 @@ struct ConeOptions {
   double proximal = 1e-8;
   /// -: norm of the natural map over sqrt(energy) that counts as rounding: Newton's method then ends.
   double rounding = 1e-13;
-  /// Largest nv at which the dense kernel serves (measured: bench/cone).
-  int dense_limit = 24;
+  /// Mean number of rows of a block of M from which on systems are factored by blocks, not entry by entry.
+  double least_block = 3;
 };
 
 struct ConeSolution {

@@ -235,7 +235,7 @@ Certificate certify(const ConeProgram& p, std::span<const double> r, std::span<c
 
 void InteriorPoint::prepare(const ConeProgram& p) {
   const int nc = p.nc(), nv = p.nv();
-  kkt_.prepare(*p.M, *p.J, options_.dense_limit);
+  kkt_.prepare(*p.M, *p.J, options_.least_block);
   q_.resize(3 * nc);
   multiply(*p.J, *p.M, *p.v0, q_);
   for (int i = 0; i < 3 * nc; ++i) q_[i] += (*p.offset)[i];

@@ -1,40 +1,82 @@
 // Assembly and factorisation of the linear systems of the cone programs (kkt_system.h says which, and why no pivoting
-// is needed). Dense: A = M + N^T D N = L L^T, X = L^-1 M, then J^T G J + X^T X = M A^-1 M + J^T G J is positive
-// definite.
+// is needed). By blocks, dv and dw of a body are one block; their zeros cost less than their indices would.
 
 #include "cone/kkt_system.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
+#include <cstring>
 #include <numeric>
 
 namespace cb {
 
 namespace {
 
-template <int N>
-using Square = Eigen::Map<Eigen::Matrix<double, N, N>>;
-template <int N>
-using Vector = Eigen::Map<Eigen::Matrix<double, N, 1>>;
 using Band6 = Eigen::Matrix<double, 3, 6>;
 using Strided = Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 
+constexpr int lanes = BlockLdl::lanes;
+typedef double Pack __attribute__((vector_size(lanes * sizeof(double))));
+inline void load(const double* p, Pack& x) { std::memcpy(&x, p, sizeof x); }
+inline void store(const Pack& x, double* p) { std::memcpy(p, &x, sizeof x); }
+
+// C += E^T (A F): E^T as three padded columns of `rows`, F 3 x columns, A 3 x 3, all column-major.
+void add_congruence(double* C, int stride, const double* Et, int rows, const double* A, const double* F, int columns) {
+  for (int j = 0; j < columns; ++j, C += stride, F += 3) {
+    const double a = A[0] * F[0] + A[3] * F[1] + A[6] * F[2];
+    const double b = A[1] * F[0] + A[4] * F[1] + A[7] * F[2];
+    const double c = A[2] * F[0] + A[5] * F[1] + A[8] * F[2];
+    for (int i = 0; i < rows; i += lanes) {
+      Pack x, e, f, g;
+      load(C + i, x);
+      load(Et + i, e);
+      load(Et + rows + i, f);
+      load(Et + 2 * rows + i, g);
+      x += e * a;
+      x += f * b;
+      x += g * c;
+      store(x, C + i);
+    }
+  }
+}
+
+// C += d e f^T, f every third of F: the first row of a band.
+void add_outer(double* C, int stride, const double* e, int rows, double d, const double* F, int columns) {
+  for (int j = 0; j < columns; ++j, C += stride, F += 3) {
+    const double f = d * F[0];
+    for (int i = 0; i < rows; i += lanes) {
+      Pack x, y;
+      load(C + i, x);
+      load(e + i, y);
+      x += y * f;
+      store(x, C + i);
+    }
+  }
+}
+
 }  // namespace
 
-void KktSystem::prepare(const BlockDiagonalMatrix& M, const BandMatrix& J, int dense_limit) {
+void KktSystem::prepare(const BlockDiagonalMatrix& M, const BandMatrix& J, double least_block) {
   M_ = &M;
   J_ = &J;
-  dense_ = M.order() <= dense_limit || (M.blocks() == 1 && dense_limit > 0);  // one block is dense anyway
-  if (dense_) {
-    const std::size_t n = static_cast<std::size_t>(M.order());
-    A_.resize(n * n);
-    X_.resize(n * n);
-    C_.resize(n * n);
-  } else if (!same_structure()) {
+  by_blocks_ = M.order() >= least_block * M.blocks();
+  if (!same_structure()) {
     first_ = M.first;
     band_ = J.band;
     block_ = J.block;
+    one_velocity_blocks_.ready = two_velocities_blocks_.ready = false;
     one_velocity_.ready = two_velocities_.ready = false;
+    transposed_at_.assign(1, 0);
+    for (const int b : block_) transposed_at_.push_back(transposed_at_.back() + 3 * BlockLdl::padded(M.block_size(b)));
+    transposed_.assign(transposed_at_.back(), 0.0);
+  }
+  if (!by_blocks_) return;
+  for (std::size_t e = 0; e < block_.size(); ++e) {
+    const int size = M.block_size(block_[e]), rows = BlockLdl::padded(size);
+    const double* in = J.values.data() + J.offset[e];
+    double* out = transposed_.data() + transposed_at_[e];
+    for (int j = 0; j < size; ++j)
+      for (int i = 0; i < 3; ++i) out[i * rows + j] = in[3 * j + i];
   }
 }
 
@@ -42,16 +84,24 @@ bool KktSystem::same_structure() const { return first_ == M_->first && band_ == 
 
 bool KktSystem::factor(std::span<const double> G, std::span<const double> D) {
   two_ = !D.empty();
-  if (!dense_) return factor_sparse(G, D);
-  return M_->order() == 6 ? factor_dense<6>(G, D) : factor_dense<Eigen::Dynamic>(G, D);
+  return by_blocks_ ? factor_blocks(G, D) : factor_sparse(G, D);
 }
 
 void KktSystem::solve_in_place(std::span<double> h1, std::span<double> h2) {
-  if (dense_) {
-    if (M_->order() == 6)
-      solve_dense<6>(h1.data(), h2.data());
-    else
-      solve_dense<Eigen::Dynamic>(h1.data(), h2.data());
+  if (by_blocks_) {
+    BlockLdl& f = two_velocities_blocks_.factor;
+    for (int b = 0; b < M_->blocks(); ++b) {
+      const int at = M_->first[b], size = M_->block_size(b);
+      std::copy_n(h1.data() + at, size, f.part(b));
+      std::copy_n(h2.data() + at, size, f.part(b) + size);
+    }
+    f.solve();
+    for (int b = 0; b < M_->blocks(); ++b) {
+      const int at = M_->first[b], size = M_->block_size(b);
+      const double* x = f.part(b);
+      std::copy_n(x, size, h1.data() + at);
+      for (int i = 0; i < size; ++i) h2[at + i] = -x[size + i];
+    }
     return;
   }
   Sparse& s = two_velocities_;
@@ -67,11 +117,11 @@ void KktSystem::solve_in_place(std::span<double> h1, std::span<double> h2) {
 }
 
 void KktSystem::solve_in_place(std::span<double> h2) {
-  if (dense_) {
-    if (M_->order() == 6)
-      solve_dense<6>(nullptr, h2.data());
-    else
-      solve_dense<Eigen::Dynamic>(nullptr, h2.data());
+  if (by_blocks_) {
+    BlockLdl& f = one_velocity_blocks_.factor;
+    for (int b = 0; b < M_->blocks(); ++b) std::copy_n(h2.data() + M_->first[b], M_->block_size(b), f.part(b));
+    f.solve();
+    for (int b = 0; b < M_->blocks(); ++b) std::copy_n(f.part(b), M_->block_size(b), h2.data() + M_->first[b]);
     return;
   }
   Sparse& s = one_velocity_;
@@ -83,97 +133,87 @@ void KktSystem::solve_in_place(std::span<double> h2) {
 }
 
 long KktSystem::factor_entries() const {
-  if (dense_) return static_cast<long>(A_.size() + C_.size());
+  if (by_blocks_)
+    return (one_velocity_blocks_.ready ? one_velocity_blocks_.factor.entries() : 0) +
+           (two_velocities_blocks_.ready ? two_velocities_blocks_.factor.entries() : 0);
   return (one_velocity_.ready ? one_velocity_.factor.factor_entries() : 0) +
          (two_velocities_.ready ? two_velocities_.factor.factor_entries() : 0);
 }
 
-template <int N>
-bool KktSystem::factor_dense(std::span<const double> G, std::span<const double> D) {
-  const int n = M_->order();
-  Square<N> A(A_.data(), n, n), X(X_.data(), n, n), C(C_.data(), n, n);
-  X.setZero();
-  for (int b = 0; b < M_->blocks(); ++b)
-    X.block(M_->first[b], M_->first[b], M_->block_size(b), M_->block_size(b)) = M_->block(b);
-  if (two_) {
-    A = X;
-    for (int c = 0; c < J_->bands(); ++c) {
-      if (D[c] == 0) continue;
-      for (int e = J_->band[c]; e < J_->band[c + 1]; ++e)
-        for (int f = J_->band[c]; f <= e; ++f) {
-          const auto E = J_->entry(e), F = J_->entry(f);
-          const int row = M_->first[J_->block[e]], col = M_->first[J_->block[f]];
-          A.block(row, col, E.cols(), F.cols()).noalias() += (D[c] * E.row(0).transpose()) * F.row(0);
-        }
-    }
-    Eigen::Ref<Eigen::Matrix<double, N, N>> in_place(A);
-    const Eigen::LLT<Eigen::Ref<Eigen::Matrix<double, N, N>>> cholesky(in_place);
-    if (cholesky.info() != Eigen::Success) return false;
-    A.template triangularView<Eigen::Lower>().solveInPlace(X);
-    C.noalias() = X.transpose() * X;
-  } else {
-    C = X;
-  }
-  for (int c = 0; c < J_->bands(); ++c) {
-    const Eigen::Map<const Eigen::Matrix3d> Gc(G.data() + 9 * c);
+SymmetricPattern KktSystem::graph() const {
+  std::vector<std::vector<int>> neighbours(M_->blocks());
+  for (int c = 0; c < J_->bands(); ++c)
     for (int e = J_->band[c]; e < J_->band[c + 1]; ++e)
-      for (int f = J_->band[c]; f <= e; ++f) {
-        const int row = M_->first[J_->block[e]], col = M_->first[J_->block[f]];
-        const int rows = M_->block_size(J_->block[e]), cols = M_->block_size(J_->block[f]);
-        if (rows == 6 && cols == 6) {
-          const Eigen::Map<const Band6> E(J_->values.data() + J_->offset[e]), F(J_->values.data() + J_->offset[f]);
-          const Band6 GF = Gc * F;
-          C.template block<6, 6>(row, col).noalias() += E.transpose() * GF;
-        } else {
-          C.block(row, col, rows, cols).noalias() += J_->entry(e).transpose() * (Gc * J_->entry(f)).eval();
-        }
-      }
+      for (int f = J_->band[c]; f < J_->band[c + 1]; ++f)
+        if (J_->block[e] != J_->block[f]) neighbours[J_->block[e]].push_back(J_->block[f]);
+  SymmetricPattern out;
+  for (auto& list : neighbours) {
+    std::sort(list.begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+    out.row.insert(out.row.end(), list.begin(), list.end());
+    out.column.push_back(static_cast<int>(out.row.size()));
   }
-  Eigen::Ref<Eigen::Matrix<double, N, N>> in_place(C);
-  const Eigen::LLT<Eigen::Ref<Eigen::Matrix<double, N, N>>> cholesky(in_place);
-  return cholesky.info() == Eigen::Success;
+  return out;
 }
 
-// dv = A^-1 (h1 + M dw), (M A^-1 M + J^T G J) dw = h2 - M A^-1 h1.
-template <int N>
-void KktSystem::solve_dense(double* h1, double* h2) {
-  const int n = M_->order();
-  const Square<N> A(A_.data(), n, n), X(X_.data(), n, n), C(C_.data(), n, n);
-  Vector<N> w(h2, n);
-  if (h1) {
-    Vector<N> v(h1, n);
-    A.template triangularView<Eigen::Lower>().solveInPlace(v);
-    w.noalias() -= X.transpose() * v;
+void KktSystem::analyse(Blocks& s, bool two) {
+  std::vector<int> sizes(M_->blocks());
+  for (int b = 0; b < M_->blocks(); ++b) sizes[b] = (two ? 2 : 1) * M_->block_size(b);
+  s.factor.analyse(sizes, graph());
+  s.diagonal.clear();
+  for (int b = 0; b < M_->blocks(); ++b) s.diagonal.push_back(s.factor.place(b, b));
+  s.pair.clear();
+  for (int c = 0; c < J_->bands(); ++c)
+    for (int e = J_->band[c]; e < J_->band[c + 1]; ++e)
+      for (int f = J_->band[c]; f <= e; ++f) s.pair.push_back(s.factor.place(J_->block[e], J_->block[f]));
+  s.ready = true;
+}
+
+// The padding of J^T reaches into rows that are not meant, and adds zeros to them.
+bool KktSystem::factor_blocks(std::span<const double> G, std::span<const double> D) {
+  Blocks& s = two_ ? two_velocities_blocks_ : one_velocity_blocks_;
+  if (!s.ready) analyse(s, two_);
+  const std::span<double> values = s.factor.values();
+  std::fill(values.begin(), values.end(), 0.0);
+  for (int b = 0; b < M_->blocks(); ++b) {
+    const int size = M_->block_size(b), stride = s.diagonal[b].stride;
+    const double* Mb = M_->values.data() + M_->offset[b];
+    double* to = values.data() + s.diagonal[b].at;
+    for (int j = 0; j < size; ++j) {
+      std::copy_n(Mb + j * size, size, to + j * stride);
+      if (two_) std::copy_n(Mb + j * size, size, to + j * stride + size);
+    }
   }
-  C.template triangularView<Eigen::Lower>().solveInPlace(w);
-  C.template triangularView<Eigen::Lower>().transpose().solveInPlace(w);
-  if (h1) {
-    Vector<N> v(h1, n);
-    v.noalias() += X * w;
-    A.template triangularView<Eigen::Lower>().transpose().solveInPlace(v);
+  const double sign = two_ ? -1 : 1;  // the unknown is -dw
+  std::size_t pair = 0;
+  for (int c = 0; c < J_->bands(); ++c) {
+    double A[9];
+    for (int i = 0; i < 9; ++i) A[i] = sign * G[9 * c + i];
+    const double d = two_ ? D[c] : 0;
+    for (int e = J_->band[c]; e < J_->band[c + 1]; ++e)
+      for (int f = J_->band[c]; f <= e; ++f, ++pair) {
+        const auto [at, stride, swap] = s.pair[pair];
+        const int high = swap ? f : e, low = swap ? e : f;
+        const int high_size = M_->block_size(J_->block[high]), low_size = M_->block_size(J_->block[low]);
+        const int rows = BlockLdl::padded(high_size);
+        const double* Et = transposed_.data() + transposed_at_[high];
+        const double* F = J_->values.data() + J_->offset[low];
+        double* v = values.data() + at;
+        double* w = two_ ? v + low_size * stride + high_size : v;
+        add_congruence(w, stride, Et, rows, A, F, low_size);
+        if (d != 0) add_outer(v, stride, Et, rows, d, F, low_size);
+      }
   }
+  return s.factor.factor();
 }
 
 // Pattern in the order of elimination. Columns of dv_b: dv_b, dw_b, dv of later neighbours. Columns of dw_b: dw_b, dw
 // of later neighbours. All columns of a node have the same rows, so that a block of values has a constant stride.
 void KktSystem::analyse(Sparse& s, bool two) {
   const int blocks = M_->blocks();
-  // Graph of the blocks.
-  std::vector<std::vector<int>> neighbours(blocks);
-  for (int c = 0; c < J_->bands(); ++c)
-    for (int e = J_->band[c]; e < J_->band[c + 1]; ++e)
-      for (int f = J_->band[c]; f < J_->band[c + 1]; ++f)
-        if (e != f) neighbours[J_->block[e]].push_back(J_->block[f]);
-  SymmetricPattern graph;
-  graph.column.assign(1, 0);
-  for (auto& list : neighbours) {
-    std::sort(list.begin(), list.end());
-    list.erase(std::unique(list.begin(), list.end()), list.end());
-    graph.row.insert(graph.row.end(), list.begin(), list.end());
-    graph.column.push_back(static_cast<int>(graph.row.size()));
-  }
+  const SymmetricPattern neighbours = graph();
   std::vector<int> order, place(blocks);
-  block_order(graph, order);
+  block_order(neighbours, order);
   for (int k = 0; k < blocks; ++k) place[order[k]] = k;
 
   s.at_v.assign(blocks, 0);
@@ -208,8 +248,8 @@ void KktSystem::analyse(Sparse& s, bool two) {
   for (int k = 0; k < blocks; ++k) {
     const int b = order[k], size = M_->block_size(b);
     std::vector<int> later;
-    for (int j : neighbours[b])
-      if (place[j] > k) later.push_back(j);
+    for (int e = neighbours.column[b]; e < neighbours.column[b + 1]; ++e)
+      if (place[neighbours.row[e]] > k) later.push_back(neighbours.row[e]);
     std::sort(later.begin(), later.end(), [&](int i, int j) { return place[i] < place[j]; });
     if (two) {
       s.diagonal_v[b] = static_cast<int>(s.pattern.row.size());

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "linalg/block_ldl.h"
 #include "linalg/block_matrix.h"
 #include "linalg/sparse_cholesky.h"
 
@@ -16,12 +17,13 @@ namespace cb {
 /// G: a positive semidefinite 3 x 3 matrix a band; D >= 0: a number a band; N: first rows of the bands of J.
 /// With x = -dw the first is symmetric and can be factored without pivoting in any order that takes dv of a block
 /// before dw of the same block: what is left of M after the elimination of dv makes the pivot of dw definite.
-/// Small systems go to a dense kernel (two Cholesky factorisations), large ones to CHOLMOD (one L D L^T).
+/// Blocks of bodies go to L D L^T by blocks (linalg/block_ldl.h), systems of many tiny blocks to CHOLMOD.
 class KktSystem {
  public:
   /// Sets the structure; the symbolic factorisation is kept while it stays the same. Views must stay alive until the
   /// last solve.
-  void prepare(const BlockDiagonalMatrix& M, const BandMatrix& J, int dense_limit);
+  /// `least_block`: mean number of rows of a block of M from which on the kernel by blocks serves.
+  void prepare(const BlockDiagonalMatrix& M, const BandMatrix& J, double least_block);
   /// G: 9 per band, column-major. D: per band; empty for one velocity. False where a pivot fails.
   bool factor(std::span<const double> G, std::span<const double> D);
   /// Two velocities: h1 -> dv, h2 -> dw.
@@ -45,21 +47,29 @@ class KktSystem {
     bool ready = false;
   };
 
-  template <int N>
-  bool factor_dense(std::span<const double> G, std::span<const double> D);
-  template <int N>
-  void solve_dense(double* h1, double* h2);
+  struct Blocks {
+    BlockLdl factor;
+    std::vector<BlockLdl::Place> diagonal;  // per block
+    std::vector<BlockLdl::Place> pair;      // per pair of entries of a band
+    bool ready = false;
+  };
+
+  bool factor_blocks(std::span<const double> G, std::span<const double> D);
+  void analyse(Blocks& blocks, bool two);
   bool factor_sparse(std::span<const double> G, std::span<const double> D);
   void analyse(Sparse& sparse, bool two);
+  SymmetricPattern graph() const;
   bool same_structure() const;
 
   const BlockDiagonalMatrix* M_ = nullptr;
   const BandMatrix* J_ = nullptr;
-  bool dense_ = true, two_ = false;
-  // Dense kernel: factors of M + N^T D N and of its Schur complement, column-major.
-  std::vector<double> A_, X_, C_;
-  // Sparse kernel, and the structure that it was made for.
+  bool by_blocks_ = true, two_ = false;
+  // Kernels, and the structure that they were made for.
+  Blocks one_velocity_blocks_, two_velocities_blocks_;
   Sparse one_velocity_, two_velocities_;
+  // J^T by entries: three padded columns each.
+  std::vector<double> transposed_;
+  std::vector<int> transposed_at_;
   std::vector<int> first_, band_, block_;
 };
 

@@ -341,7 +341,7 @@ bool DrumwrightShell::frictionless() {
 void DrumwrightShell::equalities(const std::vector<char>& in_set, double target, std::vector<double>& x,
                                  std::vector<double>& velocity) {
   const int nc = static_cast<int>(island_.contacts.size()), nv = island_.M.order();
-  normals_.prepare(island_.M, island_.J, tolerances_.cone.dense_limit);
+  normals_.prepare(island_.M, island_.J, tolerances_.cone.least_block);
   G_.assign(9 * nc, 0.0);
   for (int c = 0; c < nc; ++c)
     if (in_set[c]) G_[9 * c] = 1 / (tolerances_.cone.proximal * island_.weight[c]);
@@ -480,7 +480,7 @@ bool DrumwrightShell::reduces_to_flat() {
 // normal impulses found.
 bool DrumwrightShell::try_sticking() {
   const int nc = static_cast<int>(island_.contacts.size()), nv = island_.M.order();
-  sticking_.prepare(island_.M, island_.J, tolerances_.cone.dense_limit);
+  sticking_.prepare(island_.M, island_.J, tolerances_.cone.least_block);
   G_.assign(9 * nc, 0.0);
   step_.resize(3 * nc);
   h_.resize(nv);

@@ -73,9 +73,9 @@ TEST_CASE("both kernels solve the equations of motion that they are given", "[kk
     }
     for (double& x : h1) x = normal(random);
     for (double& x : h2) x = normal(random);
-    for (int dense_limit : {0, 1000}) {
+    for (double least_block : {0, 1000}) {
       KktSystem system;
-      system.prepare(chain.M, chain.J, dense_limit);
+      system.prepare(chain.M, chain.J, least_block);
       REQUIRE(system.factor(G, D));
       std::vector<double> dv = h1, dw = h2;
       system.solve_in_place(dv, dw);
@@ -147,17 +147,17 @@ TEST_CASE("the same answer comes from both kernels, and its gap is at rounding",
   for (unsigned seed = 0; seed < 10; ++seed) {
     const Chain chain(4, 2, seed);
     const ConeProgram p = chain.program();
-    ConeSolution dense, sparse;
+    ConeSolution blocks, sparse;
     ConeOptions options;
-    options.dense_limit = 1000;
-    InteriorPoint(options).solve(p, dense);
-    options.dense_limit = 0;
+    options.least_block = 0;
+    InteriorPoint(options).solve(p, blocks);
+    options.least_block = 1000;
     InteriorPoint(options).solve(p, sparse);
-    REQUIRE(dense.status == ConeStatus::solved);
+    REQUIRE(blocks.status == ConeStatus::solved);
     REQUIRE(sparse.status == ConeStatus::solved);
-    for (std::size_t i = 0; i < dense.r.size(); ++i) CHECK(dense.r[i] == Approx(sparse.r[i]).margin(1e-9));
-    CHECK(std::abs(dense.gap) < 1e-11);
-    CHECK(dense.infeasibility < 1e-11);
+    for (std::size_t i = 0; i < blocks.r.size(); ++i) CHECK(blocks.r[i] == Approx(sparse.r[i]).margin(1e-9));
+    CHECK(std::abs(blocks.gap) < 1e-11);
+    CHECK(blocks.infeasibility < 1e-11);
   }
 }
 
