@@ -262,6 +262,36 @@ void InteriorPoint::prepare(const ConeProgram& p) {
   deta_.assign(nc, 0.0);
 }
 
+bool InteriorPoint::factor() {
+  border_ready_ = false;
+  return kkt_.factor(G_, D_);
+}
+
+// With t = e_n - J g2 the Schur complement is t.G t + g2.(M A^-1 M) g2: a sum of squares, no cancellation.
+void InteriorPoint::factor_border(const ConeProgram& p) {
+  const int nc = p.nc();
+  std::fill(g1_.begin(), g1_.end(), 0.0);
+  std::fill(g2_.begin(), g2_.end(), 0.0);
+  for (int c = 0; c < nc; ++c) vec3(&dr_[3 * c]) = mat3(&G_[9 * c]).col(0);
+  multiply_transposed_add(*p.J, *p.M, dr_, g2_);
+  if (p.has_eta())
+    kkt_.solve_in_place(g1_, g2_);
+  else
+    kkt_.solve_in_place(g2_);
+  multiply(*p.J, *p.M, g2_, t_);
+  multiply(*p.M, p.has_eta() ? g1_ : g2_, Mg_);
+  border_pivot_ = 0;
+  for (std::size_t i = 0; i < g2_.size(); ++i) border_pivot_ += g2_[i] * Mg_[i];
+  for (int c = 0; c < nc; ++c) {
+    auto t = vec3(&t_[3 * c]);
+    t = -t;
+    t[0] += 1;
+    const Vector3d Gt = mat3(&G_[9 * c]) * t;
+    border_pivot_ += t.dot(Gt);
+  }
+  border_ready_ = true;
+}
+
 // Solves for dr_, deta_, ds_ (kkt_system.h), the system being factored.
 //   rows:   (M + N^T D N) dv - M dw = N^T c_eta,    M dv + J^T G J dw + g ds = J^T c_r,   g = J^T G e_n
 //   border: 1.dr_n = border_rhs + border_diagonal ds  <=>  g.dw + (sum G_nn + border_diagonal) ds = 1.c_r,n -
@@ -286,25 +316,10 @@ bool InteriorPoint::newton_step(const ConeProgram& p, double border_diagonal, do
   }
   multiply(*p.J, *p.M, h2_, Jdw_);
   if (border) {
-    std::fill(g1_.begin(), g1_.end(), 0.0);
-    std::fill(g2_.begin(), g2_.end(), 0.0);
-    for (int c = 0; c < nc; ++c) vec3(&dr_[3 * c]) = mat3(&G_[9 * c]).col(0);
-    multiply_transposed_add(*p.J, *p.M, dr_, g2_);
-    if (two)
-      kkt_.solve_in_place(g1_, g2_);
-    else
-      kkt_.solve_in_place(g2_);
-    // With t = e_n - J g2 the Schur complement is t.G t + g2.(M A^-1 M) g2: a sum of squares, no cancellation.
-    multiply(*p.J, *p.M, g2_, t_);
-    multiply(*p.M, two ? g1_ : g2_, Mg_);
-    double pivot = border_diagonal, rhs = -border_rhs;
-    for (std::size_t i = 0; i < g2_.size(); ++i) pivot += g2_[i] * Mg_[i];
+    if (!border_ready_) factor_border(p);
+    const double pivot = border_diagonal + border_pivot_;
+    double rhs = -border_rhs;
     for (int c = 0; c < nc; ++c) {
-      auto t = vec3(&t_[3 * c]);
-      t = -t;
-      t[0] += 1;
-      const Vector3d Gt = mat3(&G_[9 * c]) * t;
-      pivot += t.dot(Gt);
       vec3(&dr_[3 * c]) = vec3(&c_r_[3 * c]) - mat3(&G_[9 * c]) * vec3(&Jdw_[3 * c]);
       rhs += dr_[3 * c];
     }
@@ -445,7 +460,7 @@ bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x, int patience, 
     // Far below rounding, and no product of a large impulse with a velocity that should be zero is left.
     const double tiny = 1e-2 * options_.rounding;
     if ((best <= tiny * size_ && products_ <= tiny * size_ * size_) || k == limit) break;
-    if (!kkt_.factor(G_, D_)) break;
+    if (!factor()) break;
     const double excess = normal_sum(x.r) - p.kappa;
     if (!newton_step(p, proximal_ / mean_weight_, -excess, s_active_, -x.s)) break;
     ++x.iterations;
@@ -604,7 +619,7 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
         c_eta_[c] = (-x.eta[c] + D * (a_[c] - u_n)) * damp;
       }
     }
-    if (!kkt_.factor(G_, D_)) {
+    if (!factor()) {
       ending = ConeStatus::singular;
       break;
     }

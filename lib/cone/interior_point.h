@@ -54,6 +54,8 @@ class InteriorPoint {
  private:
   void prepare(const ConeProgram& program);
   double newton_terms(const ConeProgram& program, const ConeSolution& x);
+  bool factor();
+  void factor_border(const ConeProgram& program);
   bool newton_step(const ConeProgram& program, double border_diagonal, double border_rhs, bool border, double ds_known);
 
   ConeOptions options_;
@@ -68,6 +70,8 @@ class InteriorPoint {
   std::vector<double> G_, D_, c_r_, c_eta_;
   std::vector<double> h1_, h2_, g1_, g2_, t_, Mg_, Jdw_, Jdv_, dr_, deta_;
   double ds_ = 0;
+  double border_pivot_ = 0;    // of the bound's row but for its diagonal, and
+  bool border_ready_ = false;  // are it, g1_, g2_ and t_ those of the present factors?
   bool s_active_ = false;
   // Interior point iterate beyond r, eta, s.
   std::vector<double> y_, a_, dy_, da_, scaling_, damping_;

@@ -5,8 +5,9 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <cstring>
 #include <numeric>
+
+#include "linalg/pack.h"
 
 namespace cb {
 
@@ -15,10 +16,7 @@ namespace {
 using Band6 = Eigen::Matrix<double, 3, 6>;
 using Strided = Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 
-constexpr int lanes = BlockLdl::lanes;
-typedef double Pack __attribute__((vector_size(lanes * sizeof(double))));
-inline void load(const double* p, Pack& x) { std::memcpy(&x, p, sizeof x); }
-inline void store(const Pack& x, double* p) { std::memcpy(p, &x, sizeof x); }
+constexpr int lanes = pack_size;
 
 // C += E^T (A F): E^T as three padded columns of `rows`, F 3 x columns, A 3 x 3, all column-major.
 void add_congruence(double* C, int stride, const double* Et, int rows, const double* A, const double* F, int columns) {

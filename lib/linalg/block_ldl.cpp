@@ -7,19 +7,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <iterator>
+
+#include "linalg/pack.h"
 
 namespace cb {
 
 namespace {
 
-typedef double Pack __attribute__((vector_size(BlockLdl::lanes * sizeof(double))));
-
-inline void load(const double* p, Pack& x) { std::memcpy(&x, p, sizeof x); }
-inline void store(const Pack& x, double* p) { std::memcpy(p, &x, sizeof x); }
-
 constexpr int lanes = BlockLdl::lanes;
+static_assert(lanes == pack_size);
 
 // C -= A B^T on R registers of rows and Q columns of C; depth columns of A and B.
 template <int R, int Q>

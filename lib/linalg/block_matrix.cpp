@@ -1,6 +1,9 @@
 #include "linalg/block_matrix.h"
 
+#include <algorithm>
 #include <cmath>
+
+#include "linalg/pack.h"
 
 namespace cb {
 
@@ -18,6 +21,46 @@ void by_size(int size, F6&& six, FX&& any) {
     six();
   else
     any();
+}
+
+// x <- L^-T L^-1 x with the reciprocals of L's diagonal at hand; N rows, or n of them.
+template <int N>
+void substitute(const double* L, const double* inverse, int n, double* x) {
+  const int rows = N > 0 ? N : n;
+  for (int j = 0; j < rows; ++j) {
+    x[j] *= inverse[j];
+    for (int i = j + 1; i < rows; ++i) x[i] -= L[j * rows + i] * x[j];
+  }
+  for (int j = rows - 1; j >= 0; --j) {
+    double s = x[j];
+    for (int i = j + 1; i < rows; ++i) s -= L[j * rows + i] * x[i];
+    x[j] = s * inverse[j];
+  }
+}
+
+// Entries of a band over six columns. J is read one number past its end.
+inline void add_six(const double* J, const double* x, Pack& even, Pack& odd) {
+  for (int j = 0; j < 6; j += 2) {
+    Pack a, b;
+    load(J + 3 * j, a);
+    load(J + 3 * j + 3, b);
+    even += a * x[j];
+    odd += b * x[j + 1];
+  }
+}
+
+inline void add_six_transposed(const double* J, const double* r, double* y) {
+  Pack a, b, c, out;
+  load(J, a);
+  load(J + 4, b);
+  load(J + 8, c);
+  load(y, out);
+  // Rows of the first four columns out of twelve numbers.
+  out += __builtin_shufflevector(__builtin_shufflevector(a, b, 0, 3, 6, 7), c, 0, 1, 2, 5) * r[0];
+  out += __builtin_shufflevector(__builtin_shufflevector(a, b, 1, 4, 7, 7), c, 0, 1, 2, 6) * r[1];
+  out += __builtin_shufflevector(__builtin_shufflevector(a, b, 2, 5, 5, 5), c, 0, 1, 4, 7) * r[2];
+  store(out, y);
+  for (int j = 4; j < 6; ++j) y[j] += J[3 * j] * r[0] + J[3 * j + 1] * r[1] + J[3 * j + 2] * r[2];
 }
 
 }  // namespace
@@ -71,6 +114,7 @@ bool BlockCholesky::factor(const BlockDiagonalMatrix& A) {
   lower_.first = A.first;
   lower_.offset = A.offset;
   lower_.values = A.values;
+  inverse_.resize(A.order());
   for (int b = 0; b < A.blocks(); ++b) {
     auto L = lower_.block(b);
     const int n = A.block_size(b);
@@ -80,6 +124,7 @@ bool BlockCholesky::factor(const BlockDiagonalMatrix& A) {
       if (!(d > 1e-300) || !std::isfinite(d)) return false;
       d = std::sqrt(d);
       L(j, j) = d;
+      inverse_[A.first[b] + j] = 1 / d;
       for (int i = j + 1; i < n; ++i) {
         double s = L(i, j);
         for (int k = 0; k < j; ++k) s -= L(i, k) * L(j, k);
@@ -92,37 +137,19 @@ bool BlockCholesky::factor(const BlockDiagonalMatrix& A) {
 
 void BlockCholesky::solve_block_in_place(int b, double* x, int cols) const {
   const int n = lower_.block_size(b);
+  const double *L = lower_.values.data() + lower_.offset[b], *inverse = inverse_.data() + lower_.first[b];
   by_size(
       n,
       [&] {
-        const Map<const Matrix<double, 6, 6>> L(lower_.values.data() + lower_.offset[b]);
-        Map<Matrix<double, 6, Eigen::Dynamic>> X(x, 6, cols);
-        L.triangularView<Eigen::Lower>().solveInPlace(X);
-        L.transpose().triangularView<Eigen::Upper>().solveInPlace(X);
+        for (int j = 0; j < cols; ++j) substitute<6>(L, inverse, 6, x + 6 * j);
       },
       [&] {
-        Map<Eigen::MatrixXd> X(x, n, cols);
-        lower_.block(b).triangularView<Eigen::Lower>().solveInPlace(X);
-        lower_.block(b).transpose().triangularView<Eigen::Upper>().solveInPlace(X);
+        for (int j = 0; j < cols; ++j) substitute<0>(L, inverse, n, x + n * j);
       });
 }
 
 void BlockCholesky::solve_in_place(std::span<double> x) const {
-  for (int b = 0; b < lower_.blocks(); ++b) {
-    const int n = lower_.block_size(b);
-    const auto L = lower_.block(b);
-    double* xb = x.data() + lower_.first[b];
-    for (int i = 0; i < n; ++i) {
-      double s = xb[i];
-      for (int k = 0; k < i; ++k) s -= L(i, k) * xb[k];
-      xb[i] = s / L(i, i);
-    }
-    for (int i = n - 1; i >= 0; --i) {
-      double s = xb[i];
-      for (int k = i + 1; k < n; ++k) s -= L(k, i) * xb[k];
-      xb[i] = s / L(i, i);
-    }
-  }
+  for (int b = 0; b < lower_.blocks(); ++b) solve_block_in_place(b, x.data() + lower_.first[b], 1);
 }
 
 void BandMatrix::clear() {
@@ -142,33 +169,33 @@ int BandMatrix::add_entry(int block_index, int cols) {
 }
 
 void multiply(const BandMatrix& J, const BlockDiagonalMatrix& columns, std::span<const double> v, std::span<double> u) {
+  const int last = J.band.back() - 1;
   for (int c = 0; c < J.bands(); ++c) {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    Pack even = {}, odd = {};
     for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
       const double* x = v.data() + columns.first[J.block[e]];
-      by_size((J.offset[e + 1] - J.offset[e]) / 3,
-              [&] {
-                sum.noalias() +=
-                    Map<const Matrix<double, 3, 6>>(J.values.data() + J.offset[e]) * Map<const Matrix<double, 6, 1>>(x);
-              },
-              [&] { sum.noalias() += J.entry(e) * ConstVec(x, J.entry(e).cols()); });
+      const double* values = J.values.data() + J.offset[e];
+      const int cols = (J.offset[e + 1] - J.offset[e]) / 3;
+      if (cols == 6 && e != last) {
+        add_six(values, x, even, odd);
+      } else {
+        for (int j = 0; j < cols; ++j) even += Pack{values[3 * j], values[3 * j + 1], values[3 * j + 2], 0} * x[j];
+      }
     }
-    Map<Eigen::Vector3d>(u.data() + 3 * c) = sum;
+    even += odd;
+    for (int i = 0; i < 3; ++i) u[3 * c + i] = even[i];
   }
 }
 
 void multiply_transposed_add(const BandMatrix& J, const BlockDiagonalMatrix& columns, std::span<const double> r,
                              std::span<double> y) {
   for (int c = 0; c < J.bands(); ++c) {
-    const Map<const Eigen::Vector3d> rc(r.data() + 3 * c);
+    const double* rc = r.data() + 3 * c;
     for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
       double* x = y.data() + columns.first[J.block[e]];
-      by_size((J.offset[e + 1] - J.offset[e]) / 3,
-              [&] {
-                Map<Matrix<double, 6, 1>>(x).noalias() +=
-                    Map<const Matrix<double, 3, 6>>(J.values.data() + J.offset[e]).transpose() * rc;
-              },
-              [&] { Vec(x, J.entry(e).cols()).noalias() += J.entry(e).transpose() * rc; });
+      const double* values = J.values.data() + J.offset[e];
+      by_size((J.offset[e + 1] - J.offset[e]) / 3, [&] { add_six_transposed(values, rc, x); },
+              [&] { Vec(x, J.entry(e).cols()).noalias() += J.entry(e).transpose() * Map<const Eigen::Vector3d>(rc); });
     }
   }
 }
