@@ -57,7 +57,7 @@ def draw(options):
     def run(script):
         return script, subprocess.run([sys.executable, "-B", str(script), "--results", str(options.results), "--runs", str(options.runs)],
                                       capture_output=True, text=True)
-    scripts = [p for p in sorted(PLOTS.glob("*.py")) if p.stem not in ("common", "robots")]
+    scripts = [p for p in sorted(PLOTS.glob("*.py")) if p.stem != "common"]
     for script in scripts:
         for old in (options.results / "figures").glob(f"{script.stem}.*"):
             old.unlink()  # a picture of other results must not stand in for one that fails

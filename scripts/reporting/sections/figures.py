@@ -20,7 +20,7 @@ def about(script):
 def scripts(pattern="*.py"):
     """figure01 ... figure11 first, then the other pictures."""
     # Those of other sections stand there.
-    elsewhere = ("common", "robots", "error_time", "error_budget", "performance", "stored_problems")
+    elsewhere = ("common", "error_time", "error_budget", "performance", "stored_problems")
     found = [p for p in sorted(PLOTS.glob(pattern)) if p.stem not in elsewhere]
     return sorted(found, key=lambda p: (not p.stem.startswith("figure"), p.stem))
 
