@@ -80,22 +80,30 @@ class Cell:
         record = json.loads((self.folder / "run.json").read_text())
         return " ".join(["contactbench run", f"{self['scene']}.xml", *record["flags"]])
 
-    def series(self, file, *columns):
-        """Columns of a file of the run as arrays; empty arrays where there is no file or no row."""
-        return series(self.folder / file, *columns)
+    def series(self, file, *columns, of=None, most=None):
+        """Columns of a file of the run as arrays; empty arrays where there is no file or no row. `of`: only the rows of
+        a body, joint or pair, by its words; `most`: at most about so many of them, evenly spaced."""
+        return series(self.folder / file, *columns, of=of, most=most)
 
 
-def series(path, *columns):
+def series(path, *columns, of=None, most=None):
+    """Columns of a CSV file as arrays. `of`: only the rows that have these words as cells; `most`: at most about so many
+    of them, evenly spaced, and the last."""
     try:
         lines = path.read_text().splitlines(keepends=True)
     except OSError:
         return np.empty((len(columns), 0))
     if lines and not lines[-1].endswith("\n"):
         lines.pop()  # a run that was killed can leave half a row
-    if len(lines) < 2:
+    head, rows = lines[:1], lines[1:]
+    for word in of or ():
+        rows = [row for row in rows if f",{word}," in row]
+    if not rows:
         return np.empty((len(columns), 0))
-    head = lines[0].strip().split(",")
-    return np.loadtxt(lines[1:], delimiter=",", usecols=[head.index(c) for c in columns], ndmin=2).T
+    if most and len(rows) > most:
+        rows = [rows[i] for i in np.unique(np.linspace(0, len(rows) - 1, most).round().astype(int))]
+    head = head[0].strip().split(",")
+    return np.loadtxt(rows, delimiter=",", usecols=[head.index(c) for c in columns], ndmin=2).T
 
 
 class Results:
