@@ -143,7 +143,7 @@ int run(const std::string& name, unsigned count, unsigned first, const std::stri
   MethodOptions options;
   if (!row->solvers.empty()) options.solver = row->solvers.front().name;
   // The absolute default would ask more than rounding gives of problems whose energies span decades.
-  options.epsilon_relative = 1e-10;
+  options.epsilon_relative = 1e-11;
   const ContactMethod method = row->make(options);
   Referee referee;
   ContactSolution solution;

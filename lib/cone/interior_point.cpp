@@ -518,7 +518,7 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
   for (int c = 0; c < nc; ++c) {
     const double root_w = std::sqrt((*p.weight)[c]);
     x.r[3 * c] = start / root_w;
-    y_[3 * c] = std::max(1.0, (*p.mu)[c]) * start * root_w;
+    y_[3 * c] = start * root_w;
     if (inequality) {
       x.eta[c] = start / root_w;
       a_[c] = start * root_w;
@@ -601,13 +601,16 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
       // dr = -r - G dy, dy = J dw + e_n ds - ry.
       Vector3d ry = vec3(&y_[3 * c]) - vec3(&velocities_.u_hat[3 * c]);
       ry[0] -= x.s;
-      // Proximal term on dr: (G^-1 + delta)^-1 for G, which bounds its largest eigenvalue.
-      damping.noalias() = delta * w * G;
+      // Proximal term on dr: (G^-1 + P)^-1 = (1 + G P)^-1 G for G, which bounds its largest eigenvalue. Where friction
+      // is strong y_t is multiplied by mu in the certificate, so that P is smaller along the tangents.
+      const double along = mu > 1 ? std::pow(mu, -options_.tangent_exponent) : 1;
+      damping = delta * w * G;
+      damping.rightCols<2>() *= along;
       damping.diagonal().array() += 1;
       damping = damping.inverse().eval();
       vec3(&c_r_[3 * c]) = damping * (-vec3(&x.r[3 * c]) + G * ry);
       mat3(&damping_[9 * c]) = damping;
-      G = (G * damping).eval();
+      G = (damping * G).eval();
       if (!p.has_eta()) continue;
       const double u_n = velocities_.u[3 * c];
       if (p.fixed) {

@@ -32,6 +32,7 @@
 #include <cmath>
 #include <memory>
 #include <numeric>
+#include <tuple>
 
 namespace cb {
 
@@ -283,12 +284,24 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
           accept(trial_);
       iterations_ += trial_.iterations;
       if (!done) {
-        friction_solver_.options().gap_tolerance = epsilon;
-        friction_solver_.solve(reduced, answer_);
-        iterations_ += answer_.iterations;
-        done = accept(answer_);
-        status = done ? ConeStatus::solved
-                      : (answer_.status == ConeStatus::solved ? ConeStatus::nonconverged : answer_.status);
+        ConeOptions& options = friction_solver_.options();
+        options.gap_tolerance = epsilon;
+        // Another path is worth its time only where this one ended far off.
+        const auto far_off = [&] {
+          return best.infeasibility > tolerances_.infeasibility ||
+                 std::abs(best.gap) > 0.1 * tolerances_.inaccurate * best.size * best.size;
+        };
+        for (std::size_t attempt = 0;
+             !done && (attempt == 0 || far_off()) && attempt <= tolerances_.further_attempts.size(); ++attempt) {
+          if (attempt > 0)
+            std::tie(options.regularisation, options.proximal) = tolerances_.further_attempts[attempt - 1];
+          friction_solver_.solve(reduced, answer_);
+          iterations_ += answer_.iterations;
+          done = accept(answer_);
+          status = done ? ConeStatus::solved
+                        : (answer_.status == ConeStatus::solved ? ConeStatus::nonconverged : answer_.status);
+        }
+        options = tolerances_.cone;
       }
     }
   }

@@ -2,6 +2,7 @@
 
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cone/interior_point.h"
@@ -36,6 +37,8 @@ class DrumwrightShell {
     /// -: gap as a fraction of the event's energy up to which an answer that misses epsilon is `inaccurate` and not
     /// `nonconverged`.
     double inaccurate = 1e-8;
+    /// -: proximal terms (ConeOptions::regularisation, proximal) of further attempts where the answer does not hold.
+    std::vector<std::pair<double, double>> further_attempts = {{1e-10, 1e-9}, {1e-12, 1e-9}, {1e-14, 1e-10}};
     ConeOptions cone;
   };
   explicit DrumwrightShell(const Tolerances& tolerances);
