@@ -230,13 +230,14 @@ void Lemke::solve(const LcpProblem& problem, LcpSolution& solution) {
                                                           std::chrono::duration<double>(o_.time_limit_s));
   solution.reason.clear();
   solution.pivots = solution.factorisations = 0;
-  solution.x.resize(0);
+  if (!problem.expanded) solution.x.resize(0);
 
   solution.z.setZero(n_);
   solution.residual = HUGE_VAL;
   const auto refuse = [&](LcpStatus status, const char* reason) {
     solution.status = status;
     solution.reason = reason;
+    solution.x.resize(0);
   };
   const bool sparse = problem.expanded && n_ > o_.dense_limit;
   const LcpProblem* form = &problem;

@@ -29,32 +29,33 @@ bool SparseBasis::start(const LcpProblem& problem) {
   if (!free_.factor({A.outerIndexPtr(), std::size_t(nx_) + 1}, {A.innerIndexPtr(), std::size_t(A.nonZeros())},
                     {A.valuePtr(), std::size_t(A.nonZeros())}))
     return false;
-  condensed_load_.setZero(n_);
-  work_x_.setZero(nx_);
-  residual_x_.setZero(nx_);
-  free_unknowns(Eigen::VectorXd::Zero(n_), residual_x_);
-  condensed_load_ = problem.q + problem.C * residual_x_;
+  residual_x_ = -problem.a;
+  solve_free(residual_x_);
+  condensed_load_ = problem.q;
+  condensed_load_.noalias() += problem.C * residual_x_;
   return true;
 }
 
-void SparseBasis::free_unknowns(const Eigen::VectorXd& z, Eigen::VectorXd& x) {
-  const auto& p = *problem_;
-  work_x_ = -p.a - p.B * z;
-  x = work_x_;
+// x <- A^-1 x, refined once.
+void SparseBasis::solve_free(Eigen::VectorXd& x) {
+  work_x_ = x;
   free_.solve({x.data(), std::size_t(nx_)});
-  work_x_ -= p.A * x;
+  work_x_.noalias() -= problem_->A * x;
   free_.solve({work_x_.data(), std::size_t(nx_)});
   x += work_x_;
 }
 
+void SparseBasis::free_unknowns(const Eigen::VectorXd& z, Eigen::VectorXd& x) {
+  x = -problem_->a;
+  x.noalias() -= problem_->B * z;
+  solve_free(x);
+}
+
 void SparseBasis::multiply(const Eigen::VectorXd& z, Eigen::VectorXd& w) {
   const auto& p = *problem_;
-  work_x_.noalias() = p.B * z;
-  residual_x_ = work_x_;
-  free_.solve({residual_x_.data(), std::size_t(nx_)});
-  work_x_ -= p.A * residual_x_;
-  free_.solve({work_x_.data(), std::size_t(nx_)});
-  residual_x_ += work_x_;
+  residual_x_.resize(nx_);
+  residual_x_.noalias() = p.B * z;
+  solve_free(residual_x_);
   w.noalias() = p.D * z;
   w.noalias() -= p.C * residual_x_;
 }
@@ -142,7 +143,8 @@ bool SparseBasis::refactor() {
       source_[i] = -1 - nx_ - unmatched;
   }
   ++factorisations_;
-  return basis_.factor(starts_, rows_, values_);
+  basis_ = reduced_variable_.empty() ? &slack_basis_ : &other_basis_;
+  return basis_->factor(starts_, rows_, values_);
 }
 
 // Basic variables y of  A x + B y_z = -b,  C x + D y_z + c y_0 - y_w = -p   for p = pair_rows and b = column
@@ -153,7 +155,7 @@ void SparseBasis::solve_basis(const double* pair_rows, int free_column, double* 
     for (SparseMatrix::InnerIterator it(B_, free_column); it; ++it) reduced_[it.row()] = -it.value();
   for (int i = 0; i < n_; ++i)
     if (reduced_row_[i] >= 0) reduced_[reduced_row_[i]] = -pair_rows[i];
-  basis_.solve(reduced_);
+  basis_->solve(reduced_);
 
   // Slacks from their own rows.
   slack_ = Eigen::Map<const Eigen::VectorXd>(pair_rows, n_);

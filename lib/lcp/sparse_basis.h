@@ -47,6 +47,7 @@ class SparseBasis {
 
  private:
   bool refactor();
+  void solve_free(Eigen::VectorXd& x);
   void solve_basis(const double* pair_rows, int free_column, double* out);
 
   const LcpProblem* problem_ = nullptr;
@@ -59,7 +60,8 @@ class SparseBasis {
   std::vector<int> reduced_variable_;  // |a|: the variable of each column beyond the free ones
   std::vector<int> starts_, rows_;     // of the factorised matrix
   std::vector<double> values_, reduced_;
-  SparseLu free_, basis_;
+  SparseLu free_, slack_basis_, other_basis_;  // A; the scaled A, while all slacks are basic; any other basis
+  SparseLu* basis_ = &slack_basis_;            // the one at hand
   ProductForm updates_;
   int column_of_ = -1;  // the variable whose column is in change_
 };

@@ -30,8 +30,7 @@ struct SparseLu::Data {
 SparseLu::SparseLu() : data_(std::make_unique<Data>()) {}
 SparseLu::~SparseLu() = default;
 
-bool SparseLu::factor(std::span<const int> starts, std::span<const int> rows, std::span<const double> values,
-                      bool same_pattern) {
+bool SparseLu::factor(std::span<const int> starts, std::span<const int> rows, std::span<const double> values) {
   auto& d = *data_;
   order_ = static_cast<int>(starts.size()) - 1;
   if (order_ == 0) return true;
@@ -39,13 +38,27 @@ bool SparseLu::factor(std::span<const int> starts, std::span<const int> rows, st
   int* p = const_cast<int*>(starts.data());
   int* i = const_cast<int*>(rows.data());
   double* x = const_cast<double*>(values.data());
+  const auto regular = [&] {
+    return klu_rcond(d.symbolic, d.numeric, &d.common) != 0 && d.common.rcond > singular_below;
+  };
+  const bool same_pattern =
+      d.symbolic != nullptr && std::ranges::equal(starts, starts_) && std::ranges::equal(rows, rows_);
+  if (same_pattern && d.numeric != nullptr && klu_refactor(p, i, x, d.symbolic, d.numeric, &d.common) != 0 &&
+      d.common.status == KLU_OK && regular() && klu_rgrowth(p, i, x, d.symbolic, d.numeric, &d.common) != 0 &&
+      d.common.rgrowth > growth_below)
+    return true;
+
   if (d.numeric != nullptr) klu_free_numeric(&d.numeric, &d.common);
-  if (!same_pattern && d.symbolic != nullptr) klu_free_symbolic(&d.symbolic, &d.common);
-  if (d.symbolic == nullptr) d.symbolic = klu_analyze(order_, p, i, &d.common);
+  if (!same_pattern) {
+    if (d.symbolic != nullptr) klu_free_symbolic(&d.symbolic, &d.common);
+    starts_.assign(starts.begin(), starts.end());
+    rows_.assign(rows.begin(), rows.end());
+    d.symbolic = klu_analyze(order_, p, i, &d.common);
+  }
   if (d.symbolic == nullptr) return false;
   d.numeric = klu_factor(p, i, x, d.symbolic, &d.common);
   if (d.numeric == nullptr || d.common.status != KLU_OK) return false;
-  return klu_rcond(d.symbolic, d.numeric, &d.common) != 0 && d.common.rcond > singular_below;
+  return regular();
 }
 
 void SparseLu::solve(std::span<double> x) {

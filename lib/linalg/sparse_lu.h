@@ -16,9 +16,9 @@ class SparseLu {
   SparseLu& operator=(const SparseLu&) = delete;
 
   /// Compressed columns: starts (n + 1), row indices and values; entries of a column in any order, no duplicates.
-  /// `same_pattern`: the ordering of the last call is kept. False where the matrix is singular to working precision.
-  bool factor(std::span<const int> starts, std::span<const int> rows, std::span<const double> values,
-              bool same_pattern = false);
+  /// The ordering and the pivots of the last call serve again where the pattern is the same and the factors do not
+  /// grow; nothing is allocated then. False where the matrix is singular to working precision.
+  bool factor(std::span<const int> starts, std::span<const int> rows, std::span<const double> values);
   /// x <- A^-1 x
   void solve(std::span<double> x);
   int order() const { return order_; }
@@ -27,11 +27,14 @@ class SparseLu {
 
   /// Reciprocal condition estimate (smallest over largest pivot) below which a matrix counts as singular, -.
   static constexpr double singular_below = 1e-14;
+  /// Reciprocal growth of the factors below which pivots are sought afresh, -. Smaller: digits are lost unseen.
+  static constexpr double growth_below = 1e-3;
 
  private:
   struct Data;
   std::unique_ptr<Data> data_;
   int order_ = 0;
+  std::vector<int> starts_, rows_;  // pattern of the factors at hand
 };
 
 /// Product form of a basis inverse: a basis that differs from the factorised one by column exchanges.

@@ -138,6 +138,25 @@ void AnitescuPotra::build_dense(const ContactProblem& problem) {
   if (regularise_ != 0) M.diagonal().array() += regularise_;
 }
 
+// T = -B^T, in the memory that T has.
+void negate_transposed(const SparseMatrix& B, SparseMatrix& T) {
+  T.resize(B.cols(), B.rows());
+  T.resizeNonZeros(B.nonZeros());
+  int* start = T.outerIndexPtr();
+  std::fill_n(start, B.rows() + 1, 0);
+  for (Eigen::Index e = 0; e < B.nonZeros(); ++e) ++start[B.innerIndexPtr()[e] + 1];
+  for (Eigen::Index i = 0; i < B.rows(); ++i) start[i + 1] += start[i];
+  // Each start moves to its end while its column fills, and is the next one's start then.
+  for (int j = 0; j < B.cols(); ++j)
+    for (SparseMatrix::InnerIterator it(B, j); it; ++it) {
+      const int at = start[it.row()]++;
+      T.innerIndexPtr()[at] = j;
+      T.valuePtr()[at] = -it.value();
+    }
+  for (Eigen::Index i = B.rows(); i > 0; --i) start[i] = start[i - 1];
+  start[0] = 0;
+}
+
 // v+ stays: A = M, B = -[N^T D^T 0], C = [N; D; 0].
 void AnitescuPotra::build_expanded(const ContactProblem& problem) {
   const int nc = nc_, k = k_, n = (k + 2) * nc, nv = problem.nv();
@@ -192,7 +211,7 @@ void AnitescuPotra::build_expanded(const ContactProblem& problem) {
   }
   lcp_.B.finalize();
   lcp_.D.finalize();
-  lcp_.C = -lcp_.B.transpose();
+  negate_transposed(lcp_.B, lcp_.C);
 }
 
 // The vectors of the LCP for velocity v before the phase; the slack of the friction bound is restored_ (mu e c_n).
