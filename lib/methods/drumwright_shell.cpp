@@ -238,7 +238,7 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
   Certificate best = judge(r_, {});
   ConeStatus status = normal_ok ? ConeStatus::solved : ConeStatus::nonconverged;
   if (!good(best)) {
-    if (try_sticking()) {
+    if ((has_robot() && try_stopping(epsilon)) || try_sticking()) {
       best = judge(r_, {});
     } else {
       ConeProgram reduced = program_;
@@ -325,8 +325,10 @@ bool DrumwrightShell::frictionless() {
   trial_.s = 0;
   trial_.iterations = 0;
   for (int c = 0; c < nc; ++c) trial_.r[3 * c] = 1e-3 * size_ / std::sqrt(island_.weight[c]);
-  bool ok = size_ > 0 &&
-            normal_solver_.polish(normal_program_, trial_, tolerances_.cone.guess_patience, InteriorPoint::Steps::bold);
+  bool ok = size_ > 0 && has_robot() && stop_normals();
+  if (!ok)
+    ok = size_ > 0 &&
+         normal_solver_.polish(normal_program_, trial_, tolerances_.cone.guess_patience, InteriorPoint::Steps::bold);
   if (!ok) {
     iterations_ += trial_.iterations;
     normal_solver_.solve(normal_program_, trial_);
@@ -487,6 +489,100 @@ bool DrumwrightShell::reduces_to_flat() {
     if (u_f_[3 * c] / root_w / size > tolerances_.solvable) return false;
   }
   return nc > 0;
+}
+
+// Are there blocks other than free bodies'?
+bool DrumwrightShell::has_robot() const {
+  for (int b = 0; b < island_.M.blocks(); ++b)
+    if (island_.M.block_size(b) != 6) return true;
+  return false;
+}
+
+// Impulses that stop the contacts of set_, 1 or 3 rows each; into x_. Returns the largest velocity left in those rows,
+// scaled; negative: too large for this.
+double DrumwrightShell::stop_set(const ConeProgram& program, std::span<const double> weight, int rows) {
+  const int nc = static_cast<int>(island_.contacts.size());
+  if (!stopping_.prepare(island_.M, island_.J, island_.factor, weight, set_, rows)) return -1;
+  ++iterations_;
+  x_.assign(3 * nc, 0.0);
+  double residual = HUGE_VAL;
+  for (int k = 0; k < 3; ++k) {
+    velocities_.evaluate(program, x_, {});
+    residual = 0;
+    for (int c = 0; c < nc; ++c)
+      for (int i = 0; i < rows && set_[c]; ++i)
+        residual = std::max(residual, std::abs(velocities_.u[3 * c + i]) / std::sqrt(island_.weight[c]));
+    if (k < 2) stopping_.correct(velocities_.u, x_);
+  }
+  return residual;
+}
+
+// The frictionless answer by active sets: contacts that would pull are let go, one that would sink is taken back. Into
+// trial_.r.
+bool DrumwrightShell::stop_normals() {
+  const int nc = static_cast<int>(island_.contacts.size());
+  const double rounding = 1e-13 * std::max(size_, std::sqrt(quadratic_form(island_.M, island_.v0)));
+  set_.assign(nc, 1);
+  for (int round = 0; round < 2 * nc + 2; ++round) {
+    const double residual = stop_set(normal_program_, island_.weight, 1);
+    if (!(residual >= 0 && residual <= rounding)) return false;
+    int pulls = -1, sinks = -1;
+    for (int c = 0; c < nc; ++c) {
+      if (set_[c] && x_[3 * c] < 0 && (pulls < 0 || x_[3 * c] < x_[3 * pulls])) pulls = c;
+      const double root = std::sqrt(island_.weight[c]);
+      if (!set_[c] && velocities_.u[3 * c] < -rounding * root &&
+          (sinks < 0 || velocities_.u[3 * c] < velocities_.u[3 * sinks]))
+        sinks = c;
+    }
+    if (pulls >= 0) {
+      set_[pulls] = 0;
+    } else if (sinks >= 0) {
+      set_[sinks] = 1;
+    } else {
+      trial_.r = x_;
+      return true;
+    }
+  }
+  return false;
+}
+
+// Does the least impulse that stops the contacts that carry lie in the cones? If not, does one with friction and normal
+// impulses weighted otherwise? As try_sticking, but direct: for robots.
+bool DrumwrightShell::try_stopping(double epsilon) {
+  const int nc = static_cast<int>(island_.contacts.size());
+  std::vector<double>& weight = f_shifted_;
+  weight = island_.weight;
+  set_.assign(nc, 1);
+  bool weighted = false;
+  for (int round = 0; round < nc + 2; ++round) {
+    if (stop_set(program_, weight, 3) < 0) return false;
+    bool inside = true;
+    double mean = 0;
+    int pulls = -1, carry = 0;
+    for (int c = 0; c < nc; ++c) {
+      if (!set_[c]) continue;
+      inside = inside && tangential(&x_[3 * c]) <= island_.mu[c] * x_[3 * c];
+      mean += x_[3 * c];
+      ++carry;
+      if (x_[3 * c] < 0 && (pulls < 0 || x_[3 * c] < x_[3 * pulls])) pulls = c;
+    }
+    if (inside) {
+      const Certificate certificate = judge(x_, {});
+      if (certificate.infeasibility > tolerances_.infeasibility || std::abs(certificate.gap) > epsilon) return false;
+      r_ = x_;
+      return true;
+    }
+    if (pulls >= 0) {
+      set_[pulls] = 0;
+    } else if (!weighted) {
+      weighted = true;
+      for (int c = 0; c < nc; ++c)
+        if (set_[c]) weight[c] = island_.weight[c] * mean / carry / std::max(x_[3 * c], 1e-3 * mean / carry);
+    } else {
+      return false;
+    }
+  }
+  return false;
 }
 
 // Does an impulse in the cones stop all contacts? Least norm first; then with friction shared in the ratio of the

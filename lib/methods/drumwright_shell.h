@@ -8,6 +8,7 @@
 #include "cone/interior_point.h"
 #include "contact/islands.h"
 #include "methods/registry.h"
+#include "methods/stopping_impulse.h"
 
 namespace cb {
 
@@ -64,6 +65,10 @@ class DrumwrightShell {
   bool proves_least_sum() const;
   bool least_sum();
   bool reduces_to_flat();
+  bool has_robot() const;
+  double stop_set(const ConeProgram& program, std::span<const double> weight, int rows);
+  bool stop_normals();
+  bool try_stopping(double epsilon);
   bool try_sticking();
   Certificate judge(std::span<const double> r, std::span<const double> eta);
 
@@ -79,6 +84,7 @@ class DrumwrightShell {
   ConeProgram program_, normal_program_;
   InteriorPoint friction_solver_, normal_solver_;
   KktSystem sticking_, normals_;
+  StoppingImpulse stopping_;
   ConeVelocities velocities_;
   std::vector<double> zero_mu_, q_, f_, v_f_, u_f_, z_, lambda_, kappa_offset_;
   std::vector<double> r_, eta_, G_, step_, h_, u_step_, x_, f_shifted_, velocity_, Jz_;
