@@ -138,7 +138,7 @@ void Simulation::apply_forces() {
 }
 
 // Motors, joint friction and forces on the links. Energy that may have come in: |power| h of each, and that of the
-// change of velocity itself, |qdd . force| h^2 / 2.
+// change of velocity itself (as in free_bodies.h, the spin's rounded up).
 void Simulation::accelerate_trees(const Vec3& gravity) {
   const Model& model = scenario_.model;
   const double h = options_.step;
@@ -160,13 +160,16 @@ void Simulation::accelerate_trees(const Vec3& gravity) {
     articulated_body_.forward_dynamics(model, tree, state_, external_, {&joint_force_[at], nv}, {&qdd_[at], nv});
     for (std::size_t i = at; i < at + nv; ++i) {
       state_.qd[i] += h * qdd_[i];
-      energy_input_ += 0.5 * h * h * std::abs(qdd_[i] * joint_force_[i]);
       joint_speed_ = std::max(joint_speed_, h * std::abs(qdd_[i]));
     }
+    twists_ = state_.v;
     link_twists(model, tree, state_);
-    for (const Joint& joint : tree.joints)
-      if (joint.kind == JointKind::free)
-        energy_input_ += 0.5 * h * h * model.bodies[joint.body].mass * Vec3(&qdd_[joint.v]).squaredNorm();
+    for (const Joint& joint : tree.joints) {
+      const Body& body = model.bodies[joint.body];
+      const auto b = 6 * static_cast<std::size_t>(joint.body);
+      const Vec3 dv = Vec3(&state_.v[b]) - Vec3(&twists_[b]), dw = Vec3(&state_.v[b + 3]) - Vec3(&twists_[b + 3]);
+      energy_input_ += 0.5 * body.mass * dv.squaredNorm() + 0.5 * body.inertia.maxCoeff() * dw.squaredNorm();
+    }
   }
 }
 

@@ -91,7 +91,7 @@ TEST_CASE("a link on the ground carries the weight that the lever gives it") {
     <robot name="lever"><link name="bar" mass="3" position="0.5 0 0" inertia="1e-3 0.25 0.25">
     <sphere name="tip" radius="0.1" position="1 0 0"/></link>
     <joint name="hinge" kind="revolute" parent="world" child="bar" anchor="0 0 0" axis="0 0 1"/></robot>)";
-  const Scenario s = scene(robot, "<contacts><pair a=\"tip\" b=\"ground\" mu=\"0.5\"/></contacts>", 1e-3, 0.2);
+  const Scenario s = scene(robot, "<contacts><pair a=\"tip\" b=\"ground\" mu=\"0\"/></contacts>", 1e-3, 0.2);
   for (const MethodRow& row : methods()) {
     INFO(row.name);
     Simulation simulation(s, options_of(s), method(std::string(row.name)), row.law);
