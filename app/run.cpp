@@ -8,6 +8,7 @@
 #include <new>
 
 #include "commands.h"
+#include "contact/conditioning.h"
 #include "contact/problem_files.h"
 #include "evaluation/scene_errors.h"
 #include "flags.h"
@@ -19,6 +20,7 @@
 #include "output/run_files.h"
 #include "output/summary.h"
 #include "scenario/near_name.h"
+#include "scenario/perturb.h"
 #include "simulation/explicit_step.h"
 #include "versions.h"
 
@@ -33,9 +35,9 @@ using Clock = std::chrono::steady_clock;
 struct RunFlags : MethodFlags {
   std::string scenario, method;
   Text restitution, friction, step, duration, record_every, save_problems, save_every, time_limit, memory_limit, out,
-      prune;
+      prune, perturb, seed, shuffle;
   std::vector<std::string> set;
-  bool quiet = false, json = false;
+  bool quiet = false, json = false, conditioning = false;
 };
 
 /// A run that is known to be possible, but for what the disk and the solvers say.
@@ -52,7 +54,8 @@ struct RunPlan {
   std::optional<double> time_limit_s, memory_limit_mb;
   fs::path out;
   bool quiet = false, json = false;
-  RunSummary summary;  ///< what is known before the run
+  bool conditioning = false;  ///< measure rank and condition of the problems met
+  RunSummary summary;         ///< what is known before the run
 };
 
 /// The part of a directory's name that a value makes.
@@ -83,6 +86,8 @@ fs::path default_directory(const RunFlags& flags, const RunPlan& plan) {
   for (const auto& [key, value] : set_flags(flags.set)) add(key + value);
   if (flags.record_every) add(fmt::format("every{}", plan.record_every));
   if (!plan.prune) add("prune-off");
+  if (flags.perturb) add(fmt::format("perturb{}seed{}", number_text(plan.summary.perturb), plan.summary.seed));
+  if (flags.shuffle) add(fmt::format("shuffle{}", plan.simulation.shuffle));
   return fs::path("results") / "runs" / name;
 }
 
@@ -130,6 +135,17 @@ RunPlan make_plan(const RunFlags& flags) {
     plan.record_every = whole_flag("record-every", *flags.record_every, 0, 1L << 60,
                                    "a whole number of steps: 1 keeps every step, 0 none");
   if (flags.prune) plan.prune = on_off_flag("prune", *flags.prune);
+  if (flags.perturb)
+    plan.summary.perturb =
+        number_flag("perturb", *flags.perturb, 0, HUGE_VAL, "a length in m of at least 0, as in --perturb 1e-6");
+  constexpr const char* seeds = "a whole number of at least 0";
+  if (flags.seed) {
+    if (!flags.perturb)
+      throw UsageError(fmt::format("--seed {}: belongs to --perturb SIZE; give that too", *flags.seed));
+    plan.summary.seed = whole_flag("seed", *flags.seed, 0, 1L << 60, seeds);
+  }
+  if (flags.shuffle) plan.simulation.shuffle = whole_flag("shuffle-contacts", *flags.shuffle, 0, 1L << 60, seeds);
+  plan.conditioning = flags.conditioning;
   if (flags.time_limit) plan.time_limit_s = positive_flag("time-limit", *flags.time_limit, seconds);
   if (flags.memory_limit)
     plan.memory_limit_mb = positive_flag("memory-limit", *flags.memory_limit, "a positive number of MB");
@@ -152,6 +168,7 @@ RunPlan make_plan(const RunFlags& flags) {
     if (plan.summary.friction) law.mu = *plan.summary.friction;
     if (plan.summary.restitution) law.restitution = *plan.summary.restitution;
   }
+  if (plan.summary.perturb > 0) perturb(plan.scenario, plan.summary.perturb, plan.summary.seed);
   plan.options = method_options(flags, *plan.method, plan.scenario.k, plan.scenario.compression_bound);
   plan.unavailable = unavailable_reason(*plan.method, plan.options);
   plan.simulation.step = step.value_or(plan.scenario.step);
@@ -206,7 +223,13 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
                         plan.prune ? pruned(*plan.method, plan.options, left_out) : plan.method->make(plan.options),
                         plan.method->law);
   long events = 0;
+  ConditioningEstimate estimate;
   simulation.on_event = [&](const EventRecord& event) {
+    if (plan.conditioning) {
+      const Clock::time_point before = Clock::now();
+      tally.observe_conditioning(event, estimate);
+      summary.write_s += std::chrono::duration<double>(Clock::now() - before).count();
+    }
     if (store && events++ % plan.save_every == 0) {
       const Clock::time_point before_writing = Clock::now();
       store(event.problem, fmt::format("event_{:09}", events), event.t);
@@ -383,6 +406,12 @@ void add_run(CLI::App& program, Action& action) {
       ->type_name("NAME=VALUE")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  add("--perturb", flags->perturb, "M", "move and turn each free body at the start by M metres, at random [0]");
+  add("--seed", flags->seed, "N", "of --perturb [0]");
+  add("--shuffle-contacts", flags->shuffle, "SEED",
+      "hand the contacts of each event over in a random order; 0: do not [0]");
+  run.add_flag("--conditioning", flags->conditioning,
+               "measure rank and condition of the contact problems (slow; the worst is in the summary)");
   add("--prune", flags->prune, "on|off", "leave out what the scene does not need [on]");
   add("--record-every", flags->record_every, "N",
       "keep each N-th step in trajectory.csv and steps.csv; 0: neither file [1]");

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "commands.h"
+#include "contact/conditioning.h"
 #include "contact/problem_files.h"
 #include "contact/referee.h"
 #include "flags.h"
@@ -310,6 +311,11 @@ Report solve_contact(const SolveFlags& flags) {
   double fastest = 0;
   for (const double u : u_minus) fastest = std::max(fastest, std::abs(u));
   json["speed_before_m_per_s"] = fastest;
+  Conditioning conditioning;
+  const bool measured = ConditioningEstimate().measure(problem, conditioning);
+  json["rank"] = measured ? Json(conditioning.rank) : Json();
+  json["rows"] = measured ? Json(conditioning.rows) : Json();
+  json["condition"] = measured ? number(conditioning.condition) : Json();
   json["weight_max_per_kg"] = largest_weight(problem);
   json["energy_change_j"] = checked ? number(energy_change(problem, solution.impulse, v_plus)) : Json();
   json["iterations"] = solution.iterations;

@@ -37,6 +37,23 @@ struct Sink {
   }
 };
 
+// The points of the surface lattice of a box with `grid` points along each edge that are within `tolerance` of a plane,
+// in the order of the corners: x fastest. Points inside the box are none of the lattice.
+void add_grid(int grid, double centre, const double (&gap_of)[3], const Vec3 (&axis)[3], const Vec3& p, const Vec3& n,
+              double tolerance, const Sink& sink) {
+  const int last = grid - 1;
+  const auto at = [last](int i) { return (2.0 * i - last) / last; };
+  for (int k = 0; k < grid; ++k)
+    for (int j = 0; j < grid; ++j) {
+      const bool inner = k > 0 && k < last && j > 0 && j < last;
+      for (int i = 0; i < grid; i += inner ? last : 1) {
+        const double gap = centre + (at(i) * gap_of[0] + at(j) * gap_of[1] + at(k) * gap_of[2]);
+        if (gap > tolerance) continue;
+        sink.add(p + (at(i) * axis[0] + at(j) * axis[1] + at(k) * axis[2]) - (gap / 2) * n, n, gap);
+      }
+    }
+}
+
 void box_on_plane(const Shape& box, const Pose& pose, const Pose& plane, double tolerance, const Sink& sink) {
   const Vec3 n = plane_normal(plane);
   const Mat3 R = pose.q.toRotationMatrix();
@@ -45,6 +62,10 @@ void box_on_plane(const Shape& box, const Pose& pose, const Pose& plane, double 
   const double gx = h.x() * n.dot(R.col(0)), gy = h.y() * n.dot(R.col(1)), gz = h.z() * n.dot(R.col(2));
   if (centre - std::abs(gx) - std::abs(gy) - std::abs(gz) > tolerance) return;
   const Vec3 x = h.x() * R.col(0), y = h.y() * R.col(1), z = h.z() * R.col(2);
+  if (box.contact_grid > 2) {
+    add_grid(box.contact_grid, centre, {gx, gy, gz}, {x, y, z}, pose.p, n, tolerance, sink);
+    return;
+  }
   for (int k = 0; k < 8; ++k) {
     const double sx = k & 1 ? 1 : -1, sy = k & 2 ? 1 : -1, sz = k & 4 ? 1 : -1;
     const double gap = centre + (sx * gx + sy * gy + sz * gz);

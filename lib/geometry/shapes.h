@@ -17,6 +17,7 @@ struct Shape {
   Pose local;                        ///< pose of the shape in the body's frame (in the world where fixed)
   double radius = 0;                 ///< sphere, cylinder, m
   Vec3 half_extents = Vec3::Zero();  ///< box, m; cylinder: (radius, half its length, radius)
+  int contact_grid = 2;  ///< box: contact points along an edge of a face, evenly spaced; against half-spaces
   // cylinder: along the local y axis. Length 0 is a disc, which touches a plane with one point of its rim.
   // half_space: the solid is { x : n.(x - p) <= 0 } with n = local.q * y axis, p = local.p. Always fixed.
   std::string name;

@@ -54,6 +54,9 @@ Json options(const RunSummary& run) {
           {"rotate_cone", run.rotate_cone},
           {"record_every", run.record_every},
           {"prune", run.prune ? "on" : "off"},
+          {"perturb", run.perturb},
+          {"seed", run.seed},
+          {"shuffle_contacts", simulation.shuffle},
           {"accepted_residual", simulation.accepted_residual},
           {"closed_gap", simulation.closed_gap},
           {"approach", simulation.approach},
@@ -62,6 +65,15 @@ Json options(const RunSummary& run) {
           {"penetration_limit", simulation.penetration_limit},
           {"time_limit_s", maybe(run.time_limit_s)},
           {"memory_limit_mb", maybe(run.memory_limit_mb)}};
+}
+
+/// Of the worst problem measured; null where none was.
+Json conditioning(const RunTally& tally) {
+  if (!tally.conditioning) return {};
+  const Conditioning& worst = *tally.conditioning;
+  return {{"condition", worst.condition}, {"rank", worst.rank},        {"rows", worst.rows},
+          {"freedoms", worst.freedoms},   {"t", tally.conditioning_t}, {"measured", tally.measured_events},
+          {"too_large", tally.too_large}};
 }
 
 }  // namespace
@@ -131,6 +143,7 @@ std::string to_json(const RunSummary& run) {
                                                 {"stable", *run.control_eigenvalue <= explicit_limit}}
                                          : Json()},
       {"max_penetration", tally.penetration_max},
+      {"conditioning", conditioning(tally)},
       {"left_out", left_out},
       {"versions",
        {{"contactbench", run.versions.contactbench},

@@ -33,6 +33,8 @@ struct RunSummary {
   std::optional<double> restitution, friction;  ///< overrides of every pair
   double rotate_cone = 0;                       ///< rad
   long record_every = 1;
+  double perturb = 0;  ///< m
+  long seed = 0;       ///< of `perturb`
   bool prune = true;
   std::optional<double> time_limit_s, memory_limit_mb;
   Versions versions;

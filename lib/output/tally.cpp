@@ -67,6 +67,23 @@ void RunTally::observe_event(const EventRecord& event, bool holds) {
   if (checked.energy_before > 0) raise(gain_relative_max, checked.energy_gain / checked.energy_before);
 }
 
+void RunTally::observe_conditioning(const EventRecord& event, ConditioningEstimate& estimate) {
+  constexpr long every = 100;
+  const int nc = event.problem.nc(), nv = event.problem.nv();
+  if (nc == measured_contacts && nv == measured_freedoms && seen_events++ % every != 0) return;
+  measured_contacts = nc;
+  measured_freedoms = nv;
+  Conditioning found;
+  if (!estimate.measure(event.problem, found)) {
+    ++too_large;
+    return;
+  }
+  ++measured_events;
+  if (conditioning && found.condition <= conditioning->condition) return;
+  conditioning = found;
+  conditioning_t = event.t;
+}
+
 void RunTally::observe_step(const StepRecord& record, bool completed) {
   if (completed) {
     ++steps;

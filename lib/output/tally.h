@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "contact/conditioning.h"
 #include "simulation/simulation.h"
 
 namespace cb {
@@ -44,9 +45,17 @@ struct RunTally {
   double penetration_max = 0;                         ///< m
   StepTimes times;
   StreamMedian residuals;
+  /// On demand: the problem of the worst condition among those measured.
+  std::optional<Conditioning> conditioning;
+  double conditioning_t = 0;                                 ///< s
+  long seen_events = 0, measured_events = 0, too_large = 0;  ///< problems measured; those beyond the estimate's limit
+  int measured_contacts = -1, measured_freedoms = -1;
 
   /// An event that was solved; `holds`: did the referee accept it?
   void observe_event(const EventRecord& event, bool holds);
+  /// Measures the problem of an event whose numbers of contacts or freedoms differ from the last measured one's, and of
+  /// every hundredth event.
+  void observe_conditioning(const EventRecord& event, ConditioningEstimate& estimate);
   /// Every step, the one that ends the run (`completed` = false) included.
   void observe_step(const StepRecord& record, bool completed);
 };

@@ -24,6 +24,7 @@ namespace {
 constexpr long array_limit = 100000;       // bodies of one array
 constexpr std::size_t group_limit = 2000;  // groups of bodies that pairs treat alike; the table has its square
 constexpr int edge_limit = 4096;           // edges of a friction polygon
+constexpr int grid_limit = 256;            // contact points along an edge of a box
 
 /// Does `name` match a pattern, in which one * stands for any characters?
 bool matches(std::string_view pattern, std::string_view name) {
@@ -273,11 +274,14 @@ class Loader {
     std::vector<std::string> required = extents(element);
     required.insert(required.begin(), "name");
     required.push_back("position");
-    check_attributes(
-        source_, element, required,
-        {"mass", "density", "fixed", "axis", "angle", "quaternion", "velocity", "angular_velocity", "moves_with"});
+    std::vector<std::string> optional{"mass",       "density",  "fixed",            "axis",      "angle",
+                                      "quaternion", "velocity", "angular_velocity", "moves_with"};
+    if (element.name == "box") optional.push_back("contact_grid");
+    check_attributes(source_, element, required, optional);
     const Solid solid = read_solid(element);
     Shape shape = solid.shape;
+    if (const XmlAttribute* grid = element.find("contact_grid"))
+      shape.contact_grid = static_cast<int>(values_.integer(*grid, 2, grid_limit));
     Body body;
     Pose pose;
     pose.p = vector(*element.find("position"), "x y z in m") + offset;

@@ -47,6 +47,7 @@ Simulation::Simulation(const Scenario& scenario, const SimulationOptions& option
     : scenario_(scenario), options_(options), method_(std::move(method)), law_(law), state_(scenario.initial) {
   steps_total_ = step_at(options_.duration, options_.step);
   state_.t = 0;
+  random_.seed(options_.shuffle);
   double smallest = HUGE_VAL;
   for (const Shape& shape : scenario_.shapes) {
     tolerance_.push_back(options_.closed_gap * shape.size());
@@ -223,8 +224,19 @@ bool Simulation::find_contacts() {
                          scenario_.shapes[j].name, -contact.gap, state_.t));
     }
   }
+  if (options_.shuffle != 0) shuffle_contacts();
   if (!scenario_.model.trees.empty() && find_limits()) approaching = true;
   return approaching && (record_.status == Status::ok || record_.status == Status::inaccurate);
+}
+
+// Fisher and Yates.
+void Simulation::shuffle_contacts() {
+  for (std::size_t i = contacts_.size(); i > 1; --i) {
+    const std::size_t j = random_() % i;
+    std::swap(contacts_[i - 1], contacts_[j]);
+    std::swap(mu_[i - 1], mu_[j]);
+    std::swap(restitution_[i - 1], restitution_[j]);
+  }
 }
 
 // Joints at a limit; returns whether any of them goes on into it.

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -55,8 +57,10 @@ struct SimulationOptions {
   /// at a time of contact every feature closer than this belongs to the event (closed_gap * size / approach speed, in
   /// s).
   double closed_gap = 1e-9;
-  double approach = 1e-13;         ///< an event needs u_n < -approach * (|g| h + speeds of the pair)
-  int event_cap = 1000;            ///< events in one step; beyond: event_stall
+  double approach = 1e-13;  ///< an event needs u_n < -approach * (|g| h + speeds of the pair)
+  int event_cap = 1000;     ///< events in one step; beyond: event_stall
+  /// Seed of a new order of each event's contacts, which should change nothing but round-off; 0: as they are found.
+  std::uint64_t shuffle = 0;
   double blowup_factor = 1e6;      ///< kinetic energy over the largest energy that was put in: energy_blowup
   double penetration_limit = 0.1;  ///< fraction of the body's size; deeper: penetration
 };
@@ -87,6 +91,7 @@ class Simulation {
   void update_motions();
   void find_pairs(double horizon);
   bool find_contacts();
+  void shuffle_contacts();
   bool find_limits();
   bool solve_event();
   double first_contact(double horizon) const;
@@ -113,6 +118,7 @@ class Simulation {
   Residuals residuals_;
   std::vector<double> v_plus_, u_minus_, mu_, restitution_;
   std::vector<ContactPoint> contacts_;
+  std::mt19937_64 random_;  // of the order of contacts
   std::vector<LimitContact> limits_;
   std::vector<BlockOwner> owners_;
   std::vector<Vec3> external_;  // per body, N

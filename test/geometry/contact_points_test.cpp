@@ -298,3 +298,39 @@ TEST_CASE("A thousand kilometres from the origin a resting cube still touches") 
   CHECK(points(box(1, 1, 1), at(origin + tilt * Vec3(0, 0.5, 0), tilt), half_space(), at(origin, tilt)).size() == 4);
   CHECK(points(box(1, 1, 1), at(origin + tilt * Vec3(0, 1, 0), tilt), box(1, 1, 1), at(origin, tilt)).size() == 4);
 }
+
+TEST_CASE("a face with a grid of n x n points touches a plane in n^2 points that fill it evenly") {
+  Shape ground;
+  ground.kind = ShapeKind::half_space;
+  Shape box;
+  box.kind = ShapeKind::box;
+  box.half_extents = Vec3(1, 0.5, 2);
+  box.contact_grid = 5;
+  std::vector<ContactPoint> out;
+  contact_points(box, {Vec3(3, 0.5, 4), Quat::Identity()}, 0, ground, {}, 1, 1e-9, out);
+  REQUIRE(out.size() == 25);
+  Vec3 mean = Vec3::Zero(), square = Vec3::Zero();
+  for (const ContactPoint& c : out) {
+    CHECK(c.gap == Approx(0).margin(1e-15));
+    CHECK(c.normal.y() == 1);
+    mean += c.position / 25;
+    square += (c.position - Vec3(3, 0, 4)).cwiseAbs2() / 25;
+  }
+  CHECK((mean - Vec3(3, 0, 4)).norm() < 1e-14);
+  // Mean square of -1, -1/2, 0, 1/2, 1 is 1/2.
+  CHECK(square.x() == Approx(0.5));
+  CHECK(square.z() == Approx(2));
+}
+
+TEST_CASE("a box with a grid that stands on an edge touches in the points of that edge alone") {
+  Shape ground;
+  ground.kind = ShapeKind::half_space;
+  Shape box;
+  box.kind = ShapeKind::box;
+  box.half_extents = Vec3::Constant(0.5);
+  box.contact_grid = 4;
+  std::vector<ContactPoint> out;
+  const Quat turn(Eigen::AngleAxisd(M_PI / 4, Vec3::UnitZ()));
+  contact_points(box, {Vec3(0, std::sqrt(0.5), 0), turn}, 0, ground, {}, 1, 1e-9, out);
+  CHECK(out.size() == 4);
+}

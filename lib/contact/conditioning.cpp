@@ -1,0 +1,45 @@
+#include "contact/conditioning.h"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace cb {
+
+bool ConditioningEstimate::measure(const ContactProblem& problem, Conditioning& out, int limit) {
+  const int nc = problem.nc(), nv = problem.nv();
+  if (nc == 0 || 3 * nc > limit || nv > limit || !factor_.factor(problem.M)) return false;
+  diagonal_blocks(problem, factor_, W_);
+
+  // M = L L^T block by block, so that J L^-T has the singular values of J M^-1/2. Scaled per contact.
+  A_.setZero(3 * nc, nv);
+  for (int c = 0; c < nc; ++c) {
+    const double tangential = W_[c](1, 1) + W_[c](2, 2);
+    const double weight = tangential > 0 ? W_[c].trace() / 3 : W_[c](0, 0);
+    if (!(weight > 0) || !std::isfinite(weight)) return false;
+    for (int e = problem.J.band[c]; e < problem.J.band[c + 1]; ++e) {
+      const int b = problem.J.block[e], size = problem.M.block_size(b);
+      const Eigen::LLT<Eigen::MatrixXd> llt(problem.M.block(b));
+      A_.block(3 * c, problem.M.first[b], 3, size) +=
+          llt.matrixL().solve(problem.J.entry(e).transpose()).transpose() / std::sqrt(weight);
+    }
+  }
+  out = Conditioning{};
+  out.freedoms = nv;
+  for (int row = 0; row < 3 * nc; ++row)
+    if (!A_.row(row).isZero(0)) ++out.rows;
+
+  // The values are those of the transpose too.
+  const bool wide = nv > 3 * nc;
+  const Eigen::VectorXd values = (wide ? Eigen::MatrixXd(A_.transpose()) : A_).bdcSvd().singularValues();
+  const double least = values[0] * std::max(out.rows, nv) * std::numeric_limits<double>::epsilon();
+  for (const double value : values) {
+    if (!(value > least)) break;
+    ++out.rank;
+    out.condition = (values[0] / value) * (values[0] / value);
+  }
+  return true;
+}
+
+}  // namespace cb

@@ -1,0 +1,82 @@
+#include "contact/conditioning.h"
+
+#include <catch2/catch.hpp>
+
+using namespace cb;
+
+namespace {
+
+// A body of mass m and inertia I at the origin that touches level ground in `points`.
+ContactProblem on_ground(const std::vector<Eigen::Vector3d>& points, double mass, double inertia) {
+  ContactProblem p;
+  auto M = p.M.block(p.M.add_block(6));
+  M.diagonal() << mass, mass, mass, inertia, inertia, inertia;
+  p.v_minus.assign(6, 0.0);
+  const Eigen::Vector3d axes[3] = {{0, 1, 0}, {1, 0, 0}, {0, 0, -1}};
+  for (const Eigen::Vector3d& x : points) {
+    p.J.add_band();
+    auto J = p.J.entry(p.J.add_entry(0, 6));
+    for (int i = 0; i < 3; ++i) {
+      J.row(i).head<3>() = axes[i].transpose();
+      J.row(i).tail<3>() = x.cross(axes[i]).transpose();
+    }
+  }
+  p.offset.assign(3 * points.size(), 0.0);
+  p.mu.assign(points.size(), 0.5);
+  p.restitution.assign(points.size(), 0.0);
+  return p;
+}
+
+Conditioning measure(const ContactProblem& p) {
+  Conditioning out;
+  REQUIRE(ConditioningEstimate().measure(p, out));
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("one contact under the centre of mass has rank 3 and condition (1/m + r^2/I) m") {
+  // W = diag(1/m, 1/m + r^2/I, 1/m + r^2/I): 2, 2 + 0.25 / 0.1 = 4.5.
+  const Conditioning c = measure(on_ground({{0, -0.5, 0}}, 0.5, 0.1));
+  CHECK(c.rows == 3);
+  CHECK(c.freedoms == 6);
+  CHECK(c.rank == 3);
+  CHECK(c.condition == Approx(2.25).epsilon(1e-12));
+}
+
+TEST_CASE("two points in line block all motions but one, four and more block all six") {
+  CHECK(measure(on_ground({{-1, 0, 0}, {1, 0, 0}}, 1, 1)).rank == 5);
+  std::vector<Eigen::Vector3d> patch;
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j) patch.push_back({i / 3.0 - 0.5, -0.5, j / 3.0 - 0.5});
+  const Conditioning c = measure(on_ground(patch, 1, 1.0 / 6));
+  CHECK(c.rows == 48);
+  CHECK(c.rank == 6);
+}
+
+TEST_CASE("a contact that is there twice adds rows but no rank, and no condition") {
+  const Conditioning once = measure(on_ground({{0, -0.5, 0}}, 1, 1)),
+                     twice = measure(on_ground({{0, -0.5, 0}, {0, -0.5, 0}}, 1, 1));
+  CHECK(twice.rows == 2 * once.rows);
+  CHECK(twice.rank == once.rank);
+  CHECK(twice.condition == Approx(once.condition).epsilon(1e-9));
+}
+
+TEST_CASE("other units of mass leave rank and condition as they are") {
+  const std::vector<Eigen::Vector3d> points{{0.1, -0.5, 0.2}, {-0.3, -0.5, 0.1}, {0.2, -0.5, -0.4}};
+  const Conditioning kg = measure(on_ground(points, 2, 0.3)), g = measure(on_ground(points, 2000, 300));
+  CHECK(g.rank == kg.rank);
+  CHECK(g.condition == Approx(kg.condition).epsilon(1e-10));
+}
+
+TEST_CASE("contacts that come together lose rank's meaning by the square of their distance") {
+  // Two points d apart: turning about their normal is resisted with a lever of d / 2, W's eigenvalue falls as d^2.
+  const auto condition = [](double d) { return measure(on_ground({{-d, 0, 0}, {d, 0, 0}}, 1, 1)).condition; };
+  CHECK(condition(1e-4) / condition(1e-2) == Approx(1e4).epsilon(1e-3));
+}
+
+TEST_CASE("problems without contacts or beyond the limit are left alone") {
+  Conditioning out;
+  CHECK_FALSE(ConditioningEstimate().measure(on_ground({}, 1, 1), out));
+  CHECK_FALSE(ConditioningEstimate().measure(on_ground({{0, 0, 0}}, 1, 1), out, 2));
+}
