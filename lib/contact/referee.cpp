@@ -118,7 +118,8 @@ Residuals Referee::check(const ContactProblem& problem, const ContactSolution& s
 
 bool Referee::holds(const Residuals& residuals, const ContactSolution& solution, Law law, double tolerance) {
   if (!residuals.finite) return false;
-  if (law != Law::convex) return residuals.model <= tolerance;
+  // With restitution `convex` has no gap: its answer is feasible, or it is not.
+  if (law != Law::convex || !residuals.gap) return residuals.model <= tolerance;
   return residuals.infeasibility.value_or(HUGE_VAL) <= 1e-9 &&
          std::abs(residuals.gap.value_or(HUGE_VAL)) <= solution.epsilon + 1e-14 * residuals.energy_before;
 }
@@ -192,8 +193,13 @@ void Referee::convex(const ContactProblem& problem, const ContactSolution& solut
   const int nc = problem.nc();
   const auto& r = solution.impulse;
   const auto& eta = solution.eta;
-  if (elastic) {  // Poisson's second phase moves the answer off the optimum of the first
-    out.model = out.approach;
+  if (elastic) {  // Poisson's second phase moves the answer off the optimum of the first: what is left is feasibility
+    for (int c = 0; c < nc; ++c) {
+      const double root_w = std::sqrt(weight_[c]), r_n = r[3 * c];
+      out.model = std::max(
+          {out.model, -u_plus_[3 * c] / root_w, -r_n * root_w, (tangential(r, c) - problem.mu[c] * r_n) * root_w});
+    }
+    if (size_ > 0) out.model /= size_;
     return;
   }
   if (static_cast<int>(eta.size()) != nc || !all_finite(eta)) {

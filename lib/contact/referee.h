@@ -31,7 +31,8 @@ class Referee {
   /// what is simulated is what was checked.
   Residuals check(const ContactProblem& problem, const ContactSolution& solution, Law law, std::vector<double>& v_plus);
   /// The impulses as an unambiguous verdict: does the claim hold to `tolerance`?
-  /// anitescu_potra, newton, mirtich: model <= tolerance. convex: |gap| <= epsilon + 1e-14 KE, infeasibility <= 1e-9.
+  /// anitescu_potra, newton, mirtich, convex with restitution: model <= tolerance. convex without: |gap| <= epsilon +
+  /// 1e-14 KE, infeasibility <= 1e-9.
   static bool holds(const Residuals& residuals, const ContactSolution& solution, Law law, double tolerance);
 
  private:

@@ -240,3 +240,20 @@ TEST_CASE("the Delassus matrix and its diagonal blocks are J M^-1 J^T") {
   for (int c = 0; c < p.nc(); ++c)
     CHECK((diagonal[c] - expected.block<3, 3>(3 * c, 3 * c)).norm() < 1e-13 * expected.norm());
 }
+
+TEST_CASE(
+    "with restitution a convex answer holds where nothing approaches and impulses are in their cones, and not else") {
+  ContactProblem p = test::sphere({0, -10, 0}, {0, 0, 0});
+  p.restitution[0] = 0.5;
+  const double m = p.M.block(0)(0, 0);
+  ContactSolution solution;
+  std::vector<double> v_plus;
+  Referee referee;
+  solution.impulse = {1.5 * m * 10, 0, 0};
+  CHECK(Referee::holds(referee.check(p, solution, Law::convex, v_plus), solution, Law::convex, 1e-9));
+  CHECK(v_plus[1] == Approx(5));
+  solution.impulse = {0.99 * m * 10, 0, 0};  // goes on into the ground
+  CHECK_FALSE(Referee::holds(referee.check(p, solution, Law::convex, v_plus), solution, Law::convex, 1e-9));
+  solution.impulse = {1.5 * m * 10, 1.6 * p.mu[0] * m * 10, 0};  // outside the cone
+  CHECK_FALSE(Referee::holds(referee.check(p, solution, Law::convex, v_plus), solution, Law::convex, 1e-9));
+}

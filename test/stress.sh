@@ -1,0 +1,7 @@
+#!/usr/bin/env bash
+# A part of scripts/stress.py that takes seconds: no cell may be wrong, silent or a defect.
+set -euo pipefail
+. "$(dirname "${BASH_SOURCE[0]}")/../scripts/lib.sh"
+export PYTHONDONTWRITEBYTECODE=1
+exec "$(find_python)" "$root/scripts/stress.py" --program "$1" --only M1 --only W2 --only F1 --only F2 --only T4 --only made \
+  --method ap/lemke --method convex/bound-off
