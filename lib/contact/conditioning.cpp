@@ -1,6 +1,7 @@
 #include "contact/conditioning.h"
 
-#include <Eigen/SVD>
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -30,14 +31,18 @@ bool ConditioningEstimate::measure(const ContactProblem& problem, Conditioning& 
   for (int row = 0; row < 3 * nc; ++row)
     if (!A_.row(row).isZero(0)) ++out.rows;
 
-  // The values are those of the transpose too.
-  const bool wide = nv > 3 * nc;
-  const Eigen::VectorXd values = (wide ? Eigen::MatrixXd(A_.transpose()) : A_).bdcSvd().singularValues();
+  // Eigenvalues of the smaller of A A^T (W itself) and A^T A.
+  if (nv > 3 * nc)
+    gram_.noalias() = A_ * A_.transpose();
+  else
+    gram_.noalias() = A_.transpose() * A_;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram_, Eigen::EigenvaluesOnly);
+  const Eigen::VectorXd values = solver.eigenvalues().reverse();
   const double least = values[0] * std::max(out.rows, nv) * std::numeric_limits<double>::epsilon();
   for (const double value : values) {
     if (!(value > least)) break;
     ++out.rank;
-    out.condition = (values[0] / value) * (values[0] / value);
+    out.condition = values[0] / value;
   }
   return true;
 }

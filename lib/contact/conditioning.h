@@ -14,11 +14,10 @@ struct Conditioning {
   double condition = 1;  ///< of W on its range: largest over least eigenvalue that counts
 };
 
-/// Singular values of S^-1 J M^-1/2, where S_c^2 = w_c = trace(W_cc) / 3: their squares are the eigenvalues of W with
-/// every contact at the same mobility, so that neither units nor one light body decide. Values below
-/// max(rows, freedoms) eps of the largest count as zero. A singular value is exact to eps of the largest one:
-/// conditions beyond 1e30 are round-off, and the rank of a problem that is singular but for rounding is that of its
-/// rounded data. Dense, O(rows freedoms min(rows, freedoms)): not for the inner loop. Owns its scratch.
+/// Eigenvalues of S^-1 W S^-1 with S_c^2 = w_c = trace(W_cc) / 3: every contact at the same mobility, so that neither
+/// units nor one light body decide. Those below max(rows, freedoms) eps of the largest count as zero: rank is what
+/// double precision can tell, and conditions end near 1e15. Dense, O(rows freedoms min(rows, freedoms)): not for the
+/// inner loop.
 class ConditioningEstimate {
  public:
   /// False where the problem is larger than `limit` rows or freedoms, or where M is not definite: `out` is untouched.
@@ -27,7 +26,7 @@ class ConditioningEstimate {
  private:
   BlockCholesky factor_;
   std::vector<Eigen::Matrix3d> W_;
-  Eigen::MatrixXd A_;
+  Eigen::MatrixXd A_, gram_;
 };
 
 }  // namespace cb
