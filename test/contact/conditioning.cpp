@@ -1,5 +1,6 @@
 #include "contact/conditioning.h"
 
+#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 
 using namespace cb;
