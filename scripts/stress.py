@@ -230,7 +230,8 @@ def problem_jobs(cases, columns, listed, only, scratch):
                 path.write_text(text)
                 files.append((name, path, ends, speed))
         else:
-            files = [(f, data / f, case["ends"], None) for f in case["files"]]
+            folder = ROOT / case["folder"] if "folder" in case else data
+            files = [(f, folder / f, case["ends"], None) for f in case["files"]]
         for name, path, ends, speed in files:
             if case["kind"] == "lcp":
                 for solver in lcp_solvers:

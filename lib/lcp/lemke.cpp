@@ -50,9 +50,8 @@ struct LemkeOptions : LcpOptions {
   double perturbation = 1e-7;   ///< delta of q, -; smaller: ties drown in round-off, larger: more repairs
   double repair_factor = 1e-3;  ///< delta of each repair against the one before, -
   int repairs = 4;              ///< continuations from one basis at most
-  /// A basic value above minus this counts as zero at the unperturbed vertex and is clipped, -; within `tolerance`. A
-  /// clipped impulse moves a light body by as much more as its load is heavier: 1e-12 shows at a ratio of masses of 1e6.
-  double vertex_tolerance = 1e-15;
+  /// A basic value above minus this counts as zero at the unperturbed vertex and is clipped, -; within `tolerance`.
+  double vertex_tolerance = 1e-12;
 };
 
 /// A way to start: perturbation as a multiple of the option, seed of p, and c of ones or drawn from [0.5, 1.5).

@@ -4,7 +4,7 @@ import math
 
 def text(W, q, mu):
     n = len(q)
-    lines = ["3", str(n // 3), "0", f"{n} {n}"]
+    lines = ["3", str(n // 3), "0", str(n), str(n), f"{n} {n}"]
     lines += [" ".join(repr(W[i][j]) for i in range(n)) for j in range(n)]  # column by column
     return "\n".join(lines + [" ".join(map(repr, q)), " ".join(map(repr, mu))]) + "\n"
 
@@ -30,7 +30,7 @@ def made():
     yield "one_contact", text(W, q, [0.5]), ["solved"], None
     yield "one_contact_mu_0", text(W, q, [0.0]), ["solved"], 0.1
     yield "one_contact_mu_1e6", text(W, q, [1e6]), ["solved"], 0.0
-    yield "no_contact", "3\n0\n0\n0 0\n\n\n", ["solved", "input_error"], None
+    yield "no_contact", "3\n0\n0\n0\n0\n0 0\n\n\n", ["solved", "input_error"], None
     yield "nan", text(W, [math.nan] + q[1:], [0.5]), ["input_error"], None
     yield "1e300", text(W, [-1e300] + q[1:], [0.5]), ["solved", "input_error", "not_finite", "singular", "nonconverged", "inaccurate"], None
     yield "both_sides_fixed", text([[0.0] * 3] * 3, [-1.0, 0.0, 0.0], [0.5]), ["input_error"], None
