@@ -274,8 +274,8 @@ class Loader {
     std::vector<std::string> required = extents(element);
     required.insert(required.begin(), "name");
     required.push_back("position");
-    std::vector<std::string> optional{"mass",       "density",  "fixed",            "axis",      "angle",
-                                      "quaternion", "velocity", "angular_velocity", "moves_with"};
+    std::vector<std::string> optional{"mass",     "density",          "fixed",     "axis", "angle", "quaternion",
+                                      "velocity", "angular_velocity", "moves_with"};
     if (element.name == "box") optional.push_back("contact_grid");
     check_attributes(source_, element, required, optional);
     const Solid solid = read_solid(element);
