@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The five scenes of the paper against their exact answers, run by the real program: scripts/test.sh --long.
+"""The scenes of the paper against their exact answers, run by the real program: scripts/test.sh --long.
 
 usage: scenes.py PROGRAM [--jobs N] [--only TEXT]
 
@@ -29,8 +29,9 @@ def all_scenes():
 
 
 class Case:
-    def __init__(self, scene, sets, flags, bounds):
+    def __init__(self, scene, sets, flags, bounds, statuses=("ok",), gap=3e-12):
         self.scene, self.sets, self.flags, self.bounds = scene, sets, flags, bounds
+        self.statuses, self.gap = statuses, gap  # endings that will do; J beyond epsilon that an event's gap may have
 
     @property
     def name(self):
@@ -84,6 +85,16 @@ def cases():
             acceleration = 1 - 0.1 * 9.8 * math.cos(math.pi / k)  # m/s^2; 0.02 makes 0.040 h
             linf = 2 * 0.040 * float(h) * acceleration / 0.02
             yield Case("sliding_box", {"rotate_cone": repr(math.pi / k)}, flags, {"polygon_position_linf_m": linf})
+    # Robots. A box between two fingers creeps by the first order of the step: 0.75e-3 m at 1e-3 in 25 s.
+    for h in ("2e-3", "1e-3", "5e-4"):
+        yield Case("grasp", {}, ["--method", "convex", "--epsilon", "1e-12", "--step", h],
+                   {"creep_linf_m": 0.8 * float(h), "rotation_linf_rad": 1e-3})
+    # A robot on two wheels stays as near to its path as one that never slips. Its heavy counterweight brings a wheel to
+    # the point of lifting, where a step may be `inaccurate`; with a caster nothing is.
+    on_path = {"cross_track_rms_difference_m": 0.02, "slip_left_along_linf_m_per_s": 1e-3, "unloaded_left_relative": 1e-3}
+    yield Case("mobile_robot", {}, ["--method", "convex", "--epsilon", "1e-12"], on_path, ("ok", "inaccurate"), 1e-7)
+    yield Case("mobile_robot_caster", {}, ["--method", "convex", "--epsilon", "1e-12"], on_path)
+    yield Case("mobile_robot_caster", {}, ["--method", "ap", "--solver", "lemke", "--k", "64"], on_path)
 
 
 def run(program, case):
@@ -106,7 +117,7 @@ def judge(case, summary):
         if value is None or not abs(value) <= bound:
             wrong.append(f"{name} = {value} beyond {bound:.3g}")
 
-    if summary["status"] != "ok":
+    if summary["status"] not in case.statuses:
         wrong.append(f"status {summary['status']}: {summary['reason']}")
     if summary["residuals"]["false_claims"] != 0:
         wrong.append(f"{summary['residuals']['false_claims']} false claims")
@@ -116,7 +127,7 @@ def judge(case, summary):
     else:
         epsilon = float(case.flags[case.flags.index("--epsilon") + 1])
         # `ok` says that each event's |gap| was within epsilon + 1e-14 of its kinetic energy, at most 300 J in these scenes.
-        at_most("gap", summary["residuals"]["gap_max_j"], epsilon + 3e-12)
+        at_most("gap", summary["residuals"]["gap_max_j"], epsilon + case.gap)
         at_most("infeasibility", summary["residuals"]["infeasibility_max"], 1e-9)
     gain = summary["energy"]["max_gain_j"]
     if gain is not None and gain > epsilon:
