@@ -120,7 +120,8 @@ int check(const std::string& name, const Text& method, const std::vector<std::st
   const auto [points, pairs] = contacts_at_start(scenario);
   line("contacts", fmt::format("{} at the start, on {} pairs of shapes", points, pairs));
   if (row) line("method", fmt::format("{}: {}", row->name, row->summary));
-  line("left out", "nothing");
+  for (const std::string& what : scenario.left_out) line("left out", what);
+  if (scenario.left_out.empty()) line("left out", "nothing");
   return finished;
 }
 

@@ -15,6 +15,7 @@ needed=(
 optional=(
   libhdf5-dev libfclib-dev           # stored contact problems
   python3-cvxopt                     # a test: the convex method against a solver that shares no code
+  liburdfdom-dev                     # robots from URDF files
   libbenchmark-dev                   # bench/
   liborocos-kdl-dev                  # robots in the tests, against another library
   git                                # the commit in the manifest

@@ -14,6 +14,7 @@
 #include "scenario/near_name.h"
 #include "scenario/robot.h"
 #include "scenario/scenario.h"
+#include "scenario/urdf.h"
 #include "scenario/values.h"
 #include "scenario/xml_tree.h"
 
@@ -344,6 +345,7 @@ class Loader {
   // Robots ------------------------------------------------------------------------------------------------------------
 
   void read_robot(const XmlElement& element) {
+    if (element.find("urdf") != nullptr) return read_urdf_robot(element);
     check_attributes(source_, element, {"name"}, {"position", "axis", "angle", "quaternion"});
     RobotDescription robot;
     robot.name = name_of(element, "a robot");
@@ -360,6 +362,63 @@ class Loader {
                                            suggest(child.name, {"link", "joint"}, "it holds:")));
     }
     declare_robot(robot, source_);
+  }
+
+  void read_urdf_robot(const XmlElement& element) {
+    check_attributes(source_, element, {"name", "urdf"}, {"base", "prefix", "position", "axis", "angle", "quaternion"});
+    const XmlAttribute &file = *element.find("urdf"), &name = *element.find("name");
+    const XmlAttribute* base = element.find("base");
+    const XmlAttribute* prefix = element.find("prefix");
+    if (prefix != nullptr && !is_name(prefix->value))
+      source_.fail(prefix->value_at, "a prefix is a letter, then letters, digits and underscores");
+    const std::filesystem::path beside = std::filesystem::path(source_.file).parent_path() / file.value;
+    if (file.value.empty() || !std::filesystem::is_regular_file(beside))
+      source_.fail(file.value_at,
+                   fmt::format("there is no file {}; urdf names one, from the scene's folder on", beside.string()));
+    const SourceText source = read_text(beside.string());
+    UrdfRobot urdf = read_urdf(source, base != nullptr && one_of(*base, {"fixed", "free"}) == "free",
+                               prefix != nullptr ? prefix->value : std::string());
+    RobotDescription& robot = urdf.robot;
+    robot.name = name_of(element, "a robot");
+    for (const Tree& tree : scenario_.model.trees)
+      if (tree.name == robot.name)
+        source_.fail(name.value_at, fmt::format("a second robot named {}; rename one", robot.name));
+    if (const XmlAttribute* position = element.find("position")) robot.pose.p = vector(*position, "x y z in m");
+    robot.pose.q = orientation(element);
+    for (const XmlElement& child : element.children) read_start(child, robot);
+    declare_robot(robot, source);
+    for (auto& [shape, at] : urdf.fixed) {
+      shape.local = {robot.pose * shape.local.p, (robot.pose.q * shape.local.q).normalized()};
+      declare_shape(std::move(shape), name.value_at, -1);
+    }
+    for (std::string& line : urdf.left_out) scenario_.left_out.push_back(std::move(line));
+  }
+
+  /// <start joint position velocity>: where a joint of a URDF file begins.
+  void read_start(const XmlElement& element, RobotDescription& robot) {
+    if (element.name != "start")
+      source_.fail(element.at, fmt::format("<{}> in a <robot urdf>; {}", element.name,
+                                           suggest(element.name, {"start"}, "it holds:")));
+    check_attributes(source_, element, {"joint"}, {"position", "velocity"});
+    check_empty(source_, element);
+    const XmlAttribute& name = *element.find("joint");
+    std::vector<std::string> joints;
+    for (RobotDescription::Joint& joint : robot.joints) {
+      if (joint.kind != JointKind::revolute && joint.kind != JointKind::prismatic) continue;
+      joints.push_back(joint.name);
+      if (joint.name != name.value) continue;
+      const auto read = [&](const char* key, double& value) {
+        if (const XmlAttribute* attribute = element.find(key)) value = values_.number(*attribute, any_number);
+      };
+      read("position", joint.position);
+      read("velocity", joint.velocity);
+      if (joint.position < joint.lower || joint.position > joint.upper)
+        source_.fail(name.value_at, fmt::format("joint {} starts at {}, outside its limits from {} to {}", joint.name,
+                                                joint.position, joint.lower, joint.upper));
+      return;
+    }
+    source_.fail(name.value_at, fmt::format("the robot has no joint \"{}\" that moves; {}", name.value,
+                                            suggest(name.value, joints, "these it has:")));
   }
 
   void declare_robot(const RobotDescription& robot, const SourceText& source) {

@@ -89,6 +89,7 @@ struct Scenario {
   /// Values in force of the parameters the scenario declares, after --set, in the file's order (numbers or words as
   /// text).
   std::vector<std::pair<std::string, std::string>> parameters;
+  std::vector<std::string> left_out;           ///< of robots' files: what a simulation does not use, for people
   std::vector<ParameterNote> parameter_notes;  ///< one for each of `parameters`
 };
 
