@@ -70,6 +70,8 @@ MethodOptions method_options(const MethodFlags& flags, const MethodRow& method, 
   }
   if (understands(method, "regularise", flags.regularise) && flags.regularise)
     options.regularise = number_flag("regularise", *flags.regularise, 0, HUGE_VAL, "a number of at least 0");
+  if (understands(method, "warm-start", flags.warm_start) && flags.warm_start)
+    options.warm_start = on_off_flag("warm-start", *flags.warm_start);
   return options;
 }
 

@@ -10,7 +10,7 @@ namespace cb {
 
 /// The flags of a contact model, as text: `run` and `solve` share them.
 struct MethodFlags {
-  Text variant, solver, k, epsilon, epsilon_relative, compression_bound, regularise;
+  Text variant, solver, k, epsilon, epsilon_relative, compression_bound, regularise, warm_start;
 };
 
 void add_method_flags(CLI::App& command, MethodFlags& flags);

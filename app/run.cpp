@@ -88,6 +88,7 @@ fs::path default_directory(const RunFlags& flags, const RunPlan& plan) {
   if (!plan.prune) add("prune-off");
   if (flags.perturb) add(fmt::format("perturb{}seed{}", number_text(plan.summary.perturb), plan.summary.seed));
   if (flags.shuffle) add(fmt::format("shuffle{}", plan.simulation.shuffle));
+  if (plan.options.warm_start) add("warm-on");
   return fs::path("results") / "runs" / name;
 }
 
@@ -219,8 +220,10 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
               RunSummary& summary) {
   RunTally& tally = summary.tally;
   const auto left_out = std::make_shared<LeftOut>();
+  MethodOptions options = plan.options;
+  options.warm_starts = std::make_shared<long>(0);
   Simulation simulation(plan.scenario, plan.simulation,
-                        plan.prune ? pruned(*plan.method, plan.options, left_out) : plan.method->make(plan.options),
+                        plan.prune ? pruned(*plan.method, options, left_out) : plan.method->make(options),
                         plan.method->law);
   long events = 0;
   ConditioningEstimate estimate;
@@ -283,6 +286,8 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
   files.flush();
   progress.clear();
   summary.left_out = items(*left_out);
+  if (*options.warm_starts > 0)
+    summary.left_out.emplace_back("cold solves: warm starts accepted", *options.warm_starts);
   summary.finished = simulation.step_index() >= simulation.steps_total() && summary.status == Status::ok;
 }
 
@@ -412,6 +417,7 @@ void add_run(CLI::App& program, Action& action) {
       "hand the contacts of each event over in a random order; 0: do not [0]");
   run.add_flag("--conditioning", flags->conditioning,
                "measure rank and condition of the contact problems (slow; the worst is in the summary)");
+  add("--warm-start", flags->warm_start, "on|off", "ap, convex: try the previous event's active set first [off]");
   add("--prune", flags->prune, "on|off", "leave out what the scene does not need [on]");
   add("--record-every", flags->record_every, "N",
       "keep each N-th step in trajectory.csv and steps.csv; 0: neither file [1]");

@@ -162,6 +162,11 @@ int main() {
     print(scene, "ap lemke k=4", measure(make_case(scene + ".xml", {}, "ap", 4, 1, skip)));
     print(scene, "ap lemke k=8", measure(make_case(scene + ".xml", {}, "ap", 8, 1, skip)));
     print(scene, "convex eps=1e-12", measure(make_case(scene + ".xml", {}, "convex", 4, 1, skip)));
+    for (const std::string method : {"ap", "convex"}) {
+      Case warm = make_case(scene + ".xml", {}, method, 4, 1, skip);
+      warm.options.warm_start = true;
+      print(scene, method + " warm start", measure(warm));
+    }
   }
   for (const std::string method : {"ap", "convex"}) {
     double first_us = 0, first_mb = 0, last_us = 0, last_mb = 0;
@@ -169,6 +174,11 @@ int main() {
       if (method == "ap" && boxes > 64) break;
       const Figure f = measure(make_case("stack.xml", {{"boxes", std::to_string(boxes)}}, method, 4, boxes, 3));
       print(fmt::format("stack of {}", boxes), method == "ap" ? "ap lemke k=4" : "convex eps=1e-12", f);
+      if (boxes == 16 || boxes == 64) {
+        Case warm = make_case("stack.xml", {{"boxes", std::to_string(boxes)}}, method, 4, boxes, 3);
+        warm.options.warm_start = true;
+        print(fmt::format("stack of {}", boxes), method + " warm start", measure(warm));
+      }
       if (boxes == 16) first_us = f.minimum_us, first_mb = f.memory_mb;
       last_us = f.minimum_us, last_mb = f.memory_mb;
     }

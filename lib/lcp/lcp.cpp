@@ -96,18 +96,19 @@ void pair_scales(const LcpProblem& problem, PairScales& scales) {
     return;
   }
 
-  // diag(D) - sum_k C_ik B_ki / A_kk, column k of C against row k of B.
+  // diag(D) - sum_k C_ik B_ki / A_kk, column k of C against row k of B, both by a cursor on the first.
   rho.setZero();
-  const SparseMatrix rows_of_B = problem.B.transpose();
-  for (int k = 0; k < problem.nx(); ++k) {
-    const double a = problem.A.coeff(k, k);
-    if (a == 0) continue;
-    SparseMatrix::InnerIterator b(rows_of_B, k);
-    for (SparseMatrix::InnerIterator c(problem.C, k); c; ++c) {
-      while (b && b.row() < c.row()) ++b;
-      if (b && b.row() == c.row()) rho[c.row()] -= c.value() * b.value() / a;
+  const SparseMatrix& C = problem.C;
+  scales.cursor.assign(C.outerIndexPtr(), C.outerIndexPtr() + problem.nx());
+  for (int j = 0; j < n; ++j)
+    for (SparseMatrix::InnerIterator b(problem.B, j); b; ++b) {
+      const auto k = static_cast<int>(b.row());
+      int& c = scales.cursor[k];
+      const int end = C.outerIndexPtr()[k + 1];
+      while (c < end && C.innerIndexPtr()[c] < j) ++c;
+      const double a = problem.A.coeff(k, k);
+      if (c < end && C.innerIndexPtr()[c] == j && a != 0) rho[j] -= C.valuePtr()[c] * b.value() / a;
     }
-  }
   for (int j = 0; j < n; ++j) rho[j] = std::abs(rho[j] + problem.D.coeff(j, j));
   if (scale_known(scales)) return;
   for (int j = 0; j < n; ++j)
@@ -159,7 +160,8 @@ double natural_residual(const LcpProblem& problem, const Eigen::VectorXd& z) {
     const double root = std::sqrt(scales.rho[i]);
     scale = std::max(scale, std::abs(q[i]) / root);
     const double e = std::abs(std::min(z[i] * root, w[i] / root));
-    if (!(e <= worst)) worst = e;  // a NaN stays
+    if (std::isnan(e)) return refused;
+    worst = std::max(worst, e);
   }
   if (!std::isfinite(worst)) return refused;
   return worst / (scale > 0 ? scale : 1.0);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "lcp/lcp.h"
 
@@ -20,6 +21,7 @@ namespace cb {
 struct PairScales {
   Eigen::VectorXd rho, rows, columns;             ///< n
   Eigen::VectorXd loop, along_row, along_column;  ///< n, scratch
+  std::vector<int> cursor;                        ///< nx, scratch
 };
 void pair_scales(const LcpProblem& problem, PairScales& scales);
 

@@ -23,10 +23,12 @@ void by_size(int size, F6&& six, FX&& any) {
     any();
 }
 
-// x <- L^-T L^-1 x with the reciprocals of L's diagonal at hand; N rows, or n of them.
-template <int N>
-void substitute(const double* L, const double* inverse, int n, double* x) {
-  const int rows = N > 0 ? N : n;
+// What is kept beside L of each block: for each of its rows the reciprocal of the diagonal entry, and (six rows) a
+// column of L^-1 and a column of L^-T, padded.
+constexpr int kept = 1 + 8 + 8;
+
+// x <- L^-T L^-1 x by substitution.
+void substitute(const double* L, const double* inverse, int rows, double* x) {
   for (int j = 0; j < rows; ++j) {
     x[j] *= inverse[j];
     for (int i = j + 1; i < rows; ++i) x[i] -= L[j * rows + i] * x[j];
@@ -36,6 +38,39 @@ void substitute(const double* L, const double* inverse, int n, double* x) {
     for (int i = j + 1; i < rows; ++i) s -= L[j * rows + i] * x[i];
     x[j] = s * inverse[j];
   }
+}
+
+// L^-1 and L^-T of six rows: products with them do not wait for one another as the steps of a substitution do.
+void invert_six(const double* L, double* inverse) {
+  double *lower = inverse + 6, *upper = lower + 48;
+  std::fill_n(lower, 96, 0.0);
+  for (int j = 0; j < 6; ++j) {
+    double* x = lower + 8 * j;
+    x[j] = inverse[j];
+    for (int i = j + 1; i < 6; ++i) {
+      double s = 0;
+      for (int k = j; k < i; ++k) s -= L[6 * k + i] * x[k];
+      x[i] = s * inverse[i];
+    }
+    for (int i = j; i < 6; ++i) upper[8 * i + j] = x[i];
+  }
+}
+
+void multiply_six(const double* A, const double* x, double* y) {
+  Pack low[2] = {}, high[2] = {};
+  for (int j = 0; j < 6; j += 2)
+    for (int h = 0; h < 2; ++h) {
+      Pack a, b;
+      load(A + 8 * (j + h), a);
+      load(A + 8 * (j + h) + 4, b);
+      low[h] += a * x[j + h];
+      high[h] += b * x[j + h];
+    }
+  low[0] += low[1];
+  high[0] += high[1];
+  store(low[0], y);
+  y[4] = high[0][0];
+  y[5] = high[0][1];
 }
 
 // Entries of a band over six columns. J is read one number past its end.
@@ -114,7 +149,7 @@ bool BlockCholesky::factor(const BlockDiagonalMatrix& A) {
   lower_.first = A.first;
   lower_.offset = A.offset;
   lower_.values = A.values;
-  inverse_.resize(A.order());
+  inverse_.resize(static_cast<std::size_t>(kept) * A.order());
   for (int b = 0; b < A.blocks(); ++b) {
     auto L = lower_.block(b);
     const int n = A.block_size(b);
@@ -124,28 +159,30 @@ bool BlockCholesky::factor(const BlockDiagonalMatrix& A) {
       if (!(d > 1e-300) || !std::isfinite(d)) return false;
       d = std::sqrt(d);
       L(j, j) = d;
-      inverse_[A.first[b] + j] = 1 / d;
+      inverse_[kept * A.first[b] + j] = 1 / d;
       for (int i = j + 1; i < n; ++i) {
         double s = L(i, j);
         for (int k = 0; k < j; ++k) s -= L(i, k) * L(j, k);
         L(i, j) = s / d;
       }
     }
+    if (n == 6) invert_six(lower_.values.data() + lower_.offset[b], inverse_.data() + kept * A.first[b]);
   }
   return true;
 }
 
 void BlockCholesky::solve_block_in_place(int b, double* x, int cols) const {
   const int n = lower_.block_size(b);
-  const double *L = lower_.values.data() + lower_.offset[b], *inverse = inverse_.data() + lower_.first[b];
-  by_size(
-      n,
-      [&] {
-        for (int j = 0; j < cols; ++j) substitute<6>(L, inverse, 6, x + 6 * j);
-      },
-      [&] {
-        for (int j = 0; j < cols; ++j) substitute<0>(L, inverse, n, x + n * j);
-      });
+  const double *L = lower_.values.data() + lower_.offset[b], *inverse = inverse_.data() + kept * lower_.first[b];
+  for (int j = 0; j < cols; ++j, x += n) {
+    if (n == 6) {
+      double y[6];
+      multiply_six(inverse + 6, x, y);
+      multiply_six(inverse + 6 + 48, y, x);
+    } else {
+      substitute(L, inverse, n, x);
+    }
+  }
 }
 
 void BlockCholesky::solve_lower_in_place(int b, Eigen::Ref<Eigen::MatrixXd> X, int row) const {

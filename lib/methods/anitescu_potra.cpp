@@ -20,14 +20,20 @@
 //     unknowns, so that what is sparse stays sparse. dense_limit decides, by the number of unknowns.
 //  4. Optional regularisation: E is added to the diagonal of all rows of the LCP, in the unit of each row.
 //
+// With --warm-start the active set of the previous event's answer is tried first, and its answer taken where it solves
+// the present problem to rounding; else the LCP solver starts cold.
+//
 // Fails as the LCP solver fails; its ending and reason are passed on. With e > 0, z holds both phases, one after the
 // other, 2 (k + 2) nc numbers.
 
+#include <Eigen/LU>
 #include <array>
 #include <cmath>
 #include <memory>
 
+#include "lcp/basis_system.h"
 #include "lcp/lcp.h"
+#include "lcp/scaling.h"
 #include "methods/registry.h"
 
 namespace cb {
@@ -60,6 +66,11 @@ Status to_status(LcpStatus status) {
   return Status::nonconverged;
 }
 
+/// -: natural residual up to which a warm start is accepted: rounding. Larger: answers that a cold start would better.
+constexpr double warm_tolerance = 1e-12;
+/// -: impulses below this fraction of the largest, and slip bounds of the fastest contact, are not active.
+constexpr double rounding = 1e-13;
+
 class AnitescuPotra {
  public:
   explicit AnitescuPotra(const MethodOptions& options);
@@ -70,6 +81,8 @@ class AnitescuPotra {
   void build_expanded(const ContactProblem& problem);
   void set_load(const ContactProblem& problem, const std::vector<double>& v);
   double size(const ContactProblem& problem) const;
+  bool start_warm();
+  void note_active(const ContactProblem& problem, const ContactSolution& solution);
   bool solve_phase(ContactSolution& solution);
   void add_impulses(ContactSolution& solution) const;
 
@@ -86,9 +99,22 @@ class AnitescuPotra {
   LcpProblem lcp_;
   LcpSolution answer_;
   std::vector<double> u_, v_, restored_, scratch_;
+
+  // Warm start: the last answer, and the equations of its active set.
+  bool warm_ = false;
+  std::shared_ptr<long> warm_starts_;
+  int previous_ = -1;        // n of the last answer, -1 where there is none
+  std::vector<int> active_;  // its positive unknowns, and what makes their equations regular
+  Eigen::VectorXd w_;        // n
+  PairScales scales_;
+  BasisSystem basis_;
+  Eigen::MatrixXd active_matrix_;
+  Eigen::VectorXd active_z_, active_error_, active_correction_;
+  Eigen::PartialPivLU<Eigen::MatrixXd> active_factor_;
 };
 
-AnitescuPotra::AnitescuPotra(const MethodOptions& options) : k_(options.k), regularise_(options.regularise) {
+AnitescuPotra::AnitescuPotra(const MethodOptions& options)
+    : k_(options.k), regularise_(options.regularise), warm_(options.warm_start), warm_starts_(options.warm_starts) {
   const std::string_view solver = options.solver.empty() ? std::string_view("lemke") : options.solver;
   const LcpSolverRow* row = find_lcp_solver(solver);
   if (row == nullptr) {
@@ -251,8 +277,109 @@ double AnitescuPotra::size(const ContactProblem& problem) const {
   return fastest / std::sqrt(lightest);
 }
 
+// The previous answer's active set, solved on the present problem. True where that is an answer to it, judged as
+// natural_residual() judges (lcp/lcp.cpp) on the original data.
+bool AnitescuPotra::start_warm() {
+  const int n = lcp_.n();
+  if (previous_ != n) return false;
+  pair_scales(lcp_, scales_);
+  auto& z = answer_.z;
+  double worst = 0;
+  if (lcp_.expanded) {
+    basis_.start(lcp_, scales_);
+    if (!basis_.factor(active_, -1)) return false;
+    worst = 2 * basis_.solve(basis_.free_load(), basis_.pair_load());  // rows are within sqrt(2) of 1 / sqrt(rho)
+    z = basis_.z().cwiseProduct(scales_.columns);
+    w_ = basis_.w().cwiseQuotient(scales_.rows);
+  } else {
+    const int m = static_cast<int>(active_.size());
+    active_matrix_.resize(m, m);
+    active_error_.resize(m);
+    for (int j = 0; j < m; ++j) {
+      for (int i = 0; i < m; ++i) active_matrix_(i, j) = lcp_.M(active_[i], active_[j]);
+      active_error_[j] = -lcp_.q[active_[j]];
+    }
+    if (m > 0) {
+      active_factor_.compute(active_matrix_);
+      active_z_ = active_factor_.solve(active_error_);
+      active_error_.noalias() -= active_matrix_ * active_z_;
+      active_correction_ = active_factor_.solve(active_error_);
+      active_z_ += active_correction_;
+    }
+    z.setZero(n);
+    w_ = lcp_.q;
+    for (int j = 0; j < m; ++j) {
+      z[active_[j]] = active_z_[j];
+      w_.noalias() += lcp_.M.col(active_[j]) * active_z_[j];
+    }
+  }
+  // The denominator is data: the load with v+ eliminated, and the size of the event.
+  double scale = lcp_.size;
+  for (int c = 0; c < nc_; ++c) {
+    const auto about = [&](int i, double q) { scale = std::max(scale, std::abs(q) / std::sqrt(scales_.rho[i])); };
+    about(c, u_[3 * c]);
+    for (int a = 0; a < k_; ++a) about(nc_ + k_ * c + a, cosine_[a] * u_[3 * c + 1] + sine_[a] * u_[3 * c + 2]);
+  }
+  for (int i = 0; i < n; ++i) {
+    const double root = std::sqrt(scales_.rho[i]), e = std::abs(std::min(z[i] * root, w_[i] / root));
+    if (!std::isfinite(e)) return false;  // a singular set
+    worst = std::max(worst, e);
+  }
+  if (!(scale > 0) || !(worst <= warm_tolerance * scale)) return false;
+  z = z.cwiseMax(0.0);
+  answer_.status = LcpStatus::solved;
+  answer_.reason.clear();
+  answer_.pivots = 0;
+  answer_.residual = worst / scale;
+  if (warm_starts_) ++*warm_starts_;
+  return true;
+}
+
+// Notes the active set of the answer, what is only rounding left out. A contact that slips without an impulse has a
+// slip bound that no equation of the set knows: the direction that runs straight against its slip joins, with impulse
+// zero.
+void AnitescuPotra::note_active(const ContactProblem& problem, const ContactSolution& solution) {
+  previous_ = -1;
+  if (answer_.status != LcpStatus::solved) return;
+  const auto& z = answer_.z;
+  const int bounds = nc_ + k_ * nc_;
+  double speed = 0;
+  for (const double u : u_) speed = std::max(speed, std::abs(u));
+  const double least_impulse = rounding * z.head(bounds).maxCoeff(), least_slip = rounding * speed;
+  apply_impulse(problem, factor_, solution.impulse, v_);
+  contact_velocity(problem, v_, u_);
+  active_.clear();
+  for (int c = 0; c < nc_; ++c)
+    if (z[c] > least_impulse) active_.push_back(c);
+  for (int c = 0; c < nc_; ++c) {
+    const int first = nc_ + k_ * c;
+    bool carries = false;
+    for (int a = 0; a < k_; ++a) carries = carries || z[first + a] > least_impulse;
+    int against = -1;
+    double least = HUGE_VAL;
+    for (int a = 0; a < k_ && !carries && z[bounds + c] > least_slip; ++a) {
+      const double along = cosine_[a] * u_[3 * c + 1] + sine_[a] * u_[3 * c + 2];
+      if (along < least) {
+        least = along;
+        against = a;
+      }
+    }
+    for (int a = 0; a < k_; ++a)
+      if (z[first + a] > least_impulse || a == against) active_.push_back(first + a);
+  }
+  for (int c = 0; c < nc_; ++c) {
+    // Of friction that sticks at the bound the equations without it would leave a part undetermined.
+    double left = problem.mu[c] * z[c], friction = 0;
+    for (int a = 0; a < k_; ++a) friction += z[nc_ + k_ * c + a];
+    left -= friction;
+    if (z[bounds + c] > least_slip || (friction > least_impulse && left <= least_impulse))
+      active_.push_back(bounds + c);
+  }
+  previous_ = static_cast<int>(z.size());
+}
+
 bool AnitescuPotra::solve_phase(ContactSolution& solution) {
-  solver_(lcp_, answer_);
+  if (!warm_ || !start_warm()) solver_(lcp_, answer_);
   solution.iterations += answer_.pivots;
   solution.claimed_residual = std::max(solution.claimed_residual, answer_.residual);
   const Status status = to_status(answer_.status);
@@ -306,8 +433,12 @@ void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& soluti
   // Compression (all of it where e = 0).
   restored_.assign(nc_, 0.0);
   set_load(problem, problem.v_minus);
-  if (!solve_phase(solution)) return;
+  if (!solve_phase(solution)) {
+    previous_ = -1;
+    return;
+  }
   add_impulses(solution);
+  if (warm_) note_active(problem, solution);
 
   bool elastic = false;
   for (const double e : problem.restitution) elastic = elastic || e != 0;
@@ -334,7 +465,8 @@ MethodRow anitescu_potra_row() {
                 {},
                 {},
                 {{"k", "-", "4", "edges of the friction polygon, even, at least 4"},
-                 {"regularise", "unit of each row", "0", "added to the diagonal of the LCP"}},
+                 {"regularise", "unit of each row", "0", "added to the diagonal of the LCP"},
+                 {"warm-start", "-", "off", "try the active set of the previous event first"}},
                 [](const MethodOptions& options) -> ContactMethod {
                   auto method = std::make_shared<AnitescuPotra>(options);
                   return [method](const ContactProblem& problem, ContactSolution& solution) {

@@ -128,9 +128,11 @@ bool DrumwrightShell::solve(const ContactProblem& problem, const std::vector<dou
   find_islands(problem, islands_);
   ConeStatus worst = ConeStatus::solved;
   inaccurate_ = false;
+  if (tolerances_.warm_start) previous_.resize(islands_.count);
   for (int i = 0; i < islands_.count; ++i) {
     extract(problem, v0, i);
-    const ConeStatus status = solve_island(epsilon / islands_.count, solution);
+    const ConeStatus status =
+        solve_island(epsilon / islands_.count, solution, tolerances_.warm_start ? &previous_[i] : nullptr);
     if (status != ConeStatus::solved) worst = status;
     for (std::size_t k = 0; k < island_.contacts.size(); ++k) {
       const int c = island_.contacts[k];
@@ -201,7 +203,7 @@ Certificate DrumwrightShell::judge(std::span<const double> r, std::span<const do
   return certify(program_, r, eta, velocities_, q_);
 }
 
-ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& solution) {
+ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& solution, Previous* previous) {
   const int nc = static_cast<int>(island_.contacts.size());
   program_ = {&island_.M, &island_.factor, &island_.J, &island_.v0, &island_.offset, &island_.mu, &island_.weight};
   zero_mu_.assign(nc, 0.0);
@@ -237,16 +239,61 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
   };
   Certificate best = judge(r_, {});
   ConeStatus status = normal_ok ? ConeStatus::solved : ConeStatus::nonconverged;
+  const bool warm = previous != nullptr && previous->by_newton && previous->nv == island_.M.order() &&
+                    static_cast<int>(previous->answer.r.size()) == 3 * nc;
+  if (previous != nullptr) previous->by_newton = false;
   if (!good(best)) {
-    if ((has_robot() && try_stopping(epsilon)) || try_sticking()) {
-      best = judge(r_, {});
-    } else {
-      ConeProgram reduced = program_;
+    ConeProgram reduced = program_;
+    if (flat_) {
+      reduced.bounded_below = false;
+      reduced.fixed = true;
+      reduced.kappa = std::numeric_limits<double>::infinity();
+    }
+    const auto keep = [&](const ConeSolution& x) {
+      if (previous == nullptr) return;
+      previous->by_newton = true;
+      previous->nv = island_.M.order();
+      previous->answer = x;
+    };
+    const auto accept = [&](const ConeSolution& x) {
+      u_step_.assign(x.eta.begin(), x.eta.end());
       if (flat_) {
-        reduced.bounded_below = false;
-        reduced.fixed = true;
-        reduced.kappa = std::numeric_limits<double>::infinity();
+        double t = 0;
+        for (int c = 0; c < nc; ++c)
+          if (lambda_[c] > 0) t = std::max(t, -u_step_[c] / lambda_[c]);
+        for (int c = 0; c < nc; ++c) u_step_[c] = std::max(0.0, u_step_[c] + t * lambda_[c]);
+      } else {
+        for (double& e : u_step_) e = std::max(e, 0.0);
       }
+      const Certificate certificate = judge(x.r, u_step_);
+      const bool better =
+          certificate.infeasibility <= tolerances_.infeasibility &&
+          (best.infeasibility > tolerances_.infeasibility || std::abs(certificate.gap) < std::abs(best.gap));
+      if (!better) return false;
+      best = certificate;
+      r_ = x.r;
+      eta_ = u_step_;
+      return good(certificate);
+    };
+    // The previous answer is an iterate like any other: it counts only if Newton's method gets from it to an answer
+    // whose certificate is good.
+    const auto start_warm = [&] {
+      trial_ = previous->answer;
+      trial_.iterations = 0;
+      if (!reduced.has_bound()) trial_.s = 0;
+      const bool done =
+          friction_solver_.polish(reduced, trial_, tolerances_.cone.iterate_patience, InteriorPoint::Steps::bold) &&
+          accept(trial_);
+      iterations_ += trial_.iterations;
+      if (!done) return false;
+      keep(trial_);
+      if (tolerances_.warm_starts) ++*tolerances_.warm_starts;
+      return true;
+    };
+    const bool started_warm = warm && start_warm();
+    if (!started_warm && ((has_robot() && try_stopping(epsilon)) || try_sticking())) {
+      best = judge(r_, {});
+    } else if (!started_warm) {
       // Newton from the frictionless answer with friction against its slip; then the interior point method.
       trial_.r.assign(3 * nc, 0.0);
       trial_.eta.assign(nc, 0.0);
@@ -259,30 +306,11 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
         trial_.s = std::max(trial_.s, island_.mu[c] * t - u_f_[3 * c]);
       }
       if (!reduced.has_bound()) trial_.s = 0;
-      const auto accept = [&](const ConeSolution& x) {
-        u_step_.assign(x.eta.begin(), x.eta.end());
-        if (flat_) {
-          double t = 0;
-          for (int c = 0; c < nc; ++c)
-            if (lambda_[c] > 0) t = std::max(t, -u_step_[c] / lambda_[c]);
-          for (int c = 0; c < nc; ++c) u_step_[c] = std::max(0.0, u_step_[c] + t * lambda_[c]);
-        } else {
-          for (double& e : u_step_) e = std::max(e, 0.0);
-        }
-        const Certificate certificate = judge(x.r, u_step_);
-        const bool better =
-            certificate.infeasibility <= tolerances_.infeasibility &&
-            (best.infeasibility > tolerances_.infeasibility || std::abs(certificate.gap) < std::abs(best.gap));
-        if (!better) return false;
-        best = certificate;
-        r_ = x.r;
-        eta_ = u_step_;
-        return good(certificate);
-      };
       bool done =
           friction_solver_.polish(reduced, trial_, tolerances_.cone.guess_patience, InteriorPoint::Steps::bold) &&
           accept(trial_);
       iterations_ += trial_.iterations;
+      if (done) keep(trial_);
       if (!done) {
         ConeOptions& options = friction_solver_.options();
         options.gap_tolerance = epsilon;
@@ -302,6 +330,7 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
                         : (answer_.status == ConeStatus::solved ? ConeStatus::nonconverged : answer_.status);
         }
         options = tolerances_.cone;
+        if (done) keep(answer_);
       }
     }
   }
@@ -650,6 +679,8 @@ ContactMethod make_drumwright_shell(const MethodOptions& options) {
   tolerances.epsilon = options.epsilon;
   tolerances.epsilon_relative = options.epsilon_relative;
   tolerances.bounded = options.compression_bound;
+  tolerances.warm_start = options.warm_start;
+  tolerances.warm_starts = options.warm_starts;
   auto method = std::make_shared<DrumwrightShell>(tolerances);
   return [method](const ContactProblem& problem, ContactSolution& solution) { (*method)(problem, solution); };
 }
@@ -666,7 +697,8 @@ MethodRow drumwright_shell_row() {
           {},
           {{"epsilon", "J", "1e-12", "suboptimality (checked duality gap) at which the solver may stop"},
            {"epsilon-relative", "-", "none", "the same as a fraction of the kinetic energy before the event"},
-           {"compression-bound", "-", "on", "bound the sum of normal impulses of each island by the frictionless sum"}},
+           {"compression-bound", "-", "on", "bound the sum of normal impulses of each island by the frictionless sum"},
+           {"warm-start", "-", "off", "try Newton's method from the previous event's answer first"}},
           make_drumwright_shell};
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
@@ -20,6 +21,8 @@ class DrumwrightShell {
     double epsilon = 1e-12;                  ///< J, suboptimality at which the solver may stop
     std::optional<double> epsilon_relative;  ///< the same as a fraction of the kinetic energy before the event, -
     bool bounded = true;                     ///< bound the sum of normal impulses of each island?
+    bool warm_start = false;                 ///< start from the previous event's answer?
+    std::shared_ptr<long> warm_starts;       ///< counts such starts that were accepted, where it is given
     /// -: epsilon is never less than this fraction of the kinetic energy before the event: rounding of the check.
     double epsilon_floor = 1e-14;
     /// -: scaled infeasibility up to which an answer is accepted.
@@ -54,11 +57,17 @@ class DrumwrightShell {
     std::vector<double> v0, offset, mu, weight;
     std::vector<int> contacts, blocks;
   };
+  /// Where Newton's method ended on an island of the previous event.
+  struct Previous {
+    int nv = 0;
+    bool by_newton = false;  ///< and not by one of the first tries, which are cheaper than it
+    ConeSolution answer;
+  };
   /// One phase (restitution has two): from `v0` to impulses `r` with certificate.
   bool solve(const ContactProblem& problem, const std::vector<double>& v0, double epsilon, ContactSolution& solution);
   bool weigh(const ContactProblem& problem, ContactSolution& solution);
   void extract(const ContactProblem& problem, const std::vector<double>& v0, int island);
-  ConeStatus solve_island(double epsilon, ContactSolution& solution);
+  ConeStatus solve_island(double epsilon, ContactSolution& solution, Previous* previous);
   bool frictionless();
   void equalities(const std::vector<char>& in_set, double target, std::vector<double>& x,
                   std::vector<double>& velocity);
@@ -92,6 +101,7 @@ class DrumwrightShell {
   double kappa_ = 0, size_ = 0, miss_ = 0;
   bool flat_ = false, inaccurate_ = false;
   ConeSolution answer_, trial_;
+  std::vector<Previous> previous_;  // per island
   int iterations_ = 0;
 
   // Of the second phase of restitution.

@@ -21,6 +21,8 @@ struct MethodOptions {
   std::optional<double> epsilon_relative;  ///< convex: the same as a fraction of the kinetic energy before the event
   bool compression_bound = true;           ///< convex: bound the sum of normal impulses of each island
   double regularise = 0;                   ///< ap: added to the diagonal of the LCP
+  bool warm_start = false;                 ///< ap, convex: try the active set of the previous event first
+  std::shared_ptr<long> warm_starts;       ///< receives how many such starts were accepted, where it is given
 };
 
 /// A contact model, ready to solve events: owns its scratch memory. Writes the whole of `solution`; never throws.

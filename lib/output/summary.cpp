@@ -49,6 +49,7 @@ Json options(const RunSummary& run) {
           {"epsilon_relative", understood("epsilon-relative", maybe(method.epsilon_relative))},
           {"compression_bound", understood("compression-bound", method.compression_bound ? "on" : "off")},
           {"regularise", understood("regularise", method.regularise)},
+          {"warm_start", understood("warm-start", method.warm_start ? "on" : "off")},
           {"restitution", maybe(run.restitution)},
           {"friction", maybe(run.friction)},
           {"rotate_cone", run.rotate_cone},

@@ -43,7 +43,7 @@ TEST_CASE("a flag that does not exist is an error, flags to come included", "[pr
   refused(run_with({"--frobnicate"}), {"--frobnicate"});
   refused(run_with({"--frictoin", "0.5"}), {"--frictoin", "--friction"});
   refused(run_with({"--prune", "some"}), {"--prune", "on or off"});
-  refused(run_with({"--warm-start", "off"}), {"--warm-start"});
+  refused(run_with({"--warm-start", "some"}), {"--warm-start", "on or off"});
   refused({"--nonsense"}, {"--nonsense"});
   refused({"check", "sticking_box.xml", "--solver", "lemke"}, {"--solver"});
   refused({"list", "--quiet"}, {"--quiet"});

@@ -1,0 +1,96 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <memory>
+#include <random>
+#include <string>
+
+#include "contact/referee.h"
+#include "contact_problems.h"
+#include "methods/registry.h"
+
+using namespace cb;
+using namespace cb::test;
+
+namespace {
+
+/// A method with and without warm start, given the same events one after the other; the referee judges both.
+struct Pair {
+  explicit Pair(const std::string& name) : row(*find_method(name)) {
+    MethodOptions options;
+    options.solver = row.solvers.front().name;
+    cold = row.make(options);
+    options.warm_start = true;
+    options.warm_starts = accepted;
+    warm = row.make(options);
+  }
+  void meets(const ContactProblem& problem) {
+    std::vector<double> a, b;
+    cold(problem, solution);
+    REQUIRE(solution.status == Status::ok);
+    referee.check(problem, solution, row.law, a);
+    warm(problem, solution);
+    CHECK(solution.status == Status::ok);
+    CHECK(Referee::holds(referee.check(problem, solution, row.law, b), solution, row.law, 1e-9));
+    for (std::size_t i = 0; i < a.size(); ++i) CHECK(b[i] == Approx(a[i]).margin(1e-10));
+  }
+  const MethodRow& row;
+  std::shared_ptr<long> accepted = std::make_shared<long>(0);
+  ContactMethod cold, warm;
+  ContactSolution solution;
+  Referee referee;
+};
+
+// Every box of a stack falls for a step of 1 ms; the uppermost is pushed along x.
+ContactProblem pushed_stack(int boxes, double mu, double push) {
+  ContactProblem p = stack(boxes, mu);
+  for (int i = 0; i < boxes; ++i) p.v_minus[6 * i + 1] = -0.0098;
+  p.v_minus[6 * (boxes - 1)] = push;
+  return p;
+}
+
+}  // namespace
+
+TEST_CASE("a box that goes on sliding starts warm and slides as it does from a cold start", "[warm_start]") {
+  for (const char* name : {"ap", "convex"})
+    for (const int boxes : {1, 3, 8}) {  // 8: beyond the dense kernel of ap
+      Pair pair(name);
+      for (int step = 0; step < 10; ++step) pair.meets(pushed_stack(boxes, 0.3, 1 + 0.01 * step));
+      INFO(name << ", " << boxes << " boxes");
+      CHECK(*pair.accepted == 9);
+    }
+}
+
+TEST_CASE("a warm start gives way where the box changes from rest to slip and back", "[warm_start]") {
+  for (const char* name : {"ap", "convex"})
+    for (const int boxes : {1, 3}) {
+      Pair pair(name);
+      for (const double push : {0.0, 1.0, 1e-5, 1.0, -1.0, 0.0}) pair.meets(pushed_stack(boxes, 0.3, push));
+    }
+}
+
+TEST_CASE("events of other sizes between leave nothing behind", "[warm_start]") {
+  for (const char* name : {"ap", "convex"}) {
+    Pair pair(name);
+    for (const int boxes : {2, 1, 2, 3, 1}) pair.meets(pushed_stack(boxes, 0.3, 1));
+  }
+}
+
+TEST_CASE("a box that lies still starts warm with ap and stays", "[warm_start]") {
+  Pair pair("ap");
+  for (int step = 0; step < 5; ++step) pair.meets(pushed_stack(1, 0.5, 1e-4));
+  CHECK(*pair.accepted == 4);
+}
+
+TEST_CASE("a box on a ramp sticks with a warm start as without", "[warm_start]") {
+  for (const char* name : {"ap", "convex"})
+    for (const double turn : {0.0, 0.3}) {
+      Pair pair(name);
+      ContactProblem p = stack(1, 0.7, turn);
+      for (int step = 0; step < 5; ++step) {
+        p.v_minus[0] = 0.0049;
+        p.v_minus[1] = -0.0085 - 1e-7 * step;
+        pair.meets(p);
+      }
+      if (pair.row.law == Law::anitescu_potra) CHECK(*pair.accepted == 4);
+    }
+}
