@@ -32,7 +32,6 @@
 #include <cmath>
 #include <memory>
 #include <numeric>
-#include <tuple>
 
 namespace cb {
 
@@ -321,8 +320,12 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
         };
         for (std::size_t attempt = 0;
              !done && (attempt == 0 || far_off()) && attempt <= tolerances_.further_attempts.size(); ++attempt) {
-          if (attempt > 0)
-            std::tie(options.regularisation, options.proximal) = tolerances_.further_attempts[attempt - 1];
+          if (attempt > 0) {
+            const auto& [regularisation, proximal, tangent_exponent] = tolerances_.further_attempts[attempt - 1];
+            options.regularisation = regularisation;
+            options.proximal = proximal;
+            options.tangent_exponent = tangent_exponent;
+          }
           friction_solver_.solve(reduced, answer_);
           iterations_ += answer_.iterations;
           done = accept(answer_);

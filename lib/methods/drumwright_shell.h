@@ -1,9 +1,9 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "cone/interior_point.h"
@@ -41,8 +41,10 @@ class DrumwrightShell {
     /// -: gap as a fraction of the event's energy up to which an answer that misses epsilon is `inaccurate` and not
     /// `nonconverged`.
     double inaccurate = 1e-8;
-    /// -: proximal terms (ConeOptions::regularisation, proximal) of further attempts where the answer does not hold.
-    std::vector<std::pair<double, double>> further_attempts = {{1e-10, 1e-9}, {1e-12, 1e-9}, {1e-14, 1e-10}};
+    /// -: ConeOptions::regularisation, proximal and tangent_exponent of further attempts where the answer is far off.
+    std::vector<std::array<double, 3>> further_attempts = {
+        {1e-10, 1e-9, 0.75}, {1e-12, 1e-9, 0.75}, {1e-14, 1e-10, 0.75}, {1e-9, 1e-9, 1},
+        {1e-10, 1e-9, 0.5},  {1e-8, 1e-9, 1},     {1e-11, 1e-8, 0.25}};
     ConeOptions cone;
   };
   explicit DrumwrightShell(const Tolerances& tolerances);
