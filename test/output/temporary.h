@@ -11,7 +11,8 @@
 class TemporaryDirectory {
  public:
   TemporaryDirectory() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "contactbench_test_XXXXXX").string();
+    std::string pattern =
+        (std::filesystem::temp_directory_path() / "contactbench_test_").string() + std::string(6, 'X');
     if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("no temporary directory");
     path_ = pattern;
   }

@@ -16,7 +16,7 @@ namespace {
 /// A scene around the elements of <bodies>, and what follows them.
 Scenario scene(const std::string& bodies, const std::string& rest, double h, double duration,
                const std::string& gravity = "0 -9.8 0") {
-  std::string folder = (std::filesystem::temp_directory_path() / "robots_XXXXXX").string();
+  std::string folder = (std::filesystem::temp_directory_path() / "robots_").string() + std::string(6, 'X');
   REQUIRE(mkdtemp(folder.data()) != nullptr);
   const std::string path = folder + "/scene.xml";
   std::ofstream(path) << "<scenario title=\"test\"><simulation step=\"" << h << "\" duration=\"" << duration
