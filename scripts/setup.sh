@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs from Debian's packages what the program, its tests and its figures need, and only what is missing.
 #   scripts/setup.sh           install what is missing (Debian 12; asks sudo where not root)
+#   scripts/setup.sh --tests   besides, what only the tests need
 #   scripts/setup.sh --check   print what is missing, install nothing; exit code 1 where a needed package is missing
 set -euo pipefail
 
@@ -14,20 +15,25 @@ needed=(
 # The build leaves out what these serve where a release does not carry them.
 optional=(
   libhdf5-dev libfclib-dev           # stored contact problems
-  python3-cvxopt                     # a test: the convex method against a solver that shares no code
   liburdfdom-dev                     # robots from URDF files
   libbenchmark-dev                   # bench/
-  liborocos-kdl-dev                  # robots in the tests, against another library
   git                                # the commit in the manifest
   python3-tqdm                       # the time left of a sweep, as a bar
   python3-distributed                # sweeps on other machines (sweep.py --engine dask)
+)
+# Others' programs that the tests compare with or look through; without one its tests are skipped.
+for_tests=(
+  python3-cvxopt                     # the convex method against a solver that shares no code
+  liborocos-kdl-dev                  # robots against another library
+  chromium                           # the report in a browser
 )
 
 check=no
 case "${1:-}" in
   "") ;;
-  --check) check=yes ;;
-  *) sed -n '2,4p' "$0" | sed 's/^# \{0,1\}//'; exit 2 ;;
+  --tests) optional+=("${for_tests[@]}") ;;
+  --check) check=yes; optional+=("${for_tests[@]}") ;;
+  *) sed -n '2,5p' "$0" | sed 's/^# \{0,1\}//'; exit 2 ;;
 esac
 
 if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then

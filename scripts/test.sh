@@ -20,7 +20,7 @@ for flag in "$@"; do
   esac
 done
 
-[ "$setup" = no ] || scripts/setup.sh
+[ "$setup" = no ] || scripts/setup.sh --tests
 build_preset "$preset"
 
 # Leaks are looked for too; a report of undefined behaviour comes with its stack.
