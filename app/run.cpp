@@ -203,21 +203,31 @@ void fail_writing(RunSummary& summary, const std::string& path, int error) {
 
 bool ends_run(Status status) { return status != Status::ok && status != Status::inaccurate; }
 
-/// Keeps a contact problem for `solve`; called with the problem, the name of its file without ending, and its time.
-using ProblemStore = std::function<void(const ContactProblem&, const std::string& name, double t)>;
+void store_problem(const RunPlan& plan, const ContactProblem& problem, const fs::path& path, double t) {
+  write_contact_problem(path.string(), problem, fmt::format("{}, t = {} s", plan.scenario.name, number_text(t)));
+}
 
-/// Writes FCLIB files into the directory of --save-problems; empty where none is asked for.
-ProblemStore problem_store(const RunPlan& plan) {
-  if (plan.save_problems.empty()) return {};
-  return [&plan](const ContactProblem& problem, const std::string& name, double t) {
-    write_contact_problem((plan.save_problems / (name + ".hdf5")).string(), problem,
-                          fmt::format("{}, t = {} s", plan.scenario.name, number_text(t)));
-  };
+/// The contact problem that a run stumbled over: the one that ended it, or the worst that was answered beyond the
+/// accepted residual.
+struct HardProblem {
+  ContactProblem problem;
+  double residual = 0;  ///< checked
+  double t = 0;         ///< s
+};
+constexpr const char* hard_problem_file = "hard_problem.hdf5";
+
+/// Keeps it beside the run's other files, for `solve`. That it cannot be written does not hide how the run ended.
+void store_hard_problem(const RunPlan& plan, const HardProblem& hard, RunSummary& summary) {
+  try {
+    store_problem(plan, hard.problem, plan.out / hard_problem_file, hard.t);
+    summary.hard_problem = hard_problem_file;
+  } catch (const FileError& error) {
+    print_error(fmt::format("contactbench run: warning: {}\n", error.what()));
+  }
 }
 
 /// The run itself. Fills in what came of it; may throw.
-void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors& errors, const ProblemStore& store,
-              RunSummary& summary) {
+void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors& errors, RunSummary& summary) {
   RunTally& tally = summary.tally;
   const auto left_out = std::make_shared<LeftOut>();
   MethodOptions options = plan.options;
@@ -226,6 +236,9 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
                         plan.prune ? pruned(*plan.method, options, left_out) : plan.method->make(options),
                         plan.method->law);
   long events = 0;
+  std::optional<HardProblem> hard;
+  std::error_code nothing_there;
+  fs::remove(plan.out / hard_problem_file, nothing_there);  // an earlier run's
   ConditioningEstimate estimate;
   simulation.on_event = [&](const EventRecord& event) {
     if (plan.conditioning) {
@@ -233,15 +246,18 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
       tally.observe_conditioning(event, estimate);
       summary.write_s += std::chrono::duration<double>(Clock::now() - before).count();
     }
-    if (store && events++ % plan.save_every == 0) {
+    if (!plan.save_problems.empty() && events++ % plan.save_every == 0) {
       const Clock::time_point before_writing = Clock::now();
-      store(event.problem, fmt::format("event_{:09}", events), event.t);
+      store_problem(plan, event.problem, plan.save_problems / fmt::format("event_{:09}.hdf5", events), event.t);
       summary.write_s += std::chrono::duration<double>(Clock::now() - before_writing).count();
     }
     errors.observe_event(event);
     files.event(event);
-    tally.observe_event(
-        event, Referee::holds(event.residuals, event.solution, plan.method->law, plan.simulation.accepted_residual));
+    const bool holds =
+        Referee::holds(event.residuals, event.solution, plan.method->law, plan.simulation.accepted_residual);
+    tally.observe_event(event, holds);
+    if (!holds && fclib_available() && (!hard || event.residuals.model > hard->residual))
+      hard = {event.problem, event.residuals.model, event.t};
   };
   Progress progress(!plan.quiet);
   errors.observe_start(simulation.state());
@@ -277,7 +293,7 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
     if (last) {
       summary.status = record.status;
       summary.reason = simulation.reason();
-      if (store && simulation.problem().nc() > 0) store(simulation.problem(), "last_problem", record.t);
+      if (fclib_available() && simulation.problem().nc() > 0) hard = {simulation.problem(), record.residual, record.t};
       break;
     }
     if (!files.ok()) break;
@@ -285,6 +301,7 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
   }
   files.flush();
   progress.clear();
+  if (hard) store_hard_problem(plan, *hard, summary);
   summary.left_out = items(*left_out);
   if (*options.warm_starts > 0)
     summary.left_out.emplace_back("cold solves: warm starts accepted", *options.warm_starts);
@@ -344,7 +361,7 @@ int execute(const RunPlan& plan) {
       summary.reason = plan.unavailable;
     } else {
       limits.bound_memory();
-      simulate(plan, files, limits, *errors, problem_store(plan), summary);
+      simulate(plan, files, limits, *errors, summary);
     }
   } catch (const FileError& error) {
     summary.status = Status::write_failed;

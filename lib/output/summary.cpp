@@ -112,6 +112,7 @@ std::string to_json(const RunSummary& run) {
       {"options", options(run)},
       {"status", name(run.status)},
       {"reason", text(run.reason)},
+      {"hard_problem", text(run.hard_problem)},
       {"finished", run.finished},
       {"t_reached", tally.t_reached},
       {"steps", tally.steps},

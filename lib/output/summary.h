@@ -42,7 +42,8 @@ struct RunSummary {
 
   // What came of it.
   Status status = Status::ok;
-  std::string reason;  ///< one line where status is not ok
+  std::string reason;        ///< one line where status is not ok
+  std::string hard_problem;  ///< file beside the summary with the contact problem that it stumbled over; empty: none
   bool finished = false;
   RunTally tally;
   std::string reference_kind, reference_name;

@@ -2,6 +2,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "contact/fclib_format.h"
+#include "contact/problem_files.h"
 #include "contact/referee.h"
 #include "methods/registry.h"
 #include "problems.h"
@@ -269,4 +271,38 @@ TEST_CASE("Regularisation softens the ground by what it says, and is reported") 
   const Answer a = solve(test::sphere({0, -v, 0}, {0, 0, 0}, 0), 4, E);
   CHECK(a.solution.regularisation == E);
   CHECK(a.v[1] == Approx(-E * v / (1 / m + E)).epsilon(1e-12));
+}
+
+TEST_CASE("Pads that carry their load at corners let the box turn: exact answers of one problem that differ") {
+  if (!fclib_available()) {
+    WARN("not run: " << fclib_unavailable_reason());
+    return;
+  }
+  const StoredProblem stored = read_contact_problem(std::string(TEST_DATA) + "/robots/grasp_first_event.hdf5");
+  std::vector<std::vector<double>> v;
+  for (const char* solver : {"lemke", "path", "ynl"}) {
+    MethodOptions options;
+    options.k = 12;
+    options.solver = solver;
+    Answer a;
+    find_method("ap")->make(options)(stored.problem, a.solution);
+    a.residuals = Referee().check(stored.problem, a.solution, Law::anitescu_potra, a.v);
+    INFO(solver << ": " << a.solution.reason);
+    CHECK(a.solution.status == Status::ok);
+    CHECK(a.residuals.model < 1e-12);
+    v.push_back(a.v);
+  }
+  CHECK(largest_difference(v[0], v[1]) > 1e-3);
+  CHECK(largest_difference(v[0], v[2]) > 1e-3);
+
+  // The answer between them, with all eight corners loaded, holds the box.
+  MethodOptions unbounded;
+  unbounded.compression_bound = false;
+  Answer held;
+  find_method("convex")->make(unbounded)(stored.problem, held.solution);
+  held.residuals = Referee().check(stored.problem, held.solution, Law::convex, held.v);
+  CHECK(held.solution.status == Status::ok);
+  std::vector<double> u;
+  contact_velocity(stored.problem, held.v, u);
+  for (const double x : u) CHECK(std::abs(x) < 1e-12);
 }

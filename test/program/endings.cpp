@@ -80,6 +80,32 @@ TEST_CASE("a time limit keeps what there is", "[program]") {
   readable(directory.path() / "r" / "steps.csv", 21);
 }
 
+TEST_CASE("the contact problem that ended a run is kept for solve, and not beyond the next run", "[program]") {
+  TemporaryDirectory directory;
+  const fs::path out = directory.path() / "r";
+  const std::vector<std::string> failing = {"run",    "grasp.xml",  "--method", "convex", "--compression-bound",
+                                            "on",     "--duration", "0.01",     "--out",  "r",
+                                            "--quiet"};
+  const Result result = run(directory.path(), failing);
+  INFO(result.err);
+  REQUIRE(result.code == 3);
+  const Json json = summary(out);
+  if (json["hard_problem"].is_null()) {
+    CHECK(result.err.find("HDF5") != std::string::npos);  // a build without it says so
+    return;
+  }
+  const std::string file = (out / json["hard_problem"].get<std::string>()).string();
+  const Result solved = run(directory.path(), {"solve", file, "--kind", "contact", "--method", "convex", "--json"});
+  CHECK(solved.code == 3);
+  CHECK(Json::parse(solved.out)["status"] == json["status"]);
+
+  std::vector<std::string> good = failing;
+  good[5] = "off";
+  CHECK(run(directory.path(), good).code == 0);
+  CHECK(summary(out)["hard_problem"].is_null());
+  CHECK_FALSE(fs::exists(file));
+}
+
 TEST_CASE("a memory limit ends the run with its name", "[program]") {
   // One megabyte is less than the program by itself needs.
   TemporaryDirectory directory;
