@@ -2,7 +2,7 @@
 # Installs what is missing, builds, runs the paper's scenes with every method that is built, and writes the report: Table I,
 # figures, claims. A run that fails is a row with its status and stops nothing; what is finished is not done again.
 #   scripts/reproduce.sh                   minutes on two cores: one run a cell
-#   scripts/reproduce.sh --profile paper   three repeats, limits of an hour a run
+#   scripts/reproduce.sh --profile paper   three repeats, limits of an hour a run and of 7.5 hours for all; again: goes on
 #   scripts/reproduce.sh --out DIR         where report, figures and tables go (default: results)
 #   scripts/reproduce.sh --keep            keep finished runs although program or scenes have changed since
 #   scripts/reproduce.sh --jobs N          N runs at a time; those whose times count still go alone
@@ -30,9 +30,11 @@ out=$(cd "$out" && pwd)
 python=$(find_python)
 build_preset release contactbench
 
+budget=()
+[ "$profile" != paper ] || budget=(--budget 7.5)
 runs=$out/runs/$profile
 "$python" "$root/scripts/sweep.py" "$root"/scenarios/sweeps/{paper,robots,claims,error_time,orders,polygons}.toml --profile "$profile" \
-  --program "$root/build/bin/contactbench" --runs "$runs" --out "$out" --jobs "$jobs" --timed-alone "${keep[@]}"
+  --program "$root/build/bin/contactbench" --runs "$runs" --out "$out" --jobs "$jobs" --timed-alone "${keep[@]}" "${budget[@]}"
 "$python" "$root/scripts/solve_all.py" --program "$root/build/bin/contactbench" --out "$out/solve_all"
 "$python" "$root/scripts/report.py" --results "$out" --runs "$runs"
 echo "report: $out/report.html    tables: $out/table1.*, $out/runs.csv, $out/solve_all    figures: $out/figures    runs: $runs"

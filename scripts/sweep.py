@@ -35,6 +35,8 @@ def arguments():
     parser.add_argument("--jobs", type=int, default=1, help="runs at a time, 0: one a core [1: timings are not disturbed]")
     parser.add_argument("--timed-alone", action="store_true",
                         help="runs whose times count go one at a time, after the others went --jobs at a time")
+    parser.add_argument("--budget", type=float, metavar="HOURS",
+                        help="end after this time: what is not done by then is a row `time_limit`, done when the sweep goes on")
     parser.add_argument("--engine", default="local", help="local, dask (a cluster here), dask:ADDRESS [local]")
     parser.add_argument("--rerun", action="append", default=[], metavar="STATUS", help="do runs with this status again (or `all`)")
     parser.add_argument("--keep", action="store_true", help="keep finished runs although program or scene have changed since")
@@ -42,6 +44,8 @@ def arguments():
     parsed = parser.parse_intermixed_args()
     if parsed.jobs < 0:
         parser.error("--jobs must not be negative")
+    if parsed.budget is not None and not parsed.budget > 0:
+        parser.error("--budget must be a positive number of hours")
     parsed.jobs = parsed.jobs or os.cpu_count() or 1
     parsed.out = parsed.out or ROOT / "results"
     parsed.runs = parsed.runs or ROOT / "results" / "runs" / (parsed.profile or "default")
@@ -69,11 +73,12 @@ def jobs_of(runs, listed, options):
     scenes = scene_names(listed)
     keys = {scene: digest(program, scenes[scene]["file"]) for scene in {run.scene for run in runs}}
     statuses = [s["name"] for s in listed["statuses"]]
+    deadline = None if options.budget is None else time.time() + 3600 * options.budget
     return [{"asked": run.asked(), "flags": run.flags(), "key": keys[run.scene], "program": program, "scene": f"{run.scene}.xml",
              "runs": str(options.runs.resolve()), "statuses": statuses, "time_limit_s": run.time_limit_s,
              # The program keeps its own limit; the outer one is for a program that does not come back.
              "wall_limit_s": 1.2 * run.time_limit_s + 10, "memory_limit_mb": run.memory_limit_mb,
-             "record_every": run.record_every} for run in runs]
+             "record_every": run.record_every, "deadline": deadline} for run in runs]
 
 
 def is_done(job, options):

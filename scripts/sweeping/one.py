@@ -154,6 +154,14 @@ def fault_of(summary, job):
     return "" if finite(summary) else "summary.json holds NaN or infinity"
 
 
+def within(job, now):
+    """The job with no more time than its sweep has left (`deadline`, s since the epoch, or None)."""
+    if job["deadline"] is None or job["deadline"] - now >= job["time_limit_s"]:
+        return job
+    left = round(max(0.0, job["deadline"] - now), 3)
+    return {**job, "time_limit_s": left, "wall_limit_s": 1.2 * left + 10}
+
+
 def verdict(code, stopped, peak_mb, said, summary, job):
     """Status and reason of a run from what its end shows; the program's own word counts only where all fits together."""
     last = said.splitlines()[-1][:300] if said else ""
@@ -192,10 +200,24 @@ def reached(folder):
 
 def do(job, load):
     """Does one job: {asked, flags, key, program, scene, runs, statuses, time_limit_s, wall_limit_s, memory_limit_mb,
-    record_every}; returns its record, which is then in RUNS/<name>/run.json too."""
+    record_every, deadline}; returns its record, which is then in RUNS/<name>/run.json too."""
     runs, name = Path(job["runs"]), job["asked"]["run"]
+    job = within(job, time.time())
     scratch = runs / DOING / f"{name}.{uuid.uuid4().hex[:12]}"
     scratch.mkdir(parents=True)
+    record = {**job["asked"], "flags": job["flags"], "key": job["key"], "limits": [job["time_limit_s"], job["memory_limit_mb"]],
+              "record_every": job["record_every"]}
+    if job["time_limit_s"] > 0:
+        record.update(done(job, scratch, load))
+    else:
+        record.update(status="time_limit", reason="not begun: the time of the sweep was spent", exit_code=None, finished=False,
+                      t_reached=None, wall_s=0.0, peak_memory_mb=None, other_cores=None, busy=None)
+    publish(record, scratch, runs, name)
+    return record
+
+
+def done(job, scratch, load):
+    """Runs the program into `scratch`: how it ended, as fields of its record."""
     command = [job["program"], "run", job["scene"], *job["flags"], "--record-every", str(job["record_every"]),
                "--time-limit", f"{job['time_limit_s']:g}", "--memory-limit", f"{job['memory_limit_mb']:g}",
                "--out", str(scratch), "--quiet"]
@@ -213,13 +235,10 @@ def do(job, load):
     if not trusted:
         # Nothing downstream may take such a file for a summary.
         (scratch / "summary.json").unlink(missing_ok=True)
-    record = {**job["asked"], "flags": job["flags"], "key": job["key"], "status": status, "reason": reason.replace(str(scratch), "."),
-              "exit_code": code, "finished": status in ("ok", "inaccurate"), "t_reached": None if trusted else reached(scratch),
-              "limits": [job["time_limit_s"], job["memory_limit_mb"]], "record_every": job["record_every"],
-              "wall_s": round(wall, 4), "peak_memory_mb": round(peak, 2),
-              "other_cores": None if others is None else round(others, 3), "busy": None if others is None else others > BUSY}
-    publish(record, scratch, runs, name)
-    return record
+    return {"status": status, "reason": reason.replace(str(scratch), "."), "exit_code": code,
+            "finished": status in ("ok", "inaccurate"), "t_reached": None if trusted else reached(scratch),
+            "wall_s": round(wall, 4), "peak_memory_mb": round(peak, 2),
+            "other_cores": None if others is None else round(others, 3), "busy": None if others is None else others > BUSY}
 
 
 def publish(record, scratch, runs, name):

@@ -134,6 +134,14 @@ class Sweep(unittest.TestCase):
         self.assertIn("8 of 15 runs to do", self.run_sweep())
         self.assertEqual({r["status"] for r in self.table()}, {"ok"})
 
+    def test_what_the_time_of_a_sweep_does_not_reach_is_a_row_and_is_done_later(self):
+        self.run_sweep("--budget", "1e-9")
+        rows = self.table()
+        self.assertEqual([(r["status"], r["t_reached"]) for r in rows], [("time_limit", "")] * 15)
+        self.assertIn("not begun", rows[0]["reason"])
+        self.assertIn("15 of 15 runs to do", self.run_sweep("--budget", "1"))
+        self.assertEqual({r["status"] for r in self.table()}, {"ok"})
+
     def test_a_dry_run_does_nothing(self):
         self.run_sweep("--dry-run")
         self.assertFalse((self.top / "out").exists())
