@@ -20,14 +20,17 @@
 //     dr_n = s,   dr_t = -mu u_t,   dW = s u_n,   dF = -mu s^2      (F: work of friction, J)                 (3)
 // is smooth although the direction of sliding turns infinitely fast in p as s -> 0, and which does not care whether
 // u_n is monotone (self-locking: friction drives u_n further down until the slip has stopped). Dormand-Prince 5(4);
-// u_n = 0 and the end of the stored work are met by Newton's method on the length of the last step. The slip stops
-// only as sigma -> infinity, along a direction that no longer turns: that last stretch is the closed form again.
+// where K_tt makes (3) stiff (a wheel gives way by its spin one way, with all of its robot the other), RODAS3; u_n = 0
+// and the end of the stored work are met by Newton's method on the length of the last step. The slip stops only as
+// sigma -> infinity, along a direction that no longer turns: that last stretch is the closed form again.
 //
 // Energy: the kinetic energy changes by W + F (an identity of (1)), W = -(1 - e^2) stored <= 0 and F <= 0, so no
 // impact gains any for e <= 1.
 //
 // Source: B. Mirtich, Impulse-based Dynamic Simulation of Rigid Body Systems, PhD thesis, Berkeley 1996, ch. 3;
 // W. J. Stronge, Rigid body collisions with friction, Proc. R. Soc. A 431 (1990). Equations after spec methods.md.
+// RODAS3: A. Sandu et al., Benchmarking stiff ODE solvers for atmospheric chemistry problems II, Atmos. Environ. 31
+// (1997).
 // Differences: 1. the variable sigma in place of u_n (compression) and W (restitution); 2. the diverging ray from (2)
 // rather than from a quartic; 3. repeated compression stores again.
 //
@@ -36,6 +39,7 @@
 
 #include "methods/mirtich.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -50,6 +54,10 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
+/// Dormand-Prince is stable for h |lambda| < 3.3: accurate steps are far shorter, so this many that are longer than
+/// 2 / |lambda| mean that stability keeps them short, not accuracy.
+constexpr double long_step = 2;
+constexpr int long_steps_of_stiff = 20;
 /// Sliding that K turns by less than this (relative, per unit of impulse) does not turn: round-off of K.
 constexpr double round_off = 1e-14;
 
@@ -196,8 +204,8 @@ class Path {
   void curved_step(const Vector3d& u, double slip, const Vector3d& a) {
     if (step_ == 0) step_ = 1.1 * std::min(0.3, approach_ / slip) / std::max(std::abs(a[0]), std::hypot(a[1], a[2]));
     Point y;
-    const double error = dormand_prince(u, step_, y);
-    const double next = step_ * std::clamp(0.9 * std::pow(error + 1e-30, -0.2), 0.2, 5.0);
+    const double error = advance(u, step_, y);
+    const double next = step_ * std::clamp(0.9 * std::pow(error + 1e-30, stiff_ ? -1.0 / 3 : -0.2), 0.2, 5.0);
     if (!(error <= 1)) {
       step_ = std::isfinite(next) ? next : 0.1 * step_;
       return;
@@ -218,6 +226,8 @@ class Path {
       end_phase(false);
     } else {
       y_ = y;
+      long_steps_ = step_ * mu_ * (K_(1, 1) + K_(2, 2)) > long_step ? long_steps_ + 1 : 0;
+      stiff_ = stiff_ || long_steps_ >= long_steps_of_stiff;
       step_ = next;
     }
   }
@@ -245,7 +255,7 @@ class Path {
       last_move = std::abs(move);
       if (!(h + move > low && h + move < high)) move = 0.5 * (low + high) - h;
       h += move;
-      dormand_prince(start, h, y);
+      advance(start, h, y);
     }
     y_ = y;
   }
@@ -275,7 +285,59 @@ class Path {
   }
 
   /// One step of (3) of length h from y_, where the velocity is `start`, into y; returns the local error over what is
-  /// allowed. Written out in the slopes s, u_t1, u_t2 of each stage, of which all else is a combination.
+  /// allowed.
+  double advance(const Vector3d& start, double h, Point& y) const {
+    return stiff_ ? rodas3(start, h, y) : dormand_prince(start, h, y);
+  }
+
+  /// Local errors of the velocity, the works and the direction of sliding at the end of a step, where the slip is
+  /// `slip`, over what is allowed.
+  double over_allowed(const Vector3d& du, double work, double friction, double slip, const Point& y) const {
+    // The direction of sliding must be known too, to the end: without that bound the step outgrows what is stable.
+    const double turn2 = (du[1] * du[1] + du[2] * du[2]) / (slip * slip * options_.turn * options_.turn);
+    const double works = std::max(std::abs(work) / error_work_,
+                                  std::abs(friction) / (error_work_ + options_.integration * std::abs(y.friction)));
+    return std::max({du.cwiseAbs().maxCoeff() / error_, works, std::sqrt(turn2)});
+  }
+
+  /// RODAS3, order 3(2), L-stable: four solves with one 3 x 3 matrix; the works follow from r.
+  double rodas3(const Vector3d& start, double h, Point& y) const {
+    const auto slopes = [&](const Vector3d& r) {
+      const Vector3d u = start + K_ * r;
+      const double s = std::hypot(u[1], u[2]);
+      return Point{Vector3d(s, -mu_ * u[1], -mu_ * u[2]), s * u[0], -mu_ * s * s};
+    };
+    const double s0 = std::hypot(start[1], start[2]);
+    const Eigen::RowVector3d slip_slope = (start[1] * K_.row(1) + start[2] * K_.row(2)) / s0;
+    const Eigen::RowVector3d work_slope = start[0] * slip_slope + s0 * K_.row(0);
+    const Eigen::RowVector3d friction_slope = -2 * mu_ * s0 * slip_slope;
+    Matrix3d matrix = 2 / h * Matrix3d::Identity();
+    matrix.row(0) -= slip_slope;
+    matrix.bottomRows<2>() += mu_ * K_.bottomRows<2>();
+    const Matrix3d inverse = matrix.inverse();
+    // (2 / h - J) U = f(y + sum a U_j) + sum (c / h) U_j
+    const auto stage = [&](const Point& f, const Point& c) {
+      Point U;
+      U.r = inverse * (f.r + c.r / h);
+      U.work = h / 2 * (f.work + c.work / h + work_slope * U.r);
+      U.friction = h / 2 * (f.friction + c.friction / h + friction_slope * U.r);
+      return U;
+    };
+    const auto sum = [](double a, const Point& x, double b, const Point& z) {
+      return Point{a * x.r + b * z.r, a * x.work + b * z.work, a * x.friction + b * z.friction};
+    };
+    const Point f1 = slopes(Vector3d::Zero());
+    const Point U1 = stage(f1, {});
+    const Point U2 = stage(f1, sum(4, U1, 0, U1));
+    const Point U3 = stage(slopes(2 * U1.r), sum(1, U1, -1, U2));
+    const Point U4 = stage(slopes(2 * U1.r + U3.r), sum(1, sum(1, U1, -1, U2), -8.0 / 3, U3));
+    const Point move = sum(1, sum(2, U1, 1, U3), 1, U4);
+    y = sum(1, y_, 1, move);
+    const Vector3d u = start + K_ * move.r;
+    return over_allowed(K_ * U4.r, U4.work, U4.friction, std::hypot(u[1], u[2]), y);
+  }
+
+  /// Written out in the slopes s, u_t1, u_t2 of each stage, of which all else is a combination.
   double dormand_prince(const Vector3d& start, double h, Point& y) const {
     struct Stage {
       double n, t1, t2, s;  // u and |u_t|
@@ -319,12 +381,7 @@ class Path {
                   22.0 / 525 * f(k6) - 1.0 / 40 * f(k7));
     };
     const Vector3d du = error(s) * column_n_ + error(t1) * column_1_ + error(t2) * column_2_;
-    // The direction of sliding must be known too, to the end: without that bound the step outgrows what is stable.
-    const double turn2 = (du[1] * du[1] + du[2] * du[2]) / (k7.s * k7.s * options_.turn * options_.turn);
-    const double works =
-        std::max(std::abs(error(work)) / error_work_,
-                 mu_ * std::abs(error(friction)) / (error_work_ + options_.integration * std::abs(y.friction)));
-    return std::max({du.cwiseAbs().maxCoeff() / error_, works, std::sqrt(turn2)});
+    return over_allowed(du, error(work), mu_ * error(friction), k7.s, y);
   }
 
   const Matrix3d& K_;
@@ -335,9 +392,10 @@ class Path {
   const MirtichOptions& options_;
   Impact& impact_;
   Point y_;
-  double stored_ = 0;  // J
-  double step_ = 0;    // of sigma, kg m/s per m/s
-  bool loading_ = true, ended_ = false;
+  double stored_ = 0;   // J
+  double step_ = 0;     // of sigma, kg m/s per m/s
+  int long_steps_ = 0;  // accepted one after the other
+  bool stiff_ = false, loading_ = true, ended_ = false;
 };
 
 class Mirtich {

@@ -297,6 +297,37 @@ TEST_CASE("tumbling stacks with restitution lose energy and return e^2 of the wo
     }
 }
 
+TEST_CASE("a wheel that gives way by its spin at once and across with all of its robot is not followed spin by spin") {
+  // K diagonal: over sigma each slip dies out by itself, u_i = a_i exp(-mu k_i sigma), and the normal impulse is the
+  // integral of their root sum of squares. The first is gone at sigma = 8, and what is left is a closed form.
+  const double mu = 1.7, k1 = 4, k2 = 1e-3, normal = 1e-3, approach = 9.8e-3, a1 = 0.5, a2 = 0.018;
+  const double rate = mu * k2, gone = 8, p = approach / normal;
+  const auto slip = [&](double sigma) {
+    return std::hypot(a1 * std::exp(-mu * k1 * sigma), a2 * std::exp(-rate * sigma));
+  };
+  const int intervals = 20000;
+  double until_gone = 0;
+  for (int i = 0; i < intervals; ++i) {
+    const double dx = gone / intervals, x = i * dx;
+    until_gone += dx / 6 * (slip(x) + 4 * slip(x + dx / 2) + slip(x + dx));
+  }
+  const double across = a2 * std::exp(-rate * gone) - rate * (p - until_gone);
+
+  Impact impact;
+  const Matrix3d K = Vector3d(normal, k1, k2).asDiagonal();
+  const Vector3d u(-approach, a1, a2);
+  integrate_impact(K, u, mu, 0, 1e-14, approach, {}, impact);
+  REQUIRE(impact.status == Status::ok);
+  CHECK(impact.steps < 1000);
+  const Vector3d after = u + K * impact.r;
+  CHECK(std::abs(after[0]) < 1e-10 * approach);
+  CHECK(std::abs(after[1]) < 1e-9 * approach);
+  CHECK(across > 0.05 * a2);
+  CHECK(std::abs(after[2] - across) < 1e-8 * approach);
+  const double lost = (a1 * a1 / k1 + (a2 * a2 - across * across) / k2 + approach * approach / normal) / 2;
+  CHECK(-impact.compression_work - impact.friction_work == Approx(lost).epsilon(1e-7));
+}
+
 TEST_CASE("limits on micro-impacts and on steps are nonconverged endings and say so") {
   MirtichOptions options;
   options.impact_limit = 2;
