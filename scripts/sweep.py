@@ -19,7 +19,7 @@ import sys
 import time
 from pathlib import Path
 
-from sweeping import engines, gather, one
+from sweeping import engines, gather, one, reference
 from sweeping.plan import SweepError, plan, scene_names
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -32,6 +32,7 @@ def arguments():
     parser.add_argument("--program", default=str(ROOT / "build/bin/contactbench"))
     parser.add_argument("--runs", type=Path, help="one folder a run [results/runs/PROFILE]")
     parser.add_argument("--out", type=Path, help="folder of runs.csv and manifest.json [results]")
+    parser.add_argument("--references", type=Path, help="folder of certified references (scripts/references.py) [OUT/references]")
     parser.add_argument("--jobs", type=int, default=1, help="runs at a time, 0: one a core [1: timings are not disturbed]")
     parser.add_argument("--timed-alone", action="store_true",
                         help="runs whose times count go one at a time, after the others went --jobs at a time")
@@ -48,8 +49,17 @@ def arguments():
         parser.error("--budget must be a positive number of hours")
     parsed.jobs = parsed.jobs or os.cpu_count() or 1
     parsed.out = parsed.out or ROOT / "results"
+    parsed.references = parsed.references or parsed.out / "references"
     parsed.runs = parsed.runs or ROOT / "results" / "runs" / (parsed.profile or "default")
     return parsed
+
+
+def references_of(runs, listed, folder):
+    """{(scene, parameters): its certified reference}, of those that have one."""
+    scenes = scene_names(listed)
+    asked = {(run.scene, run.asked()["parameters"]): run.file or scenes[run.scene]["file"] for run in runs}
+    found = {scene: reference.read(folder, *scene, file) for scene, file in asked.items()}
+    return {scene: known for scene, known in found.items() if known}
 
 
 def digest(*paths):
@@ -71,11 +81,13 @@ def jobs_of(runs, listed, options):
     """What `one.do` needs to know of each run; `key` changes when program, scene or flags do."""
     program = str(Path(options.program).resolve())
     scenes = scene_names(listed)
-    keys = {scene: digest(program, scenes[scene]["file"]) for scene in {run.scene for run in runs}}
+    files = {(run.scene, run.file): run.file or scenes[run.scene]["file"] for run in runs}
+    keys = {scene: digest(program, file) for scene, file in files.items()}
     statuses = [s["name"] for s in listed["statuses"]]
     deadline = None if options.budget is None else time.time() + 3600 * options.budget
-    return [{"asked": run.asked(), "flags": run.flags(), "key": keys[run.scene], "program": program, "scene": f"{run.scene}.xml",
-             "runs": str(options.runs.resolve()), "statuses": statuses, "time_limit_s": run.time_limit_s,
+    return [{"asked": run.asked(), "flags": run.flags(), "key": keys[run.scene, run.file], "program": program,
+             "scene": run.file or f"{run.scene}.xml", "runs": str(options.runs.resolve()), "statuses": statuses,
+             "timed": run.timed, "time_limit_s": run.time_limit_s,
              # The program keeps its own limit; the outer one is for a program that does not come back.
              "wall_limit_s": 1.2 * run.time_limit_s + 10, "memory_limit_mb": run.memory_limit_mb,
              "record_every": run.record_every, "deadline": deadline} for run in runs]
@@ -172,7 +184,8 @@ def main():
     stray = sorted(f.name for f in options.runs.iterdir() if f.is_dir() and f.name not in wanted)
     if stray:
         print(f"{len(stray)} folders are of no run of these sweeps and stay out of the tables: {', '.join(stray[:5])}")
-    gather.gather(runs, missing, options.runs, options.out, [path.stem for path in options.sweeps], options.profile)
+    gather.gather(runs, missing, options.runs, options.out, [path.stem for path in options.sweeps], options.profile,
+                  references_of(runs, listed, options.references))
     lock.close()
 
 

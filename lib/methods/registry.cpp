@@ -4,8 +4,19 @@
 
 namespace cb {
 
+#ifdef CONTACTBENCH_TEST_WRONG_METHODS
+// Wrong on purpose (test/wrong_methods/): in the table of one program of the tests, and in no release.
+MethodRow strong_friction_row();
+MethodRow boastful_row();
+#endif
+
 std::span<const MethodRow> methods() {
-  static const std::array rows{newton_row(), mirtich_row(), anitescu_potra_row(), drumwright_shell_row()};
+  static const std::array rows{
+      newton_row(),          mirtich_row(),  anitescu_potra_row(), drumwright_shell_row(),
+#ifdef CONTACTBENCH_TEST_WRONG_METHODS
+      strong_friction_row(), boastful_row(),
+#endif
+  };
   return rows;
 }
 

@@ -4,11 +4,13 @@ import math
 
 import numpy as np
 
+from sweeping.reference import ERROR, name_of
+
 from .results import number
 
 SWEEP = "error_time"
-# The error that stands for a scene: the largest over time, of position where the scene has it.
-MEASURES = ("position_linf_m", "displacement_linf_m")
+# The error that stands for a scene: the first of these that it has, largest over time. Closed forms come before certified ones.
+MEASURES = ("position_linf_m", "displacement_linf_m", ERROR, "creep_linf_m")
 EXACT_LAW = 1e-8  # law residual up to which a convex run solves exact Coulomb friction
 TINY = 1e-12      # m; differences below are rounding
 
@@ -19,22 +21,40 @@ def scenes(results):
     return [s for s in found if measure(results, *s)]
 
 
-def measure(results, scene, parameters):
-    cells = results.cells(scene, SWEEP, parameters=parameters)
+def measure(results, scene, parameters, sweep=SWEEP):
+    cells = results.cells(scene, sweep, parameters=parameters)
     return next((m for m in MEASURES if any(not math.isnan(c.error(m)) for c in cells)), "")
 
 
-def points(results, scene, parameters):
-    """Per cell: time (median, s a simulated second) and error (m); None where the run did not finish or has none."""
-    name = measure(results, scene, parameters)
-    out = []
-    for cell in results.cells(scene, SWEEP, parameters=parameters):
+def reference_of(results, scene, parameters, name):
+    """What an error is against, in words: analytic; certified, with its uncertainty; or missing, with the reason."""
+    if name == ERROR:
+        return f"certified to {uncertainty(results, scene, parameters):.1g} m"
+    if name:
+        return next(c["reference"] for c in results.cells(scene, None, parameters=parameters) if not math.isnan(c.error(name)))
+    refused = results.manifest.get("references", {}).get(name_of(scene, parameters))
+    return "missing" + (f": {refused['reason']}" if refused else "")
+
+
+def uncertainty(results, scene, parameters):
+    """Of the certified reference that the errors of a scene are against, m."""
+    return results.manifest["references"][name_of(scene, parameters)]["uncertainty_m"]
+
+
+def points(results, scene, parameters, name=None, sweep=SWEEP):
+    """Per cell: time (median, least and most, s a simulated second; s a step), error (of the scene's measure, or the named one), None
+    where the run did not finish or has none, and the uncertainty of the reference that it is against."""
+    name = name or measure(results, scene, parameters, sweep)
+    out, unsure = [], uncertainty(results, scene, parameters) if name == ERROR else 0.0
+    for cell in results.cells(scene, sweep, parameters=parameters):
         finite = cell.finished and cell.times and not math.isnan(cell.error(name))
         duration = float(cell["duration"]) if cell["duration"] else math.nan
         out.append({"run": cell["run"], "scene": scene, "parameters": parameters, "step": cell["step"], "measure": name,
                     "status": cell["status"] if cell.finished else cell.how_it_ended.split(" at ")[0],
-                    "error": cell.error(name) if finite else None, "time": cell.seconds / duration if finite else None,
-                    "least": min(cell.times) / duration if finite else None, "busy": cell.busy, "cell": cell})
+                    "error": cell.error(name) if finite else None, "uncertainty": unsure, "time": cell.seconds / duration if finite else None,
+                    "least": min(cell.times) / duration if finite else None, "most": max(cell.times) / duration if finite else None,
+                    "repeats": len(cell.times), "time_per_step": cell.seconds / int(cell["steps"]) if finite else None,
+                    "busy": cell.busy, "cell": cell})
     return out
 
 
@@ -102,9 +122,9 @@ def budget(results, scene, parameters):
         elif tight:
             solver = 0.0 if tight["run"] == cell["run"] else apart(cell, tight)
             model = 0.0 if law and tight["run"] == law["run"] else apart(tight, law) if law else math.nan
-            # The polygon's own exact answer, where the scene has one.
+            # The polygon's own exact answer, where the scene has one; the exact one, where the polygon moves as the circle does.
             own = tight.error(f"polygon_{name}") if cell["method"] == "ap" else math.nan
-            step = own if not math.isnan(own) else tight.error(name) if cell["method"] == "convex" else math.nan
+            step = own if not math.isnan(own) else tight.error(name) if cell["method"] == "convex" or model <= TINY else math.nan
         known = {k: v for k, v in (("solver", solver), ("model", model), ("step", step)) if not math.isnan(v)}
         worst = max(known, key=known.get) if known and max(known.values()) > TINY else "none" if known else ""
         rows.append({"cell": cell, "solver": solver, "model": model, "step_error": step, "dominates": worst, "total": cell.error(name)})
@@ -116,7 +136,7 @@ def budget(results, scene, parameters):
 
 def orders(results):
     """Per scene and method of the sweep orders: error at each step, order from each halving, and the order claimed (least
-    squares), None where the halvings differ by more than 0.5 or nothing is left to converge."""
+    squares), None where there are fewer than three halvings, they differ by more than 0.5, or nothing is left to converge."""
     groups = {}
     for cell in results.cells(sweep="orders"):
         if cell.finished and cell["step"]:
@@ -124,17 +144,19 @@ def orders(results):
     rows = []
     for (scene, parameters, key, k, _), cells in groups.items():
         cells = sorted(cells, key=lambda c: -float(c["step"]))
-        for name in ("position_linf_m", "polygon_position_linf_m") if key[0] == "ap" else ("position_linf_m",):
+        of_scene = measure(results, scene, parameters, "orders")
+        for name in (of_scene, f"polygon_{of_scene}") if key[0] == "ap" else (of_scene,):
             h, error = np.array([float(c["step"]) for c in cells]), np.array([c.error(name) for c in cells])
             if len(h) < 3 or np.any(np.isnan(error)):
                 continue
             row = {"scene": scene, "parameters": parameters, "method": cells[0].name + (f", k = {k}" if k else ""), "against":
-                   "the polygon's exact answer" if name.startswith("polygon") else "the exact answer", "steps": h.tolist(),
+                   "the polygon's exact answer" if name.startswith("polygon") else "the certified reference" if name == ERROR else
+                   "the exact answer", "steps": h.tolist(),
                    "errors": error.tolist(), "halvings": [], "order": None, "cells": cells}
             if np.all(error > TINY):
                 halvings = np.diff(np.log(error)) / np.diff(np.log(h))
                 row["halvings"] = halvings.tolist()
-                if halvings.max() - halvings.min() <= 0.5:
+                if len(halvings) >= 3 and halvings.max() - halvings.min() <= 0.5:
                     row["order"] = float(np.polyfit(np.log(h), np.log(error), 1)[0])
             rows.append(row)
     return rows

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from sweeping.plan import Run
+
 CELL = ("scene", "parameters", "method", "variant", "solver", "k", "epsilon", "knobs")
 
 
@@ -77,8 +79,7 @@ class Cell:
     @property
     def command(self):
         """What a reader types to do this run again."""
-        record = json.loads((self.folder / "run.json").read_text())
-        return " ".join(["contactbench run", f"{self['scene']}.xml", *record["flags"]])
+        return " ".join(["contactbench run", f"{self['scene']}.xml", *Run.of(self.row).flags()])
 
     def series(self, file, *columns, of=None, most=None):
         """Columns of a file of the run as arrays; empty arrays where there is no file or no row. `of`: only the rows of

@@ -4,6 +4,7 @@ import json
 import platform
 from pathlib import Path
 
+from . import reference
 from .one import read_json
 
 # Column: where it comes from. `run.` is run.json (what was asked and how it ended), the rest is summary.json.
@@ -11,7 +12,7 @@ COLUMNS = {
     "run": "run.run", "sweeps": None, "scene": "run.scene", "parameters": "run.parameters", "method": "run.method",
     "variant": "run.variant", "solver": "run.solver", "k": "run.k", "epsilon": "run.epsilon", "knobs": "run.knobs",
     "repeat": "run.repeat", "status": "run.status", "reason": "run.reason", "finished": "run.finished",
-    "step": "options.step", "duration": "options.duration", "compression_bound": "options.compression_bound",
+    "reference": "reference.kind", "step": "options.step", "duration": "options.duration", "compression_bound": "options.compression_bound",
     "t_reached": None, "steps": "steps", "events": "events", "contacts_max": "contacts_max", "solves": "solves",
     "iterations_total": "iterations_total", "processing_s": None, "total_s": "time.total_s",
     "dynamics_s": "time.dynamics_s", "collision_s": "time.collision_s", "assembly_s": "time.assembly_s",
@@ -49,7 +50,8 @@ def processing_s(summary):
     return None if None in parts else sum(parts)
 
 
-def row_of(run, record, summary):
+def row_of(run, record, summary, folder, certified):
+    """`folder`: files of the run; `certified`: the scene's reference.Reference, or None."""
     row = {}
     for column, source in COLUMNS.items():
         if source is not None:
@@ -61,6 +63,8 @@ def row_of(run, record, summary):
         row[column] = text(summary[column] if column in summary else record[column])
     for name, value in (summary.get("errors") or {}).items():
         row[f"error_{name}"] = text(value)
+    if certified and record["finished"]:
+        row[f"error_{reference.ERROR}"] = text(certified.error(lookup(summary, "options.duration"), Path(folder) / "trajectory.csv"))
     return row
 
 
@@ -72,9 +76,10 @@ def same_or_list(summaries, key):
     return values[0] if len(values) == 1 else values
 
 
-def gather(plan, missing, runs, out, sweeps, profile):
+def gather(plan, missing, runs, out, sweeps, profile, references):
     """Writes OUT/runs.csv (cells in the order of the sweep files, the repeats of a cell together) and OUT/manifest.json:
-    machine, versions, flags, statuses counted; no dates, no paths."""
+    machine, versions, flags, statuses counted, certified references used; no dates, no paths. `references`: {(scene, parameters):
+    reference.Reference} of the scenes that have one, accepted or not."""
     order = {}
     for run in plan:
         order.setdefault(run.cell, len(order))
@@ -85,7 +90,7 @@ def gather(plan, missing, runs, out, sweeps, profile):
             absent += 1
             continue
         summary = read_json(Path(runs) / run.name / "summary.json") or {}
-        rows.append(row_of(run, record, summary))
+        rows.append(row_of(run, record, summary, Path(runs) / run.name, references.get((run.scene, run.asked()["parameters"]))))
         summaries.append(summary)
     errors = list(dict.fromkeys(c for row in rows for c in row if c.startswith("error_")))
     out = Path(out)
@@ -100,6 +105,8 @@ def gather(plan, missing, runs, out, sweeps, profile):
     manifest = {"sweeps": sweeps, "profile": profile, "runs": len(rows), "runs_not_done_yet": absent, "missing": missing,
                 "statuses": dict(sorted(count.items())), "machine": same_or_list(summaries, "machine"),
                 "versions": same_or_list(summaries, "versions"), "python": ".".join(platform.python_version_tuple()[:2]),
+                "references": {reference.name_of(*scene): {key: found.about.get(key) for key in reference.SAID}
+                               for scene, found in sorted(references.items())},
                 "timing": {"runs_on_a_busy_machine": sum(r["busy"] == "true" for r in rows),
                            "runs_too_early_to_tell": sum(r["busy"] == "" for r in rows)}}
     (out / "manifest.json").write_text(json.dumps(manifest, indent=1) + "\n")

@@ -24,6 +24,7 @@ from pathlib import Path
 DOING = ".doing"
 TAIL = 1 << 16               # bytes of what a program says that are kept
 FILE_LIMIT = 16 << 30        # bytes that one file of a run may have
+WARM_UP = 0.25               # s, of a timed run done once before it counts: caches, clock and page tables are as it wants them
 BUSY = 0.25                  # cores that others may use before a run counts as disturbed
 AGAIN = ("interrupted", "write_failed")  # statuses that say nothing about the method: done again by themselves
 PR_SET_PDEATHSIG = 1
@@ -199,7 +200,7 @@ def reached(folder):
 
 
 def do(job, load):
-    """Does one job: {asked, flags, key, program, scene, runs, statuses, time_limit_s, wall_limit_s, memory_limit_mb,
+    """Does one job: {asked, flags, key, program, scene, runs, statuses, timed, time_limit_s, wall_limit_s, memory_limit_mb,
     record_every, deadline}; returns its record, which is then in RUNS/<name>/run.json too."""
     runs, name = Path(job["runs"]), job["asked"]["run"]
     job = within(job, time.time())
@@ -218,16 +219,22 @@ def do(job, load):
 
 def done(job, scratch, load):
     """Runs the program into `scratch`: how it ended, as fields of its record."""
-    command = [job["program"], "run", job["scene"], *job["flags"], "--record-every", str(job["record_every"]),
-               "--time-limit", f"{job['time_limit_s']:g}", "--memory-limit", f"{job['memory_limit_mb']:g}",
-               "--out", str(scratch), "--quiet"]
+    def command(out, limit):
+        return [job["program"], "run", job["scene"], *job["flags"], "--record-every", str(job["record_every"]),
+                "--time-limit", f"{limit:g}", "--memory-limit", f"{job['memory_limit_mb']:g}", "--out", str(out), "--quiet"]
+    # The address space holds more than what is in use; the program's own limit is the sharper one.
+    memory = int((2 * job["memory_limit_mb"] + 256) * 2**20)
+    warm_up = scratch / "warm_up"
     start = time.monotonic()
     try:
-        # The address space holds more than what is in use; the program's own limit is the sharper one.
-        code, stopped, peak, said = execute(command, job["wall_limit_s"], int((2 * job["memory_limit_mb"] + 256) * 2**20))
+        if job["timed"]:
+            execute(command(warm_up, min(WARM_UP, job["time_limit_s"])), 8 * WARM_UP, memory)
+            start = time.monotonic()
+        code, stopped, peak, said = execute(command(scratch, job["time_limit_s"]), job["wall_limit_s"], memory)
     except OSError as error:
         code, stopped, peak, said = 1, False, 0.0, f"{job['program']}: {error.strerror}"
     wall = time.monotonic() - start
+    shutil.rmtree(warm_up, ignore_errors=True)
     others = load.others(start)
     summary = read_json(scratch / "summary.json")
     status, reason = verdict(code, stopped, peak, said, summary, job)

@@ -8,6 +8,7 @@ import itertools
 import math
 import tomllib
 from dataclasses import dataclass
+from pathlib import Path
 
 # Knob in a sweep file: flag of `contactbench run`. Those of the first group are every method's, the others only of the
 # methods whose row in `list --json` names the flag.
@@ -40,6 +41,16 @@ class Run:
     timed: bool = True
     time_limit_s: float = 3600
     memory_limit_mb: float = 4096
+    file: str = ""   # of a scene that does not come with the program
+
+    @classmethod
+    def of(cls, row):
+        """The run of a row of runs.csv."""
+        def pairs(words):
+            return [tuple(word.split("=", 1)) for word in words.split()]
+        knobs = dict(pairs(row["knobs"])) | {n: row[n] for n in ("k", "epsilon") if row[n]}
+        return cls(row["scene"], tuple(pairs(row["parameters"])), row["method"], row["variant"], row["solver"],
+                   tuple((n, knobs[n]) for n in COMMON | OWN if n in knobs), int(row["repeat"]))
 
     @property
     def cell(self):
@@ -150,7 +161,7 @@ def recorded(settings, knobs):
     return max(1, round(interval / float(step))) if interval and step else int(settings["record_every"])
 
 
-def block_runs(block, sweep, profile, rows, stem):
+def block_runs(block, scene, file, sweep, profile, rows, stem):
     merged = {**sweep, **sweep.get("profiles", {}).get(profile, {}), **block, **block.get(profile, {})}
     settings = {key: merged.get(key, default) for key, default in SETTINGS.items()}
     sets = [[(name, v) for v in values(value)] for name, value in merged.get("set", {}).items()]
@@ -163,9 +174,9 @@ def block_runs(block, sweep, profile, rows, stem):
             for knobs in itertools.product(*[[(n, v) for v in values(merged[n])] for n in names]):
                 if turned(chosen, knobs) is None:
                     continue  # an angle of the polygon is none of a method without one
-                yield Run(block["scene"], turned(chosen, knobs), method["name"], variant, solver, tuple(knobs), 0, (stem,),
+                yield Run(scene, turned(chosen, knobs), method["name"], variant, solver, tuple(knobs), 0, (stem,),
                           recorded(settings, knobs), bool(settings["timed"]), float(settings["time_limit_s"]),
-                          float(settings["memory_limit_mb"])), int(settings["repeats"])
+                          float(settings["memory_limit_mb"]), file), int(settings["repeats"])
 
 
 def merge(a, b):
@@ -189,14 +200,21 @@ def plan(paths, profile, listed):
         for block in sweep["runs"]:
             if profile and profile not in block.get("profiles", [profile]):
                 continue
-            if block["scene"] not in scenes:
-                missing[block["scene"]] = "this build has no such scene"
+            scene, file = block["scene"], ""
+            if scene.endswith(".xml"):
+                # A file of the user's own, beside the sweep file; the program itself knows its parameters.
+                file = str(path.parent.resolve() / scene)
+                scene = Path(scene).stem
+                if not Path(file).is_file():
+                    raise SweepError(f"{path}: no file {file}")
+            elif scene not in scenes:
+                missing[scene] = "this build has no such scene"
                 continue
             for name in block.get("set", {}):
-                if name not in scenes[block["scene"]]["parameters"]:
-                    raise SweepError(f"{path}: {block['scene']} has no parameter '{name}'; it has "
-                                     f"{', '.join(scenes[block['scene']]['parameters'])}")
-            for run, repeats in block_runs(block, sweep, profile, rows, path.stem):
+                if not file and name not in scenes[scene]["parameters"]:
+                    raise SweepError(f"{path}: {scene} has no parameter '{name}'; it has "
+                                     f"{', '.join(scenes[scene]['parameters'])}")
+            for run, repeats in block_runs(block, scene, file, sweep, profile, rows, path.stem):
                 for repeat in range(1, repeats + 1):
                     this = dataclasses.replace(run, repeat=repeat)
                     before = merged.get(this.name)

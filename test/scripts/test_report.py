@@ -45,7 +45,8 @@ class FakeCell(dict):
 
     def __init__(self, error=math.nan, seconds=1.0, finished=True, errors=None, **columns):
         super().__init__({"scene": "s", "parameters": "", "method": "ap", "solver": "lemke", "variant": "", "k": "8", "epsilon": "",
-                          "knobs": "", "step": "0.01", "status": "ok", "run": "r", "duration": "1.0"} | columns)
+                          "knobs": "", "step": "0.01", "status": "ok", "run": "r", "duration": "1.0", "steps": "100",
+                          "false_claims": "0"} | columns)
         self.errors, self.seconds, self.finished = {"position_linf_m": error, **(errors or {})}, seconds, finished
         self.times, self.busy, self.name = [seconds], False, columns.get("name", "A-P Lemke")
         self.key = (self["method"], self["solver"])

@@ -11,8 +11,8 @@ def numbers(some):
 
 def build(results):
     orders, polygons = precision.orders(results), precision.polygons(results)
-    html = ["<p>Largest error over time at steps halved three times, and the slope of its logarithm. No order is claimed where the "
-            "halvings differ by more than 0.5, or where nothing is left to converge.</p>",
+    html = ["<p>Largest error over time at steps halved three times, and the slope of its logarithm. No order is claimed where fewer "
+            "than three halvings finished, where they differ by more than 0.5, or where nothing is left to converge.</p>",
             table(["scene", "method", "against", "errors, m (step from coarse to fine)", "each halving", "order"],
                   [[esc(f"{r['scene'].replace('_', ' ')} {r['parameters']}"), esc(r["method"]), esc(r["against"]), esc(numbers(r["errors"])),
                     esc(numbers(r["halvings"])), "not claimed" if r["order"] is None else f"{r['order']:.3f}"] for r in orders]),

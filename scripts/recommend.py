@@ -1,0 +1,236 @@
+#!/usr/bin/env python3
+"""Which method for a scene? Of all runs in the table of the sweep error_time, the cheapest that met a wanted error: method,
+solver and knobs, with the run that shows it and the runner-up.
+
+  scripts/recommend.py sliding_box --error 1e-3
+  scripts/recommend.py stack --set boxes=4 --error 1e-6 --time-per-step 1e-4 --verify
+  scripts/recommend.py my.xml --error 1e-3 --duration 2 --out my      first runs a small sweep of it into the folder my
+
+Exit codes: 0 there is an answer (and it was confirmed, with --verify); 1 --verify could not confirm it; 2 wrong flags or input;
+3 no run met the error.
+"""
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import references
+from reporting import choice, precision
+from reporting.results import Results
+from sweeping import gather, one, reference
+from sweeping.plan import Run, scene_names
+
+ROOT = Path(__file__).resolve().parent.parent
+# The small sweep of a user's own scene: multiples of its step, all methods, a few polygons and tolerances.
+STEPS = (4, 1, 0.25)
+SWEEP = """title = "A small sweep, to recommend a method from"
+outside = ["pgs"]
+record_interval_s = "{interval}"
+step = [{steps}]
+duration = "{duration!r}"
+k = [4, 8, 16]
+epsilon = ["1e-2", "1e-6", "1e-12"]
+repeats = 3
+time_limit_s = {limit:g}
+
+[[runs]]
+scene = {scene}
+{sets}"""
+
+
+class WrongInput(Exception):
+    """Flags or input that cannot be answered: says what would be right."""
+
+
+def scene_file(program, scene):
+    """File of a scene: a path, or the name of one that comes with the program; None where it is neither."""
+    if Path(scene).is_file():
+        return str(Path(scene).resolve())
+    try:
+        listed = json.loads(subprocess.run([program, "list", "--json"], check=True, capture_output=True, text=True).stdout)
+    except (OSError, subprocess.SubprocessError, ValueError) as error:
+        raise WrongInput(f"`{program} list --json` does not work: {error}; --program names another one") from None
+    found = scene_names(listed).get(scene.removesuffix(".xml"))
+    return found and found["file"]
+
+
+def small_sweep(options, file):
+    """Runs a scene over methods and knobs in the folder --out, for what is not there yet; its table."""
+    if options.out is None:
+        raise WrongInput(f"{options.scene} is not in the table: --out names a folder for the small sweep that it needs first")
+    # Made for a scene with an exact answer too: the one is a check on the other.
+    try:
+        known = references.make(options.program, file, options.set, options.duration, options.out / "references", options.limit)
+    except references.MakeError as error:
+        raise WrongInput(str(error)) from None
+    steps = ", ".join(f'"{known.about["step"] * references.FINER * m:.12g}"' for m in STEPS)
+    sets = "".join(f"set.{name} = {json.dumps(value)}\n" for name, _, value in (pair.partition("=") for pair in options.set))
+    toml = options.out / f"{precision.SWEEP}.toml"
+    toml.write_text(SWEEP.format(interval=reference.INTERVAL, steps=steps, duration=known.about["duration"], limit=options.limit,
+                                 scene=json.dumps(file), sets=sets))
+    ended = subprocess.run([sys.executable, "-B", ROOT / "scripts/sweep.py", toml, "--program", options.program, "--runs",
+                            options.out / "runs", "--out", options.out], stdout=sys.stderr)
+    if ended.returncode != 0:
+        raise WrongInput("the sweep of it could not be done")
+    return Results(options.out, options.out / "runs")
+
+
+def table(options):
+    """The results that hold the scene, its name, and its file where it may have to be run again."""
+    file = scene_file(options.program, options.scene)
+    name = Path(options.scene).stem if file else options.scene
+    parameters = " ".join(options.set)
+    if not Path(options.scene).is_file() and options.out is None:
+        if not (options.results / "runs.csv").exists():
+            raise WrongInput(f"{options.results} has no runs.csv: scripts/reproduce.sh makes it; --results names another folder")
+        results = Results(options.results, options.results / "runs")
+        there = dict.fromkeys((c["scene"], c["parameters"]) for c in results.cells(sweep=precision.SWEEP))
+        if (name, parameters) in there:
+            return results, name, file
+        if not file or name in {scene for scene, _ in there}:
+            raise WrongInput(f"the table has no runs of '{' '.join([name, parameters]).strip()}'; it has "
+                             + ", ".join(" --set ".join(filter(None, scene)) for scene in there))
+    if not file:
+        raise WrongInput(f"no scene '{options.scene}': a file, or a name of `contactbench list scenarios`")
+    return small_sweep(options, file), name, file
+
+
+def said(point):
+    """A point for --json and for the text."""
+    cell = point["cell"]
+    return {"run": point["run"], "method": cell["method"], "solver": cell["solver"], "variant": cell["variant"], "k": cell["k"],
+            "epsilon": cell["epsilon"], "knobs": cell["knobs"], "label": cell.label, "error": point["error"],
+            "uncertainty": point["uncertainty"], "time_per_simulated_second": point["time"], "time_least": point["least"], "time_most": point["most"],
+            "time_per_step": point["time_per_step"], "repeats": point["repeats"], "busy": point["busy"], "command": cell.command}
+
+
+def show(title, point, measure):
+    print(f"{title}: {point['label']}")
+    noise = f"{point['time_least']:.3g} to {point['time_most']:.3g} in {point['repeats']} runs" if point["repeats"] > 1 else "one run: noise unknown"
+    print(f"  {measure} = {point['error']:.3g}; {point['time_per_simulated_second']:.3g} s a simulated second ({noise}"
+          f"{', machine busy' if point['busy'] else ''}), {point['time_per_step']:.3g} s a step")
+    print(f"  run {point['run']}\n  {point['command']}")
+
+
+def again(point, options, file, results):
+    """Does the run of a point once more, in a process and a folder of its own: (status, error, s a simulated second)."""
+    run = Run.of(point["cell"].row)
+    # Recorded as in the sweep: a certified error needs the moments of its reference.
+    every = max(1, round(reference.INTERVAL / float(point["step"])))
+    statuses = [s["name"] for s in json.loads(subprocess.run([options.program, "list", "--json"], check=True, capture_output=True,
+                                                             text=True).stdout)["statuses"]]
+    with tempfile.TemporaryDirectory() as runs:
+        scene = file if Path(options.scene).is_file() else f"{run.scene}.xml"
+        job = {"asked": run.asked(), "flags": run.flags(), "key": "", "program": options.program, "scene": scene, "runs": runs,
+               "statuses": statuses, "timed": True, "time_limit_s": options.limit, "wall_limit_s": 1.2 * options.limit + 10, "memory_limit_mb": 4096,
+               "record_every": every, "deadline": None}
+        record = one.do(job, one.Load())
+        folder = Path(runs) / run.name
+        row = gather.row_of(run, record, one.read_json(folder / "summary.json") or {}, folder,
+                            reference.read(results.folder / "references", run.scene, job["asked"]["parameters"], file))
+    error, took = (row.get(f"error_{point['measure']}") or None), row["processing_s"] or None
+    return row["status"], error and float(error), took and float(took) / float(row["duration"])
+
+
+def verify(best, cheaper, options, file, results):
+    """Whether new runs say the same: the chosen one meets the error, and none of the cheaper ones does."""
+    faults, runs = [], []
+    for point in [best, *cheaper]:
+        status, error, took = again(point, options, file, results)
+        meets = status == "ok" and error is not None and error + point["uncertainty"] <= options.error
+        late = options.time_per_step is not None and point["time_per_step"] > options.time_per_step
+        runs.append({"run": point["run"], "status": status, "error": error, "time_per_simulated_second": took})
+        if point is best and not meets:
+            faults.append(f"{point['run']} does not meet the error: {status}, {error}")
+        if point is not best and meets and not late and point["cell"]["false_claims"] == "0":
+            faults.append(f"{point['run']} is cheaper in the table and meets the error: {error}")
+    return {"runs": runs, "faults": faults}
+
+
+def answer(options):
+    results, scene, file = table(options)
+    parameters = " ".join(options.set)
+    measures = [c.removeprefix("error_") for c in results.rows[0] if c.startswith("error_")
+                and any(r[c] for r in results.rows if r["scene"] == scene and r["parameters"] == parameters)]
+    measure = options.measure or precision.measure(results, scene, parameters)
+    if options.measure and options.measure not in measures:
+        raise WrongInput(f"{scene} has no error '{options.measure}'; it has {', '.join(measures)}")
+    made = {"scene": scene, "parameters": parameters, "measure": measure, "wanted": options.error,
+            "time_per_step": options.time_per_step, "best": None, "runner_up": None}
+    if not measure:
+        reason = results.manifest.get("references", {}).get(reference.name_of(scene, parameters), {}).get("reason")
+        return made | {"reference": "missing", "why": reason or "no run of it has an error"}
+    points = precision.points(results, scene, parameters, measure)
+    made["reference"] = precision.reference_of(results, scene, parameters, measure)
+    made["runs"] = len(points)
+    best, second, cheaper = choice.choose(points, options.error, options.time_per_step)
+    if best is None:
+        close = choice.nearest(points)
+        return made | {"nearest": said(close) if close else None}
+    made |= {"best": said(best), "runner_up": said(second) if second else None, "cheaper_that_missed": len(cheaper),
+             "told_apart": choice.apart(best, second) if second else None}
+    if options.verify:
+        made["verified"] = verify(best, cheaper, options, file, results)
+    return made
+
+
+def show_all(made):
+    wanted = f"{made['measure']} <= {made['wanted']:g}" + (f" and at most {made['time_per_step']:g} s a step" if made["time_per_step"] else "")
+    scene = f"{made['scene']} {made['parameters']}".strip()
+    if made["reference"] == "missing":
+        print(f"{scene}: none can be recommended, its reference is missing: {made['why']}")
+        return
+    print(f"{scene}, {wanted} (reference {made['reference']}, {made['runs']} settings in the table)")
+    if made["best"] is None:
+        print("none did")
+        if made["nearest"]:
+            show("least error", made["nearest"], made["measure"])
+        return
+    show("cheapest", made["best"], made["measure"])
+    if made["runner_up"]:
+        unsure = {None: " (too few repeats to tell them apart)", False: " (times overlap: not told apart)", True: ""}[made["told_apart"]]
+        show(f"runner-up{unsure}", made["runner_up"], made["measure"])
+    else:
+        print("runner-up: no other method or solver met it")
+    if "verified" in made:
+        for fault in made["verified"]["faults"]:
+            print(f"not confirmed: {fault}")
+        if not made["verified"]["faults"]:
+            print(f"confirmed: run again, it meets the error, and so does none of the {made['cheaper_that_missed']} that are cheaper in the table")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scene", help="a scene of the table, or a file of your own")
+    parser.add_argument("--error", type=float, required=True, help="wanted error, in the unit of the measure")
+    parser.add_argument("--measure", help="which error (`contactbench list references`; certified_linf_m) [the scene's largest of position]")
+    parser.add_argument("--time-per-step", type=float, metavar="S", help="processing time that a step may take, s")
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="a parameter of the scene")
+    parser.add_argument("--verify", action="store_true", help="run the answer and all that is cheaper again")
+    parser.add_argument("--json", action="store_true", help="the answer as JSON")
+    parser.add_argument("--results", type=Path, default=ROOT / "results", help="folder of runs.csv [results]")
+    parser.add_argument("--program", default=str(ROOT / "build/bin/contactbench"))
+    parser.add_argument("--out", type=Path, help="folder for the small sweep of a scene that is not in the table")
+    parser.add_argument("--duration", type=float, help="simulated seconds of the small sweep [the scene's]")
+    parser.add_argument("--limit", type=float, default=60, help="seconds for one run [60]")
+    options = parser.parse_args()
+    for name in ("error", "time_per_step", "duration", "limit"):
+        value = getattr(options, name)
+        if value is not None and not 0 < value < float("inf"):
+            parser.error(f"--{name.replace('_', '-')} must be a positive number")
+    try:
+        made = answer(options)
+    except WrongInput as error:
+        print(f"recommend: {error}", file=sys.stderr)
+        sys.exit(2)
+    if options.json:
+        print(json.dumps(made, indent=1))
+    else:
+        show_all(made)
+    sys.exit(3 if made["best"] is None else 1 if made.get("verified", {}).get("faults") else 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,177 @@
+"""scripts/recommend.py and certified references, on the runs of a stand-in for the program whose errors and times are known."""
+import csv
+import json
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import standin
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "scripts"))
+import references  # noqa: E402
+from sweeping import reference  # noqa: E402
+
+SWEEP = """
+outside = ["pgs"]
+k = [4, 8]
+epsilon = "1e-12"
+step = ["1e-2", "1e-3"]
+record_interval_s = "0.1"
+repeats = 2
+
+[[runs]]
+scene = "sliding_box"
+
+[[runs]]
+scene = "stack"
+set.boxes = 4
+"""
+
+
+class Recommend(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.top = Path(folder.name)
+        self.program = standin.write(self.top / "program")
+        self.environment = standin.environment(FAKE=json.dumps({"sliding_box": "error", "my": "error"}))
+
+    def sweep(self):
+        (self.top / "error_time.toml").write_text(SWEEP)
+        subprocess.run([sys.executable, "-B", ROOT / "scripts/sweep.py", self.top / "error_time.toml", "--program", self.program,
+                        "--runs", self.top / "runs", "--out", self.top], check=True, stdout=subprocess.DEVNULL, env=self.environment)
+
+    def ask(self, *words, code=0):
+        ended = subprocess.run([sys.executable, "-B", ROOT / "scripts/recommend.py", "--program", self.program, "--results", self.top,
+                                "--json", *map(str, words)], capture_output=True, text=True, env=self.environment)
+        self.assertEqual(ended.returncode, code, ended.stdout + ended.stderr)
+        return json.loads(ended.stdout) if code != 2 else ended.stderr
+
+    def test_the_cheapest_that_meets_the_error_is_named_with_evidence_and_runner_up(self):
+        self.sweep()
+        # At 1e-2 s newton errs by 0.1 m, mirtich by 0.05, ap by 0.02, convex by 0.01; each step costs the dearer method more.
+        made = self.ask("sliding_box", "--error", 0.03, "--verify")
+        self.assertEqual((made["best"]["method"], made["best"]["knobs"], made["best"]["error"]), ("ap", "step=1e-2", 0.02))
+        self.assertEqual(made["runner_up"]["method"], "convex")
+        self.assertEqual(made["best"]["command"], "contactbench run sliding_box.xml --method ap --solver lemke --step 1e-2 --k 4")
+        self.assertEqual(made["reference"], "analytic")
+        self.assertFalse(made["verified"]["faults"])
+        # The answer and, once each, the three that are cheaper: two of newton, one of mirtich.
+        self.assertEqual(len(made["verified"]["runs"]), 4)
+        self.assertEqual(made["best"]["repeats"], 2)
+
+    def test_none_did_where_none_did_and_the_nearest_is_said(self):
+        self.sweep()
+        made = self.ask("sliding_box", "--error", 1e-6, code=3)
+        self.assertIsNone(made["best"])
+        self.assertEqual((made["nearest"]["method"], made["nearest"]["error"]), ("convex", 1e-3))
+
+    def test_a_time_per_step_narrows_the_choice(self):
+        self.sweep()
+        step = self.ask("sliding_box", "--error", 0.012)["best"]["time_per_step"]
+        self.ask("sliding_box", "--error", 0.012, "--time-per-step", step / 100, code=3)
+        self.assertLessEqual(self.ask("sliding_box", "--error", 1, "--time-per-step", step)["best"]["time_per_step"], step)
+
+    def test_a_table_that_says_too_much_is_not_confirmed(self):
+        self.sweep()
+        with open(self.top / "runs.csv", newline="") as file:
+            rows = list(csv.DictReader(file))
+        for row in rows:
+            if row["method"] == "newton" and row["knobs"] == "step=1e-2":
+                row["error_position_linf_m"] = "1e-9"
+        with open(self.top / "runs.csv", "w", newline="") as file:
+            writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(rows)
+        made = self.ask("sliding_box", "--error", 1e-3, "--verify", code=1)
+        self.assertIn("does not meet the error", made["verified"]["faults"][0])
+
+    def test_wrong_input_says_what_would_be_right(self):
+        self.sweep()
+        self.assertIn("--set boxes=4", self.ask("stack", "--error", 1, code=2))
+        self.assertIn("position_linf_m", self.ask("sliding_box", "--error", 1, "--measure", "beauty", code=2))
+        self.assertIn("--out", self.ask("circular_sliding", "--error", 1, code=2))
+        self.assertIn("no scene", self.ask("nowhere", "--error", 1, "--out", self.top / "new", code=2))
+        self.assertIn("positive", self.ask("sliding_box", "--error", -1, code=2))
+
+    def test_a_scene_of_ones_own_is_swept_first_against_a_reference_made_for_it(self):
+        scene = self.top / "my.xml"
+        scene.write_text("<scenario/>")
+        out = self.top / "mine"
+        made = self.ask(scene, "--error", 0.03, "--out", out)
+        # Four times the step of 1e-3 s is the coarsest of the sweep; mirtich errs there by 0.02 m.
+        self.assertEqual((made["best"]["method"], made["best"]["knobs"]), ("mirtich", "step=0.004 duration=10.0"))
+        self.assertTrue(json.loads((out / "references/my.json").read_text())["accepted"])
+        again = self.ask(scene, "--error", 0.03, "--out", out, "--measure", reference.ERROR)
+        self.assertIn("certified", again["reference"])
+        self.assertEqual(again["best"]["error"], 0.0)  # the stand-in's bodies move the same, whatever the method
+        self.assertEqual(again["best"]["method"], "newton")
+
+
+class References(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.top = Path(folder.name)
+        self.scene = self.top / "scene.xml"
+        self.scene.write_text("<scenario/>")
+
+    def about(self, **more):
+        return {"scene": "scene", "parameters": "mu=0.5", "scene_digest": reference.digest(self.scene), "accepted": True,
+                "duration": 1.0} | more
+
+    def trajectory(self, shift, until=1.0):
+        path = self.top / "trajectory.csv"
+        path.write_text("t,body,px,py,pz\n" + "".join(f"{t},box,{t + shift},0,0\n" for t in (0.0, 0.1 + 2e-17, until)))
+        return path
+
+    def test_the_error_is_the_largest_distance_at_the_same_moments(self):
+        references.store(self.top, self.about(), {(t, "box"): (t, 0.0, 0.0) for t in (0.0, 0.1, 0.2, 1.0)})
+        known = reference.read(self.top, "scene", "mu=0.5", self.scene)
+        self.assertAlmostEqual(known.error(1.0, self.trajectory(0.25)), 0.25)
+        self.assertIsNone(known.error(2.0, self.trajectory(0.25)), "a run of another length")
+        self.assertIsNone(known.error(1.0, self.trajectory(0.25, 0.5)), "a run that is not known at the end")
+        self.assertIsNone(known.error(1.0, self.top / "none.csv"))
+
+    def test_a_reference_of_another_scene_file_is_none(self):
+        references.store(self.top, self.about(), {(1.0, "box"): (0.0, 0.0, 0.0)})
+        self.scene.write_text("<scenario />")
+        self.assertIsNone(reference.read(self.top, "scene", "mu=0.5", self.scene))
+
+    def test_a_reference_that_was_refused_has_a_reason_and_no_error(self):
+        references.store(self.top, self.about(accepted=False, reason="they differ"), None)
+        known = reference.read(self.top, "scene", "mu=0.5", self.scene)
+        self.assertEqual((known.about["reason"], known.error(1.0, self.trajectory(0))), ("they differ", None))
+
+    def certified(self, *motions):
+        """What becomes of a scene whose runs end like this: at its own step, at step/64, at step/32, of the other methods."""
+        class Scripted:
+            file, sets, said = self.scene, [], iter(motions)
+
+            def run(self, method, step, duration):
+                x = next(self.said)
+                summary = {"scenario": "scene", "status": "ok" if x is not None else "ray", "reason": None, "finished": x is not None,
+                           "options": {"step": 0.01, "duration": 1.0}, "residuals": {"false_claims": 0, "law_max": 0.0},
+                           "versions": {}, "machine": {}}
+                return summary, None if x is None else {(1.0, "box"): (x, 0.0, 0.0)}, "command"
+        return references.certify(Scripted(), None)
+
+    def test_two_methods_must_agree_to_a_tenth_of_what_is_to_be_measured(self):
+        about, motion = self.certified(0.1, 0.0, 1e-3, 5e-3)
+        self.assertTrue(about["accepted"])
+        self.assertEqual((about["uncertainty_m"], about["step"]), (5e-3, 0.01 / 64))
+        about, motion = self.certified(0.1, 0.0, 1e-3, 0.02, None, 5e-3)
+        self.assertTrue(about["accepted"], "the third of the others agrees")
+        about, motion = self.certified(0.1, 0.0, 1e-3, 0.02, None, 0.03)
+        self.assertIsNone(motion)
+        self.assertIn("0.02 m apart", about["reason"])
+        self.assertIn("ap path: ray", about["reason"])
+        about, motion = self.certified(0.1, None, 0.0)
+        self.assertIn("convex at 1/64 of the step: ray", about["reason"])
+
+
+if __name__ == "__main__":
+    unittest.main()

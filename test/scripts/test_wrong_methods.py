@@ -1,0 +1,63 @@
+"""Methods that are wrong on purpose (test/wrong_methods) are found: by their error against the step, and by the referee."""
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "scripts"))
+from reporting import choice, precision  # noqa: E402
+from reporting.results import Results  # noqa: E402
+
+SWEEP = """
+record_every = 0
+epsilon = "1e-12"
+step = ["1e-2", "5e-3", "2.5e-3", "1.25e-3"]
+methods = ["convex", "strong-friction", "boastful"]
+[[runs]]
+scene = "sliding_box"
+"""
+PROGRAM = os.environ.get("WRONG_PROGRAM")
+
+
+@unittest.skipUnless(PROGRAM, "WRONG_PROGRAM is not set: ctest names the program")
+class WrongMethods(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        made = Path(tempfile.mkdtemp())
+        cls.addClassCleanup(shutil.rmtree, made)
+        for name in ("orders", precision.SWEEP):
+            (made / f"{name}.toml").write_text(SWEEP)
+        subprocess.run([sys.executable, "-B", ROOT / "scripts/sweep.py", made / "orders.toml", made / f"{precision.SWEEP}.toml",
+                        "--program", PROGRAM, "--runs", made / "runs", "--out", made], check=True, stdout=subprocess.DEVNULL)
+        cls.results = Results(made, made / "runs")
+        cls.orders = {r["cells"][0]["method"]: r for r in precision.orders(cls.results)}
+        cls.points = precision.points(cls.results, "sliding_box", "")
+
+    def test_friction_one_percent_too_strong_shows_in_the_error_that_does_not_fall_with_the_step(self):
+        right, wrong = self.orders["convex"], self.orders["strong-friction"]
+        self.assertAlmostEqual(right["order"], 1.0, delta=0.1)
+        self.assertLess(max(map(abs, wrong["halvings"])), 0.1)
+        # The push exceeds friction by 2 %: half of that is gone, and with it half of 0.16 m.
+        for error in wrong["errors"]:
+            self.assertAlmostEqual(error, 0.08, delta=0.01)
+
+    def test_no_wrong_method_is_on_the_front_where_it_counts_or_recommended(self):
+        front = [p["cell"]["method"] for p in precision.pareto(self.points) if p["error"] < 0.01]
+        self.assertEqual(set(front), {"convex"})
+        best, _, _ = choice.choose(self.points, 0.01)
+        self.assertEqual(best["cell"]["method"], "convex")
+
+    def test_a_false_word_of_success_shows_in_the_column_of_claims(self):
+        truth = precision.truthfulness(self.results)
+        self.assertEqual(truth["convex, epsilon 1e-12 J"]["false_claims"], 0)
+        boaster = truth["boastful ipm, epsilon 1e-12 J"]
+        self.assertGreater(boaster["false_claims"], 0.1 * boaster["solves"])
+        self.assertEqual(boaster["ok"], 0)
+
+
+if __name__ == "__main__":
+    unittest.main()
