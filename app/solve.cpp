@@ -15,6 +15,7 @@
 #include "lcp/lcp.h"
 #include "lcp/lcp_files.h"
 #include "method_flags.h"
+#include "methods/lcp_status.h"
 #include "scenario/near_name.h"
 #include "simulation/simulation.h"
 
@@ -93,32 +94,6 @@ double median(const std::vector<double>& sorted) {
 
 Json number(double x) { return std::isfinite(x) ? Json(x) : Json(); }
 Json number(const std::optional<double>& x) { return x ? number(*x) : Json(); }
-
-Status status_of(LcpStatus status) {
-  switch (status) {
-    case LcpStatus::solved:
-      return Status::ok;
-    case LcpStatus::inaccurate:
-      return Status::inaccurate;
-    case LcpStatus::ray:
-      return Status::ray;
-    case LcpStatus::nonconverged:
-      return Status::nonconverged;
-    case LcpStatus::cycling:
-      return Status::cycling;
-    case LcpStatus::singular:
-      return Status::singular;
-    case LcpStatus::not_finite:
-      return Status::not_finite;
-    case LcpStatus::time_limit:
-      return Status::time_limit;
-    case LcpStatus::memory_limit:
-      return Status::memory_limit;
-    case LcpStatus::unavailable:
-      break;
-  }
-  return Status::unavailable;
-}
 
 bool answered(Status status) { return status == Status::ok || status == Status::inaccurate; }
 

@@ -34,37 +34,12 @@
 #include "lcp/basis_system.h"
 #include "lcp/lcp.h"
 #include "lcp/scaling.h"
+#include "methods/lcp_status.h"
 #include "methods/registry.h"
 
 namespace cb {
 
 namespace {
-
-Status to_status(LcpStatus status) {
-  switch (status) {
-    case LcpStatus::solved:
-      return Status::ok;
-    case LcpStatus::inaccurate:
-      return Status::inaccurate;
-    case LcpStatus::ray:
-      return Status::ray;
-    case LcpStatus::nonconverged:
-      return Status::nonconverged;
-    case LcpStatus::cycling:
-      return Status::cycling;
-    case LcpStatus::singular:
-      return Status::singular;
-    case LcpStatus::not_finite:
-      return Status::not_finite;
-    case LcpStatus::time_limit:
-      return Status::time_limit;
-    case LcpStatus::memory_limit:
-      return Status::memory_limit;
-    case LcpStatus::unavailable:
-      return Status::unavailable;
-  }
-  return Status::nonconverged;
-}
 
 /// -: natural residual up to which a warm start is accepted: rounding. Larger: answers that a cold start would better.
 constexpr double warm_tolerance = 1e-12;
@@ -382,7 +357,7 @@ bool AnitescuPotra::solve_phase(ContactSolution& solution) {
   if (!warm_ || !start_warm()) solver_(lcp_, answer_);
   solution.iterations += answer_.pivots;
   solution.claimed_residual = std::max(solution.claimed_residual, answer_.residual);
-  const Status status = to_status(answer_.status);
+  const Status status = status_of(answer_.status);
   if (status > solution.status) {
     solution.status = status;
     solution.reason = answer_.reason;

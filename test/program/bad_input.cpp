@@ -10,20 +10,6 @@ using namespace program;
 
 namespace {
 
-/// Runs in an empty directory; demands exit code 2, one line on standard error that holds all `parts`, nothing else.
-void refused(const std::vector<std::string>& arguments, const std::vector<std::string>& parts) {
-  TemporaryDirectory directory;
-  const Result result = run(directory.path(), arguments);
-  std::string command;
-  for (const std::string& argument : arguments) command += argument + ' ';
-  INFO(command << "-> " << result.err);
-  CHECK(result.code == 2);
-  CHECK(result.out.empty());
-  CHECK(lines(result.err).size() == 1);
-  for (const std::string& part : parts) CHECK(result.err.find(part) != std::string::npos);
-  CHECK(content(directory.path()).empty());
-}
-
 std::vector<std::string> run_with(const std::vector<std::string>& more, const std::string& method = "ap") {
   std::vector<std::string> arguments = {"run", "sticking_box.xml", "--method", method, "--duration", "0.01"};
   arguments.insert(arguments.end(), more.begin(), more.end());

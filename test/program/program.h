@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <catch2/catch.hpp>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -124,6 +125,21 @@ inline std::vector<std::string> content(const fs::path& directory) {
   for (const auto& entry : fs::recursive_directory_iterator(directory))
     names.push_back(fs::relative(entry.path(), directory).string());
   return names;
+}
+
+/// Runs in an empty directory; demands exit code 2, one line on standard error that holds all `parts`, nothing on
+/// standard output and nothing written.
+inline void refused(const std::vector<std::string>& arguments, const std::vector<std::string>& parts) {
+  TemporaryDirectory directory;
+  const Result result = run(directory.path(), arguments);
+  std::string command;
+  for (const std::string& argument : arguments) command += argument + ' ';
+  INFO(command << "-> " << result.err);
+  CHECK(result.code == 2);
+  CHECK(result.out.empty());
+  CHECK(lines(result.err).size() == 1);
+  for (const std::string& part : parts) CHECK(result.err.find(part) != std::string::npos);
+  CHECK(content(directory.path()).empty());
 }
 
 }  // namespace program

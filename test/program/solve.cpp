@@ -12,20 +12,10 @@ namespace {
 
 const std::string data = TEST_DATA;
 
-/// Exit code 2, one line on standard error that holds all `parts`, nothing on standard output, nothing written.
-void refused(const std::vector<std::string>& arguments, const std::vector<std::string>& parts) {
-  TemporaryDirectory directory;
-  std::vector<std::string> all = {"solve"};
-  all.insert(all.end(), arguments.begin(), arguments.end());
-  const Result result = run(directory.path(), all);
-  std::string command;
-  for (const std::string& argument : all) command += argument + ' ';
-  INFO(command << "-> " << result.err);
-  CHECK(result.code == 2);
-  CHECK(result.out.empty());
-  CHECK(lines(result.err).size() == 1);
-  for (const std::string& part : parts) CHECK(result.err.find(part) != std::string::npos);
-  CHECK(content(directory.path()).empty());
+/// `solve` with these arguments is refused (program.h).
+void solve_refused(std::vector<std::string> arguments, const std::vector<std::string>& parts) {
+  arguments.insert(arguments.begin(), "solve");
+  refused(arguments, parts);
 }
 
 Json solved(const fs::path& directory, std::vector<std::string> arguments, int code = 0) {
@@ -166,46 +156,46 @@ TEST_CASE("solve prints a line each where JSON is not asked for", "[program]") {
 TEST_CASE("wrong flags of solve are named, with the fix", "[program]") {
   const std::string contact = data + "/siconos/friction_dense.dat";
   const std::string lcp = data + "/siconos/lcp_dense.dat";
-  refused({contact}, {"--kind is missing"});
-  refused({contact, "--kind", "friction"}, {"--kind friction", "lcp or contact"});
-  refused({"--kind", "contact", "--method", "ap"}, {"problem is missing"});
-  refused({"--kind", "lcp"}, {"problem is missing", "--matrix"});
-  refused({"--kind", "lcp", "--matrix", "M.mtx"}, {"--vector"});
-  refused({"M.mtx", "--kind", "lcp"}, {"M.mtx", "--vector"});
-  refused({lcp, "--kind", "lcp", "--matrix", "M.mtx", "--vector", "q.mtx"}, {"--matrix"});
-  refused({contact, "--kind", "contact"}, {"--method is missing"});
-  refused({contact, "--kind", "contact", "--method", "covnex"}, {"covnex", "did you mean \"convex\""});
-  refused({contact, "--kind", "contact", "--method", "convex", "--k", "8"}, {"--k 8", "no use"});
-  refused({contact, "--kind", "contact", "--method", "ap", "--k", "7"}, {"--k 7", "even"});
-  refused({contact, "--kind", "contact", "--method", "ap", "--epsilon", "1e-8"}, {"--epsilon 1e-8", "no use"});
-  refused({contact, "--kind", "contact", "--method", "convex", "--epsilon", "1e-8", "--epsilon-relative", "1e-8"},
-          {"exclude each other"});
-  refused({contact, "--kind", "contact", "--method", "ap", "--matrix", "M.mtx"}, {"--matrix", "no use"});
-  refused({contact, "--kind", "contact", "--method", "ap", "--time-limit", "1"}, {"--time-limit", "no use"});
-  refused({lcp, "--kind", "lcp", "--method", "ap"}, {"--method ap", "no use"});
-  refused({lcp, "--kind", "lcp", "--k", "8"}, {"--k 8", "no use"});
-  refused({lcp, "--kind", "lcp", "--epsilon", "1e-8"}, {"--epsilon", "no use"});
-  refused({lcp, "--kind", "lcp", "--symmetrise"}, {"--symmetrise", "no use"});
-  refused({lcp, "--kind", "lcp", "--solver", "lemky"}, {"lemky", "did you mean \"lemke\""});
-  refused({lcp, "--kind", "lcp", "--repeat", "0"}, {"--repeat 0"});
-  refused({lcp, "--kind", "lcp", "--tolerance", "-1"}, {"--tolerance -1"});
-  refused({lcp, "--kind", "lcp", "--time-limit", "nan"}, {"--time-limit nan"});
-  refused({lcp, "--kind", "lcp", "--out", "no/such/folder/z.mtx"}, {"--out", "folder"});
-  refused({lcp, "--kind", "lcp", "--out", ""}, {"--out"});
+  solve_refused({contact}, {"--kind is missing"});
+  solve_refused({contact, "--kind", "friction"}, {"--kind friction", "lcp or contact"});
+  solve_refused({"--kind", "contact", "--method", "ap"}, {"problem is missing"});
+  solve_refused({"--kind", "lcp"}, {"problem is missing", "--matrix"});
+  solve_refused({"--kind", "lcp", "--matrix", "M.mtx"}, {"--vector"});
+  solve_refused({"M.mtx", "--kind", "lcp"}, {"M.mtx", "--vector"});
+  solve_refused({lcp, "--kind", "lcp", "--matrix", "M.mtx", "--vector", "q.mtx"}, {"--matrix"});
+  solve_refused({contact, "--kind", "contact"}, {"--method is missing"});
+  solve_refused({contact, "--kind", "contact", "--method", "covnex"}, {"covnex", "did you mean \"convex\""});
+  solve_refused({contact, "--kind", "contact", "--method", "convex", "--k", "8"}, {"--k 8", "no use"});
+  solve_refused({contact, "--kind", "contact", "--method", "ap", "--k", "7"}, {"--k 7", "even"});
+  solve_refused({contact, "--kind", "contact", "--method", "ap", "--epsilon", "1e-8"}, {"--epsilon 1e-8", "no use"});
+  solve_refused({contact, "--kind", "contact", "--method", "convex", "--epsilon", "1e-8", "--epsilon-relative", "1e-8"},
+                {"exclude each other"});
+  solve_refused({contact, "--kind", "contact", "--method", "ap", "--matrix", "M.mtx"}, {"--matrix", "no use"});
+  solve_refused({contact, "--kind", "contact", "--method", "ap", "--time-limit", "1"}, {"--time-limit", "no use"});
+  solve_refused({lcp, "--kind", "lcp", "--method", "ap"}, {"--method ap", "no use"});
+  solve_refused({lcp, "--kind", "lcp", "--k", "8"}, {"--k 8", "no use"});
+  solve_refused({lcp, "--kind", "lcp", "--epsilon", "1e-8"}, {"--epsilon", "no use"});
+  solve_refused({lcp, "--kind", "lcp", "--symmetrise"}, {"--symmetrise", "no use"});
+  solve_refused({lcp, "--kind", "lcp", "--solver", "lemky"}, {"lemky", "did you mean \"lemke\""});
+  solve_refused({lcp, "--kind", "lcp", "--repeat", "0"}, {"--repeat 0"});
+  solve_refused({lcp, "--kind", "lcp", "--tolerance", "-1"}, {"--tolerance -1"});
+  solve_refused({lcp, "--kind", "lcp", "--time-limit", "nan"}, {"--time-limit nan"});
+  solve_refused({lcp, "--kind", "lcp", "--out", "no/such/folder/z.mtx"}, {"--out", "folder"});
+  solve_refused({lcp, "--kind", "lcp", "--out", ""}, {"--out"});
   if (has_fclib())
-    refused({data + "/problems/gen_free_b2_c1_s1.hdf5", "--kind", "contact", "--method", "ap", "--symmetrise"},
-            {"--symmetrise", "leave it out"});
+    solve_refused({data + "/problems/gen_free_b2_c1_s1.hdf5", "--kind", "contact", "--method", "ap", "--symmetrise"},
+                  {"--symmetrise", "leave it out"});
 }
 
 TEST_CASE("broken problem files are refused with their name", "[program]") {
-  refused({"nowhere.hdf5", "--kind", "contact", "--method", "ap"}, {"nowhere.hdf5", "cannot be opened"});
-  refused({data + "/siconos/lcp_dense.dat", "--kind", "contact", "--method", "ap"}, {"lcp_dense.dat:1"});
-  refused({data + "/siconos/friction_dense.dat", "--kind", "lcp"}, {"friction_dense.dat"});
-  refused({data, "--kind", "contact", "--method", "ap"}, {"folder"});
+  solve_refused({"nowhere.hdf5", "--kind", "contact", "--method", "ap"}, {"nowhere.hdf5", "cannot be opened"});
+  solve_refused({data + "/siconos/lcp_dense.dat", "--kind", "contact", "--method", "ap"}, {"lcp_dense.dat:1"});
+  solve_refused({data + "/siconos/friction_dense.dat", "--kind", "lcp"}, {"friction_dense.dat"});
+  solve_refused({data, "--kind", "contact", "--method", "ap"}, {"folder"});
   TemporaryDirectory directory;
   const fs::path skew = directory.path() / "skew.dat";
   std::ofstream(skew) << "3 1 0 3 3 3 3\n2 0 0  1 2 0  0 0 2\n-1 0 0\n0.5\n";
-  refused({skew.string(), "--kind", "contact", "--method", "ap"}, {"skew.dat", "--symmetrise"});
+  solve_refused({skew.string(), "--kind", "contact", "--method", "ap"}, {"skew.dat", "--symmetrise"});
   const Json answer = solved(directory.path(), {skew.string(), "--kind", "contact", "--method", "ap", "--symmetrise"});
   CHECK(answer["status"] == "ok");
   CHECK(answer["notes"].size() == 1);
