@@ -37,5 +37,6 @@ runs=$out/runs/$profile
 "$python" "$root/scripts/sweep.py" "$root"/scenarios/sweeps/{paper,robots,claims,error_time,orders,polygons}.toml --profile "$profile" \
   --program "$root/build/bin/contactbench" --runs "$runs" --out "$out" --jobs "$jobs" --timed-alone "${keep[@]}" "${budget[@]}"
 "$python" "$root/scripts/solve_all.py" --program "$root/build/bin/contactbench" --out "$out/solve_all"
+"$python" "$root/scripts/replay.py" --program "$root/build/bin/contactbench" --out "$out/replay"
 "$python" "$root/scripts/report.py" --results "$out" --runs "$runs"
 echo "report: $out/report.html    tables: $out/table1.*, $out/runs.csv, $out/solve_all    figures: $out/figures    runs: $runs"

@@ -15,10 +15,13 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import time
+
+from sweeping import one
 
 COLUMNS = ["problem", "kind", "method", "solver", "variant", "k", "epsilon", "compression_bound", "size", "contacts",
            "status", "reason", "iterations", "claimed_residual", "residual", "law_residual", "gap", "infeasibility",
-           "false_claim", "energy_change_j", "reference", "reference_error", "velocity_error", "velocity_allowed", "time_min_s", "time_median_s", "notes"]
+           "false_claim", "energy_change_j", "reference", "reference_error", "velocity_error", "velocity_allowed", "time_min_s", "time_median_s", "busy", "notes"]
 
 
 def arguments():
@@ -144,7 +147,7 @@ def read_vector(path):
 def solve_all(args, scratch):
     lcp, contact = choices(args.program, args.k, args.epsilon_relative)
     stored = problems(args.folder, args.only)
-    rows = []
+    rows, load = [], one.Load()
     for count, (name, kind, flags, reference_path) in enumerate(stored, 1):
         reference = read_reference(reference_path)
         for choice in lcp if kind == "lcp" else contact:
@@ -153,11 +156,13 @@ def solve_all(args, scratch):
             velocities.unlink(missing_ok=True)
             if choice.get("method") == "convex":
                 chosen += ["--velocities", str(velocities)]
+            start = time.monotonic()
             answer = ask(args.program, [*flags, "--kind", kind, "--repeat", str(args.repeat), *chosen], args.limit)
             row = {column: answer.get(column) for column in COLUMNS}
+            others = load.others(start)
             row.update(problem=name, kind=kind, method=choice.get("method"), solver=choice.get("solver"),
                        variant=choice.get("variant"), k=choice.get("k"), compression_bound=choice.get("compression-bound"),
-                       epsilon=choice.get("epsilon-relative"), iterations=answer.get("iterations", answer.get("pivots")),
+                       busy=None if others is None else others > one.BUSY, epsilon=choice.get("epsilon-relative"), iterations=answer.get("iterations", answer.get("pivots")),
                        notes="; ".join(answer.get("notes", [])))
             judge(row, choice, reference, read_vector(velocities), answer)
             rows.append(row)

@@ -2,7 +2,8 @@
 # Installs what is missing, builds, and runs every test. The exit code is 0 only if all of it went well.
 #   scripts/test.sh              the program as it is released
 #   scripts/test.sh --sanitize   the same tests under the address and undefined-behaviour sanitizers (build-sanitize/)
-#   scripts/test.sh --long       besides, the tests marked [.long], the scenes against their exact answers, the reproduction
+#   scripts/test.sh --long       besides, the tests marked [.long], the scenes against their exact answers, error against
+#                                run time, the reproduction
 #   scripts/test.sh --tidy       besides, clang-tidy over the sources (needs clang-tidy)
 #   scripts/test.sh --no-setup   without looking for missing packages
 set -euo pipefail
@@ -16,7 +17,7 @@ for flag in "$@"; do
     --long) long=yes ;;
     --tidy) tidy=yes ;;
     --no-setup) setup=no ;;
-    *) sed -n '2,7p' "$0" | sed 's/^# \{0,1\}//'; exit 2 ;;
+    *) sed -n '2,8p' "$0" | sed 's/^# \{0,1\}//'; exit 2 ;;
   esac
 done
 
@@ -40,6 +41,7 @@ if [ "$long" = yes ]; then
     "$program" "[long]" || failed=1
   done
   python3 test/acceptance/scenes.py "$folder/bin/contactbench" --jobs "$(jobs)" || failed=1
+  "$(find_python)" test/acceptance/precision.py "$folder/bin/contactbench" || failed=1
   "$(find_python)" test/acceptance/reproduction.py "$folder/bin/contactbench" || failed=1
 fi
 ctest --test-dir "$folder" --output-on-failure --parallel "$(jobs)" || failed=1

@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from reporting.results import Results  # noqa: E402
+from reporting.results import Results, number  # noqa: E402
 
 BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE = (
     "#000000", "#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7")
@@ -147,6 +147,27 @@ def timing_panel(axes, some, looks, title):
         axes.set_yscale("log")
         axes.set_ylim(bottom=min(most) / 100)
     axes.set(title=title, xlabel="simulated time (s)", ylabel="processing time (s)")
+
+
+def solves(panel, rows, column, floor, known):
+    """Residual (a column of solve_all.csv) over time of a solve, a point a problem and solver; what is below `floor` is drawn there, and
+    what did not end ok on the rail above. `known`: handles for a legend, to which new ones are added."""
+    groups = {}
+    for row in rows:
+        groups.setdefault((row["method"] or "ap", row["solver"] or row["variant"]), []).append(row)
+    for (method, choice), some in groups.items():
+        name, colour, marker = LOOKS.get((method, choice)) or LOOKS.get((method, "")) or (f"{method} {choice}", YELLOW, "*")
+        known.setdefault(name, plt.Line2D([], [], linestyle="", marker=marker, color=colour, label=name))
+        look = {"linestyle": "", "marker": marker, "color": colour, "markersize": 3.5, "markeredgewidth": 0.3, "alpha": 0.7}
+        good = [r for r in some if r["status"] == "ok" and r["time_median_s"] and r[column]]
+        panel.plot([number(r["time_median_s"]) for r in good], [max(number(r[column]), floor) for r in good], **look)
+        bad = [r for r in some if r["status"] != "ok" and r["time_median_s"]]
+        panel.plot([number(r["time_median_s"]) for r in bad], [1.04] * len(bad), transform=panel.get_xaxis_transform(), clip_on=False,
+                   **{**look, "markerfacecolor": "none", "markeredgewidth": 0.8, "markeredgecolor": colour})
+    busy = sum(r["busy"] == "True" for r in rows)
+    if busy:
+        panel.text(0.02, 0.02, f"others used the machine during {busy} of {len(rows)}", transform=panel.transAxes, fontsize=7, color="0.35")
+    panel.set(xscale="log", yscale="log", xlabel="time of a solve, median (s)")
 
 
 def save(figure, options, name):

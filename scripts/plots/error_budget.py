@@ -35,6 +35,9 @@ for line, (scene, parameters) in zip(panels, scenes):
         panel.set(xscale="log", yscale="log", title=f"{scene.replace('_', ' ')} {parameters}: {title}".replace(" :", ":"))
         panel.title.set_fontsize(8.5)
     line[0].set_ylabel("error (m)")
+    busy = sum(r["cell"].busy for r in rows)
+    if busy:
+        line[0].text(0.02, 0.02, f"others used the machine: {busy} of {len(rows)}", transform=line[0].transAxes, fontsize=7, color="0.35")
 for panel in panels[-1]:
     panel.set_xlabel("processing time for a simulated second (s)")
 figure.tight_layout()

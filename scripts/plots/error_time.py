@@ -61,6 +61,10 @@ for panel, (scene, parameters) in zip(panels.flat, scenes):
                    marker=look["marker"], color=look["color"], markerfacecolor="none", markersize=5)
     if failed:
         panel.text(1.06, 0.5, f"{len(failed)} did not finish", transform=panel.transAxes, rotation=90, va="center", fontsize=7.5)
+    busy = sum(p["busy"] for p in points)
+    if busy:
+        panel.text(0.02, 0.02, f"others used the machine during {busy} of {len(points)} points", transform=panel.transAxes, fontsize=7.5,
+                   color="0.35")
     if floor:
         panel.axhline(FLOOR, color="0.55", linewidth=0.8, linestyle=(0, (6, 3)), zorder=2)
         panel.annotate("exactly 0, or below $10^{-18}$ m", (1, FLOOR), xycoords=("axes fraction", "data"), xytext=(-2, 3),

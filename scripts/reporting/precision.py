@@ -131,6 +131,11 @@ def budget(results, scene, parameters):
     return rows
 
 
+def slope(x, y):
+    """Least squares of log y over log x."""
+    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
+
+
 # Order in the step ---------------------------------------------------------------------------------------------------------
 
 
@@ -157,7 +162,7 @@ def orders(results):
                 halvings = np.diff(np.log(error)) / np.diff(np.log(h))
                 row["halvings"] = halvings.tolist()
                 if len(halvings) >= 3 and halvings.max() - halvings.min() <= 0.5:
-                    row["order"] = float(np.polyfit(np.log(h), np.log(error), 1)[0])
+                    row["order"] = slope(h, error)
             rows.append(row)
     return rows
 
@@ -180,10 +185,9 @@ def polygons(results):
         own = [c.error("polygon_position_linf_m") for c in cells]
         # The step's share, which the polygon's own exact answer shows, is no error of the model.
         fit = [(n, e) for n, e, s in zip(k, error, own) if e > 3 * s and e > TINY and n >= 8]
-        slope = float(np.polyfit([math.log(1 - math.cos(math.pi / n)) for n, _ in fit], [math.log(e) for _, e in fit], 1)[0]) \
-            if len(fit) >= 3 else None
+        followed = slope([1 - math.cos(math.pi / n) for n, _ in fit], [e for _, e in fit]) if len(fit) >= 3 else None
         rows.append({"scene": scene, "parameters": parameters, "turned": turned, "k": k, "errors": error, "step_errors": own,
-                     "loss": [1 - math.cos(math.pi / n) for n in k], "slope": slope, "cells": cells})
+                     "loss": [1 - math.cos(math.pi / n) for n in k], "slope": followed, "cells": cells})
     return rows
 
 

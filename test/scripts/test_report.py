@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = ROOT / "scripts"
 SWEEPS = [ROOT / "scenarios/sweeps" / f"{name}.toml" for name in ("paper", "robots", "claims", "error_time", "orders", "polygons")]
 sys.path.insert(0, str(SCRIPTS))
-from reporting import claims, precision, table1  # noqa: E402
+from reporting import choice, claims, precision, stored, table1  # noqa: E402
 from reporting.results import Results  # noqa: E402
 
 
@@ -90,6 +90,36 @@ class Precision(unittest.TestCase):
         self.assertEqual(ended, {"fast": [1.0], "slow": [4.0], "dead": [math.inf]})
         # Ten times the least error is no right answer.
         self.assertEqual(right, {"fast": [math.inf], "slow": [1.0], "dead": [math.inf]})
+
+
+    def test_an_order_needs_three_halvings(self):
+        two = FakeResults([FakeCell(float(h), step=h) for h in ("1e-2", "5e-3", "2.5e-3")])
+        self.assertIsNone(precision.orders(two)[0]["order"])
+
+    def test_a_choice_counts_the_uncertainty_of_the_reference_and_the_claims(self):
+        def point(time, error, status="ok", refuted="0", name="a", unsure=0.0):
+            return {"time": time, "error": error, "uncertainty": unsure, "status": status, "time_per_step": time, "least": 0.9 * time,
+                    "most": 1.1 * time, "repeats": 2, "cell": FakeCell(solver=name, false_claims=refuted)}
+        points = [point(1, 0.9e-3, unsure=0.2e-3), point(2, 1e-9, "inaccurate"), point(3, 1e-9, refuted="1"), point(4, 1e-3),
+                  point(4.1, 1e-4), point(9, 1e-9, name="b"), point(5, None) | {"time": None}]
+        best, second, cheaper = choice.choose(points, 1e-3)
+        self.assertEqual((best["time"], second["time"], [p["time"] for p in cheaper]), (4, 9, [1, 2, 3]))
+        self.assertEqual((choice.apart(best, points[4]), choice.apart(best, second)), (False, True))
+        self.assertIsNone(choice.apart(best, second | {"repeats": 1}))
+        self.assertEqual(choice.choose(points, 1e-12), (None, None, []))
+        self.assertEqual(choice.nearest(points)["time"], 9)
+
+    def test_a_replayed_stream_is_counted_by_solver(self):
+        with tempfile.TemporaryDirectory() as folder:
+            table = Path(folder) / "replay/stack__boxes-4/solve_all.csv"
+            table.parent.mkdir(parents=True)
+            table.write_text("kind,method,solver,variant,k,compression_bound,status,false_claim,residual,law_residual,time_median_s\n"
+                             "contact,ap,lemke,,4,,ok,False,1e-16,1e-3,1e-5\ncontact,ap,lemke,,4,,ok,False,1e-15,3e-3,3e-5\n"
+                             "contact,ap,lemke,,4,,ray,False,,,1e-5\ncontact,ap,path-lib,,4,,unavailable,,,,\n")
+            (Path(folder) / "runs.csv").write_text("run\n")
+            counts = {scene: stored.summary(rows) for scene, rows in stored.streams(Results(folder, folder)).items()}
+        self.assertEqual(counts, {"stack boxes=4": {("contact", "ap lemke k = 4"): {
+            "problems": 3, "ok": 2, "false_claims": 0, "residual": 1e-15, "law_residual": 2e-3, "time": 2e-5}}})
 
 
 class Report(unittest.TestCase):

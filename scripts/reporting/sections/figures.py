@@ -20,7 +20,7 @@ def about(script):
 def scripts(pattern="*.py"):
     """figure01 ... figure11 first, then the other pictures."""
     # Those of other sections stand there.
-    elsewhere = ("common", "error_time", "error_budget", "performance", "stored_problems")
+    elsewhere = ("common", "error_time", "error_budget", "performance", "stored_problems", "streams")
     found = [p for p in sorted(PLOTS.glob(pattern)) if p.stem not in elsewhere]
     return sorted(found, key=lambda p: (not p.stem.startswith("figure"), p.stem))
 
@@ -38,7 +38,7 @@ def shown(results, script, sweep="paper"):
     body = picture(image, title) if image.exists() else f'<p class="warn">{esc(script.stem)} could not be drawn.</p>'
     missing = f'<p class="open">{esc(scene)}: {esc(results.missing(scene))}</p>' if scene and results.missing(scene) else ""
     busy = "<p><small>Some of the runs were disturbed by others on the machine; their times are too high.</small></p>" \
-        if any(c.busy for c in cells) else ""
+        if any(c.busy for c in cells or results.cells(sweep=sweep)) else ""
     html = (f'<figure id="{script.stem}"><figcaption><b>{esc(title)}.</b> {esc(rest[:1].upper() + rest[1:])}</figcaption>{missing}{busy}{body}'
             f"{code(made + [''] + runs, 'commands that made its data')}</figure>")
     return html, {"says": text, "scene": scene, "commands": made + runs}, \
