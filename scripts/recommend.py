@@ -44,15 +44,18 @@ class WrongInput(Exception):
     """Flags or input that cannot be answered: says what would be right."""
 
 
+def listed(program):
+    try:
+        return json.loads(subprocess.run([program, "list", "--json"], check=True, capture_output=True, text=True).stdout)
+    except (OSError, subprocess.SubprocessError, ValueError) as error:
+        raise WrongInput(f"`{program} list --json` does not work: {error}; --program names another one") from None
+
+
 def scene_file(program, scene):
     """File of a scene: a path, or the name of one that comes with the program; None where it is neither."""
     if Path(scene).is_file():
         return str(Path(scene).resolve())
-    try:
-        listed = json.loads(subprocess.run([program, "list", "--json"], check=True, capture_output=True, text=True).stdout)
-    except (OSError, subprocess.SubprocessError, ValueError) as error:
-        raise WrongInput(f"`{program} list --json` does not work: {error}; --program names another one") from None
-    found = scene_names(listed).get(scene.removesuffix(".xml"))
+    found = scene_names(listed(program)).get(scene.removesuffix(".xml"))
     return found and found["file"]
 
 
@@ -108,9 +111,12 @@ def said(point):
 
 def show(title, point, measure):
     print(f"{title}: {point['label']}")
-    noise = f"{point['time_least']:.3g} to {point['time_most']:.3g} in {point['repeats']} runs" if point["repeats"] > 1 else "one run: noise unknown"
-    print(f"  {measure} = {point['error']:.3g}; {point['time_per_simulated_second']:.3g} s a simulated second ({noise}"
-          f"{', machine busy' if point['busy'] else ''}), {point['time_per_step']:.3g} s a step")
+    noise = "one run: noise unknown"
+    if point["repeats"] > 1:
+        noise = f"{point['time_least']:.3g} to {point['time_most']:.3g} in {point['repeats']} runs"
+    busy = ", machine busy" if point["busy"] else ""
+    print(f"  {measure} = {point['error']:.3g}; {point['time_per_simulated_second']:.3g} s a simulated second ({noise}{busy}), "
+          f"{point['time_per_step']:.3g} s a step")
     print(f"  run {point['run']}\n  {point['command']}")
 
 
@@ -119,8 +125,7 @@ def again(point, options, file, results):
     run = Run.of(point["cell"].row)
     # Recorded as in the sweep: a certified error needs the moments of its reference.
     every = max(1, round(reference.INTERVAL / float(point["step"])))
-    statuses = [s["name"] for s in json.loads(subprocess.run([options.program, "list", "--json"], check=True, capture_output=True,
-                                                             text=True).stdout)["statuses"]]
+    statuses = [s["name"] for s in listed(options.program)["statuses"]]
     with tempfile.TemporaryDirectory() as runs:
         scene = file if Path(options.scene).is_file() else f"{run.scene}.xml"
         job = {"asked": run.asked(), "flags": run.flags(), "key": "", "program": options.program, "scene": scene, "runs": runs,
@@ -198,7 +203,9 @@ def show_all(made):
         for fault in made["verified"]["faults"]:
             print(f"not confirmed: {fault}")
         if not made["verified"]["faults"]:
-            print(f"confirmed: run again, it meets the error, and so does none of the {made['cheaper_that_missed']} that are cheaper in the table")
+            missed = made["cheaper_that_missed"]
+            print("confirmed: run again, it meets the error; " +
+                  (f"the {missed} cheaper in the table do not, run again" if missed else "nothing in the table is cheaper"))
 
 
 def main():

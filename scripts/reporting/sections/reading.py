@@ -1,9 +1,18 @@
 """How to read the report, and the machine, versions and settings that made it."""
+import statistics
+
 from ..section import Section, esc, table
 
 TITLE = "How to read this"
-PROFILES = {"quick": "one run a cell and a limit of a minute a run: statuses, errors and claims hold, times are a first look",
+PROFILES = {"quick": "one run a cell (two of most in error against run time) and a limit of a minute a run: statuses, errors and claims hold, times are a first look",
             "paper": "the paper's durations, three interleaved repeats, limits of an hour a run"}
+
+
+def spread(results):
+    """How far repeats of a cell are apart: {cells, median, worst} of the ratio of the most to the least time; None where nothing was
+    repeated."""
+    ratios = [max(c.times) / min(c.times) for c in results.cells(sweep=None) if len(c.times) > 1]
+    return {"cells": len(ratios), "median": statistics.median(ratios), "worst": max(ratios)} if ratios else None
 
 
 def build(results):
@@ -13,6 +22,10 @@ def build(results):
     busy, runs = timing.get("runs_on_a_busy_machine", 0), manifest.get("runs", 0)
     noise = (f"<p class='warn'>During {busy} of {runs} runs others used the machine (more than a quarter of a core). Times from such runs "
              "carry a star; compare them with care.</p>" if busy else "<p>No run is known to have been disturbed by others on the machine.</p>")
+    apart = spread(results)
+    noise += "<p>Before a run is timed, its start is run once uncounted; repeats are interleaved, on one thread. " + (
+        f"Of {apart['cells']} cells with repeats, the slowest took {apart['median']:.2f} times as long as the quickest (median; {apart['worst']:.2f} "
+        "at worst): differences below that say nothing.</p>" if apart else "Nothing was repeated, so that noise is not known.</p>")
     text = f"""
 <p>Contact models for rigid bodies, on the scenes of E. Drumwright and D. A. Shell, <i>An Evaluation of Methods for Modeling
 Contact in Multibody Simulation</i> (ICRA 2011), with all models written anew and each answer checked by an independent
@@ -38,4 +51,4 @@ answer and writing are not in it. Compare ratios inside a column, not seconds wi
     # The repeat count and limits of a cell are in runs.csv; the machine itself is what times depend on.
     data = {key: manifest.get(key) for key in ("profile", "sweeps", "runs", "missing", "statuses")}
     return Section(text + table(["", "this report was made with"], rows), data,
-                   {"machine": machine, "versions": versions, "python": manifest.get("python"), "busy": timing})
+                   {"machine": machine, "versions": versions, "python": manifest.get("python"), "busy": timing, "spread": apart})
