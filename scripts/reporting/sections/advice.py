@@ -4,15 +4,14 @@ import statistics
 
 from .. import choice, precision
 from ..section import Section, esc, table
-from .error_time import scene_name, timed
+from .error_time import method, scene_name, timed
 
 TITLE = "Which method to use"
 ERRORS = (1e-2, 1e-4, 1e-6, 1e-9)  # m
 
 
 def setting(point):
-    cell = point["cell"]
-    return cell.name + (f", k = {cell['k']}" if cell["k"] else "") + f", step {point['step']} s"
+    return f"{method(point['cell'])}, step {point['step']} s"
 
 
 def wins(chosen):
@@ -22,13 +21,13 @@ def wins(chosen):
     return f"<li>Of {len(chosen)} answers to a scene and an error, the cheapest is {said}.</li>" if chosen else ""
 
 
-def knob(results, scenes, method, name, coarse, fine):
+def knob(results, scenes, model, name, coarse, fine):
     """What a finer knob bought at the same step, over the scenes: one sentence."""
     less = more = 0
     ratios = []
     for scene in scenes:
         points = {(p["cell"]["solver"], p["step"], p["cell"][name]): p for p in precision.points(results, *scene)
-                  if p["cell"]["method"] == method and p["error"] is not None}
+                  if p["cell"]["method"] == model and p["error"] is not None}
         for (solver, step, value), a in points.items():
             b = points.get((solver, step, fine))
             if value == coarse and b:
@@ -38,8 +37,15 @@ def knob(results, scenes, method, name, coarse, fine):
                 ratios.append(b["time"] / a["time"])
     if not ratios:
         return ""
-    return (f"<li>{esc(method)}: {esc(name)} = {esc(fine)} in place of {esc(coarse)} lowered the error by more than a tenth in {less} of "
+    return (f"<li>{esc(model)}: {esc(name)} = {esc(fine)} in place of {esc(coarse)} lowered the error by more than a tenth in {less} of "
             f"{len(ratios)} cases and raised it in {more}, at {statistics.median(ratios):.2g} times the cost (median).</li>")
+
+
+def turned(results):
+    """What a polygon costs where its corners do not lie along the motion, as they do in most scenes: one sentence a scene."""
+    return [f"<li>Where bodies slide, ap is as good as the cone only along the corners of its polygon: {esc(r['scene'].replace('_', ' '))} "
+            f"with the polygon {esc(r['turned'])} errs by {r['errors'][0]:.2g} m at k = {r['k'][0]} and by {r['errors'][-1]:.2g} m at "
+            f"k = {r['k'][-1]}.</li>" for r in precision.polygons(results) if r["turned"] == "turned by pi/k"]
 
 
 def limits(results, scenes):
@@ -81,6 +87,6 @@ def build(results):
             "another measure, a limit of time for a step, and a scene of your own.</p>",
             table(["scene"] + [f"{error:g} m" for error in ERRORS], rows), "<ul>", wins(chosen),
             knob(results, scenes, "convex", "epsilon", "1e-6", "1e-12"), knob(results, scenes, "convex", "epsilon", "1e-2", "1e-6"),
-            knob(results, scenes, "ap", "k", "4", "8"), knob(results, scenes, "ap", "k", "8", "32"), *limits(results, scenes), "</ul>"]
+            knob(results, scenes, "ap", "k", "4", "8"), knob(results, scenes, "ap", "k", "8", "32"), *turned(results), *limits(results, scenes), "</ul>"]
     # Who is cheapest depends on the machine.
     return Section("\n".join(html), {}, {"answers": data, "text": html[2:]})

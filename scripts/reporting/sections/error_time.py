@@ -17,6 +17,11 @@ def scene_name(scene, parameters):
     return f"{scene.replace('_', ' ')} {parameters}".strip()
 
 
+def method(cell):
+    """With the polygon's edges; its step stands in a column of its own."""
+    return cell.name + (f", k = {cell['k']}" if cell["k"] else "")
+
+
 def timed(point):
     """Time of a point with its range over the repeats; a star where others used the machine."""
     text = f"{point['time']:.3g}{'*' if point['busy'] else ''}"
@@ -50,18 +55,16 @@ def build(results):
         fronts[name] = [p["run"] for p in front]
         html.append(f"<h4>{esc(name)}</h4>" + table(
             ["method", "step, s", "time, s a simulated second", "largest error, m", "run"],
-            [[esc(p["cell"].name + (f", k = {p['cell']['k']}" if p["cell"]["k"] else "")), esc(p["step"]),
-              timed(p), f"{p['error']:.3g}",
-              f"<code>{esc(p['run'])}</code>"] for p in front]))
+            [[esc(method(p["cell"])), esc(p["step"]), timed(p), f"{p['error']:.3g}", f"<code>{esc(p['run'])}</code>"] for p in front]))
     html.append("<h3>Error budget</h3>" + parts)
     for scene in scenes:
         rows = precision.budget(results, *scene)
         name = scene_name(*scene)
         budgets[name] = {r["cell"]["run"]: {k: r[k] for k in ("solver", "model", "step_error", "total", "dominates")} for r in rows}
         html.append(f"<details><summary>{esc(name)}: every run</summary>" + table(
-            ["method", "step, s", "solver, m", "model, m", "step, m", "largest", "against the reference, m"],
-            [[esc(r["cell"].name + (f", k = {r['cell']['k']}" if r["cell"]["k"] else "")), esc(r["cell"]["step"]), said(r["solver"]),
-              said(r["model"]), said(r["step_error"]), esc(r["dominates"]), said(r["total"])] for r in rows]) + "</details>")
+            ["method", "step, s", "solver, m", "model, m", "step, m", "largest", "against the reference, m", "run"],
+            [[esc(method(r["cell"])), esc(r["cell"]["step"]), said(r["solver"]), said(r["model"]), said(r["step_error"]), esc(r["dominates"]),
+              said(r["total"]), f"<code>{esc(r['cell']['run'])}</code>"] for r in rows]) + "</details>")
     keep = ("run", "scene", "parameters", "step", "measure", "status", "error")
     return Section("\n".join(html), {"figure": about, "points": [{k: p[k] for k in keep} for p in points], "budget": budgets},
                    {"sha256": [digest, timing], "points": [{k: p[k] for k in ("run", "time", "least", "most", "repeats", "busy")} for p in points],

@@ -25,20 +25,20 @@ def scripts(pattern="*.py"):
     return sorted(found, key=lambda p: (not p.stem.startswith("figure"), p.stem))
 
 
-def shown(results, script, sweep="paper"):
-    """One figure of the runs of a sweep as HTML, and what report.json says of it."""
+def shown(results, script, sweep="paper", made_by=None):
+    """One figure as HTML, and what report.json says of it: of the runs of a sweep, or of what the command `made_by` writes."""
     text, scene = about(script)
     title, _, rest = text.partition(": ")
     image = results.folder / "figures" / f"{script.stem}.png"
     profile = results.manifest.get("profile") or "default"
     cells = results.cells(scene) if scene else []
     runs = [cell.command for cell in cells]
-    made = [f"scripts/sweep.py scenarios/sweeps/{sweep}.toml --profile {profile}",
+    made = [made_by or f"scripts/sweep.py scenarios/sweeps/{sweep}.toml --profile {profile}",
             f"scripts/plots/{script.name} --results results --runs results/runs/{profile}"]
     body = picture(image, title) if image.exists() else f'<p class="warn">{esc(script.stem)} could not be drawn.</p>'
     missing = f'<p class="open">{esc(scene)}: {esc(results.missing(scene))}</p>' if scene and results.missing(scene) else ""
     busy = "<p><small>Some of the runs were disturbed by others on the machine; their times are too high.</small></p>" \
-        if any(c.busy for c in cells or results.cells(sweep=sweep)) else ""
+        if not made_by and any(c.busy for c in cells or results.cells(sweep=sweep)) else ""
     html = (f'<figure id="{script.stem}"><figcaption><b>{esc(title)}.</b> {esc(rest[:1].upper() + rest[1:])}</figcaption>{missing}{busy}{body}'
             f"{code(made + [''] + runs, 'commands that made its data')}</figure>")
     return html, {"says": text, "scene": scene, "commands": made + runs}, \

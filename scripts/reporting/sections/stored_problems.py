@@ -9,14 +9,6 @@ TITLE = "The same problems for every solver"
 COLLECTION, STREAMS = "scripts/solve_all.py --out results/solve_all", "scripts/replay.py --out results/replay"
 
 
-def shown(results, name, made):
-    """A figure of stored problems; the script that made its data is no sweep."""
-    html, about, digest = figures.shown(results, figures.PLOTS / f"{name}.py")
-    html = html.replace(esc(about["commands"][0]), esc(made))
-    about["commands"][0] = made
-    return html, about, digest
-
-
 def said(value, factor=1.0, digits=2):
     return "" if math.isnan(value) else f"{factor * value:.{digits}g}"
 
@@ -40,7 +32,7 @@ def build(results):
     html, data, timing = [], {}, {}
     some = stored.rows(results)
     if some:
-        picture, data["figure"], timing["sha256"] = shown(results, "stored_problems", COLLECTION)
+        picture, data["figure"], timing["sha256"] = figures.shown(results, figures.PLOTS / "stored_problems.py", made_by=COLLECTION)
         counts = stored.summary(some)
         html += [picture, counted(counts, "problems", lambda kind: "contact" if kind == "contact" else "LCP"),
                  "<p>Residual and time are over the ones that ended ok. Endings, one by one: <code>solve_all/solve_all.md</code>.</p>"]
@@ -49,7 +41,7 @@ def build(results):
         html.append(f"<p class='open'>Not made: <code>{COLLECTION}</code>.</p>")
     streams = stored.streams(results)
     if streams:
-        picture, data["streams"], timing["streams_sha256"] = shown(results, "streams", STREAMS)
+        picture, data["streams"], timing["streams_sha256"] = figures.shown(results, figures.PLOTS / "streams.py", made_by=STREAMS)
         counts = {scene: stored.summary(rows) for scene, rows in streams.items()}
         html.append(picture)
         for scene, count in counts.items():
