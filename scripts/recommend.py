@@ -52,15 +52,18 @@ def listed(program):
 
 
 def scene_file(program, scene):
-    """File of a scene: a path, or the name of one that comes with the program; None where it is neither."""
+    """File of a scene: a path, or the name of one that comes with the program."""
     if Path(scene).is_file():
         return str(Path(scene).resolve())
     found = scene_names(listed(program)).get(scene.removesuffix(".xml"))
-    return found and found["file"]
+    if not found:
+        raise WrongInput(f"no scene '{scene}': a file, or a name of `contactbench list scenarios`")
+    return found["file"]
 
 
-def small_sweep(options, file):
+def small_sweep(options):
     """Runs a scene over methods and knobs in the folder --out, for what is not there yet; its table."""
+    file = scene_file(options.program, options.scene)
     if options.out is None:
         raise WrongInput(f"{options.scene} is not in the table: --out names a folder for the small sweep that it needs first")
     # Made for a scene with an exact answer too: the one is a check on the other.
@@ -81,23 +84,18 @@ def small_sweep(options, file):
 
 
 def table(options):
-    """The results that hold the scene, its name, and its file where it may have to be run again."""
-    file = scene_file(options.program, options.scene)
-    name = Path(options.scene).stem if file else options.scene
-    parameters = " ".join(options.set)
-    if not Path(options.scene).is_file() and options.out is None:
-        if not (options.results / "runs.csv").exists():
-            raise WrongInput(f"{options.results} has no runs.csv: scripts/reproduce.sh makes it; --results names another folder")
-        results = Results(options.results, options.results / "runs")
-        there = dict.fromkeys((c["scene"], c["parameters"]) for c in results.cells(sweep=precision.SWEEP))
-        if (name, parameters) in there:
-            return results, name, file
-        if not file or name in {scene for scene, _ in there}:
-            raise WrongInput(f"the table has no runs of '{' '.join([name, parameters]).strip()}'; it has "
-                             + ", ".join(" --set ".join(filter(None, scene)) for scene in there))
-    if not file:
-        raise WrongInput(f"no scene '{options.scene}': a file, or a name of `contactbench list scenarios`")
-    return small_sweep(options, file), name, file
+    """The results that hold the scene, and its name in them."""
+    name, parameters = Path(options.scene).stem, " ".join(options.set)
+    if Path(options.scene).is_file() or options.out is not None:
+        return small_sweep(options), name
+    if not (options.results / "runs.csv").exists():
+        raise WrongInput(f"{options.results} has no runs.csv: scripts/reproduce.sh makes it; --results names another folder")
+    results = Results(options.results, options.results / "runs")
+    there = dict.fromkeys((c["scene"], c["parameters"]) for c in results.cells(sweep=precision.SWEEP))
+    if name in {scene for scene, _ in there} and (name, parameters) not in there:
+        raise WrongInput(f"the table has no runs of '{name} {parameters}'; it has " + ", ".join(" --set ".join(filter(None, s)) for s in there)
+                         + "; --out names a folder for a small sweep of others")
+    return (results if (name, parameters) in there else small_sweep(options)), name
 
 
 def said(point):
@@ -120,9 +118,9 @@ def show(title, point, measure):
     print(f"  run {point['run']}\n  {point['command']}")
 
 
-def again(point, options, file, results):
+def again(point, options, results):
     """Does the run of a point once more, in a process and a folder of its own: (status, error, s a simulated second)."""
-    run = Run.of(point["cell"].row)
+    run, file = Run.of(point["cell"].row), scene_file(options.program, options.scene)
     # Recorded as in the sweep: a certified error needs the moments of its reference.
     every = max(1, round(reference.INTERVAL / float(point["step"])))
     statuses = [s["name"] for s in listed(options.program)["statuses"]]
@@ -139,11 +137,11 @@ def again(point, options, file, results):
     return row["status"], error and float(error), took and float(took) / float(row["duration"])
 
 
-def verify(best, cheaper, options, file, results):
+def verify(best, cheaper, options, results):
     """Whether new runs say the same: the chosen one meets the error, and none of the cheaper ones does."""
     faults, runs = [], []
     for point in [best, *cheaper]:
-        status, error, took = again(point, options, file, results)
+        status, error, took = again(point, options, results)
         meets = status == "ok" and error is not None and error + point["uncertainty"] <= options.error
         late = options.time_per_step is not None and point["time_per_step"] > options.time_per_step
         runs.append({"run": point["run"], "status": status, "error": error, "time_per_simulated_second": took})
@@ -155,7 +153,7 @@ def verify(best, cheaper, options, file, results):
 
 
 def answer(options):
-    results, scene, file = table(options)
+    results, scene = table(options)
     parameters = " ".join(options.set)
     measures = [c.removeprefix("error_") for c in results.rows[0] if c.startswith("error_")
                 and any(r[c] for r in results.rows if r["scene"] == scene and r["parameters"] == parameters)]
@@ -177,7 +175,7 @@ def answer(options):
     made |= {"best": said(best), "runner_up": said(second) if second else None, "cheaper_that_missed": len(cheaper),
              "told_apart": choice.apart(best, second) if second else None}
     if options.verify:
-        made["verified"] = verify(best, cheaper, options, file, results)
+        made["verified"] = verify(best, cheaper, options, results)
     return made
 
 
