@@ -166,7 +166,7 @@ def solves(panel, rows, column, floor, known):
                    **{**look, "markerfacecolor": "none", "markeredgewidth": 0.8, "markeredgecolor": colour})
     busy = sum(r["busy"] == "True" for r in rows)
     if busy:
-        panel.text(0.02, 0.02, f"others used the machine during {busy} of {len(rows)}", transform=panel.transAxes, fontsize=7, color="0.35")
+        panel.set_title(f"others used the machine during {busy} of {len(rows)}", loc="right", fontsize=7, color="0.35", pad=16)
     panel.set(xscale="log", yscale="log", xlabel="time of a solve, median (s)")
 
 

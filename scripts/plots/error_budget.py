@@ -34,10 +34,8 @@ for line, (scene, parameters) in zip(panels, scenes):
     for panel, (_, title) in zip(line, COLUMNS):
         panel.set(xscale="log", yscale="log", title=f"{scene.replace('_', ' ')} {parameters}: {title}".replace(" :", ":"))
         panel.title.set_fontsize(8.5)
-    line[0].set_ylabel("error (m)")
     busy = sum(r["cell"].busy for r in rows)
-    if busy:
-        line[0].text(0.02, 0.02, f"others used the machine: {busy} of {len(rows)}", transform=line[0].transAxes, fontsize=7, color="0.35")
+    line[0].set_ylabel("error (m)" + (f"\n(others used the\nmachine: {busy} of {len(rows)})" if busy else ""))
 for panel in panels[-1]:
     panel.set_xlabel("processing time for a simulated second (s)")
 figure.tight_layout()

@@ -1,8 +1,9 @@
 """Error against run time: largest error over time against processing time for a simulated second, one panel a scene.
 
-The paper shows times and trajectories apart. Here each point is a method with one step and one polygon or tolerance; lines join
-its steps, larger markers are finer polygons or tolerances, grey rings mark the points that none beats in both time and error
-(the Pareto front), and runs that did not finish stand on a rail at the right."""
+The paper shows times and trajectories apart. Here each point is a method with one step and one polygon or tolerance: the median
+of its repeats, with a bar from the least to the most. Lines join its steps, larger markers are finer polygons or tolerances, grey
+rings mark the points that none beats in both time and error (the Pareto front), and runs that did not finish stand on a rail at the
+right."""
 import math
 
 import common
@@ -53,6 +54,7 @@ for panel, (scene, parameters) in zip(panels.flat, scenes):
         look = {**some[0][1], "linestyle": "-", "linewidth": 0.6, "label": "_",
                 "markersize": sizes[key][float(k or 0), -math.log10(float(epsilon or 1))]}
         panel.plot([p["time"] for p, _ in some], error, **look)
+        panel.hlines(error, [p["least"] for p, _ in some], [p["most"] for p, _ in some], color=look["color"], linewidth=1.6, alpha=0.35)
     front = precision.pareto(points)
     panel.plot([p["time"] for p in front], [max(p["error"], FLOOR) for p in front], linestyle="", marker="o", markersize=11,
                markerfacecolor="none", markeredgecolor="0.5", markeredgewidth=1.0, zorder=2.5)
@@ -63,8 +65,7 @@ for panel, (scene, parameters) in zip(panels.flat, scenes):
         panel.text(1.06, 0.5, f"{len(failed)} did not finish", transform=panel.transAxes, rotation=90, va="center", fontsize=7.5)
     busy = sum(p["busy"] for p in points)
     if busy:
-        panel.text(0.02, 0.02, f"others used the machine during {busy} of {len(points)} points", transform=panel.transAxes, fontsize=7.5,
-                   color="0.35")
+        panel.set_title(f"others used the machine during {busy} of {len(points)}", loc="right", fontsize=7.5, color="0.35")
     if floor:
         panel.axhline(FLOOR, color="0.55", linewidth=0.8, linestyle=(0, (6, 3)), zorder=2)
         panel.annotate("exactly 0, or below $10^{-18}$ m", (1, FLOOR), xycoords=("axes fraction", "data"), xytext=(-2, 3),
