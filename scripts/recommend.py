@@ -7,7 +7,7 @@ solver and knobs, with the run that shows it and the runner-up.
   scripts/recommend.py my.xml --error 1e-3 --duration 2 --out my      first runs a small sweep of it into the folder my
 
 Exit codes: 0 there is an answer (and it was confirmed, with --verify); 1 --verify could not confirm it; 2 wrong flags or input;
-3 no run met the error.
+3 no run met the error, or there is no reference to measure errors against.
 """
 import argparse
 import json
@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from xml.etree import ElementTree
 
 import references
 from reporting import choice, precision
@@ -44,6 +45,10 @@ class WrongInput(Exception):
     """Flags or input that cannot be answered: says what would be right."""
 
 
+class NoReference(Exception):
+    """Nothing to measure errors against: says why."""
+
+
 def listed(program):
     try:
         return json.loads(subprocess.run([program, "list", "--json"], check=True, capture_output=True, text=True).stdout)
@@ -61,6 +66,12 @@ def scene_file(program, scene):
     return found["file"]
 
 
+def has_exact_answer(file):
+    """Whether a scene's file names a closed form."""
+    found = ElementTree.parse(file).getroot().find("reference")
+    return found is not None and found.get("kind") == "analytic"
+
+
 def small_sweep(options):
     """Runs a scene over methods and knobs in the folder --out, for what is not there yet; its table."""
     file = scene_file(options.program, options.scene)
@@ -71,6 +82,8 @@ def small_sweep(options):
         known = references.make(options.program, file, options.set, options.duration, options.out / "references", options.limit)
     except references.MakeError as error:
         raise WrongInput(str(error)) from None
+    if not known.about["accepted"] and not has_exact_answer(file):
+        raise NoReference(known.about["reason"])
     steps = ", ".join(f'"{known.about["step"] * references.FINER * m:.12g}"' for m in STEPS)
     sets = "".join(f"set.{name} = {json.dumps(value)}\n" for name, _, value in (pair.partition("=") for pair in options.set))
     toml = options.out / f"{precision.SWEEP}.toml"
@@ -84,10 +97,10 @@ def small_sweep(options):
 
 
 def table(options):
-    """The results that hold the scene, and its name in them."""
+    """The results that hold the scene."""
     name, parameters = Path(options.scene).stem, " ".join(options.set)
     if Path(options.scene).is_file() or options.out is not None:
-        return small_sweep(options), name
+        return small_sweep(options)
     if not (options.results / "runs.csv").exists():
         raise WrongInput(f"{options.results} has no runs.csv: scripts/reproduce.sh makes it; --results names another folder")
     results = Results(options.results, options.results / "runs")
@@ -95,7 +108,7 @@ def table(options):
     if name in {scene for scene, _ in there} and (name, parameters) not in there:
         raise WrongInput(f"the table has no runs of '{name} {parameters}'; it has " + ", ".join(" --set ".join(filter(None, s)) for s in there)
                          + "; --out names a folder for a small sweep of others")
-    return (results if (name, parameters) in there else small_sweep(options)), name
+    return results if (name, parameters) in there else small_sweep(options)
 
 
 def said(point):
@@ -153,18 +166,21 @@ def verify(best, cheaper, options, results):
 
 
 def answer(options):
-    results, scene = table(options)
-    parameters = " ".join(options.set)
+    """What --json prints; `best` is None where none met the error, or `reference` is missing."""
+    scene, parameters = Path(options.scene).stem, " ".join(options.set)
+    made = {"scene": scene, "parameters": parameters, "measure": options.measure, "wanted": options.error,
+            "time_per_step": options.time_per_step, "best": None, "runner_up": None}
+    try:
+        results = table(options)
+    except NoReference as why:
+        return made | {"reference": "missing", "why": str(why)}
     measures = [c.removeprefix("error_") for c in results.rows[0] if c.startswith("error_")
                 and any(r[c] for r in results.rows if r["scene"] == scene and r["parameters"] == parameters)]
-    measure = options.measure or precision.measure(results, scene, parameters)
     if options.measure and options.measure not in measures:
         raise WrongInput(f"{scene} has no error '{options.measure}'; it has {', '.join(measures)}")
-    made = {"scene": scene, "parameters": parameters, "measure": measure, "wanted": options.error,
-            "time_per_step": options.time_per_step, "best": None, "runner_up": None}
+    measure = made["measure"] = options.measure or precision.measure(results, scene, parameters)
     if not measure:
-        reason = results.manifest.get("references", {}).get(reference.name_of(scene, parameters), {}).get("reason")
-        return made | {"reference": "missing", "why": reason or "no run of it has an error"}
+        return made | {"reference": "missing", "why": "no run of it finished with an error to judge it by"}
     points = precision.points(results, scene, parameters, measure)
     made["reference"] = precision.reference_of(results, scene, parameters, measure)
     made["runs"] = len(points)

@@ -57,7 +57,7 @@ summary = {{"scenario": scene, "method": flag("--method", ""), "status": status,
             "finished": finished, "t_reached": 0.25,
             "options": {{"step": float(flag("--step", "0.001")), "duration": 10.0}}, "errors": {{"final_m": 1e-9}},
             "time": {{"total_s": 1, "dynamics_s": 0.25, "collision_s": 0.125, "assembly_s": 0.0625, "solve_s": 0.0625}},
-            "peak_memory_mb": 12.0, "residuals": {{"max": None}}, "versions": {{"git": "abc"}}, "machine": {{"cores": 2}}}}
+            "peak_memory_mb": 12.0, "residuals": {{"max": None, "law_max": None}}, "versions": {{"git": "abc"}}, "machine": {{"cores": 2}}}}
 if mode == "error":
     # The error falls with the step; what is dearer errs less.
     cost, share = {{"newton": (0.1, 10), "mirtich": (0.2, 5), "ap": (0.3, 2), "convex": (0.4, 1)}}[summary["method"]]

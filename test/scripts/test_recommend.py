@@ -111,6 +111,15 @@ class Recommend(unittest.TestCase):
         self.assertEqual(again["best"]["method"], "newton")
 
 
+    def test_a_scene_with_nothing_to_measure_against_is_told_so_before_any_sweep(self):
+        scene = self.top / "my.xml"
+        scene.write_text("<scenario/>")
+        self.environment = standin.environment(FAKE=json.dumps({"my": "inaccurate"}))
+        made = self.ask(scene, "--error", 0.03, "--out", self.top / "mine", code=3)
+        self.assertEqual((made["reference"], made["why"]), ("missing", "convex at 1/64 of the step: inaccurate"))
+        self.assertFalse((self.top / "mine/runs").exists())
+
+
 class References(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
