@@ -11,11 +11,11 @@ Exit codes: 0 there is an answer (and it was confirmed, with --verify); 1 --veri
 """
 import argparse
 import json
+import re
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from xml.etree import ElementTree
 
 import references
 from reporting import choice, precision
@@ -67,9 +67,9 @@ def scene_file(program, scene):
 
 
 def has_exact_answer(file):
-    """Whether a scene's file names a closed form."""
-    found = ElementTree.parse(file).getroot().find("reference")
-    return found is not None and found.get("kind") == "analytic"
+    """Whether a scene's file names a closed form. Its comments may hold what strict XML refuses there, as the program's reader lets them."""
+    text = re.sub(r"<!--.*?-->", "", Path(file).read_text(), flags=re.DOTALL)
+    return re.search(r"<reference\s[^>]*kind\s*=\s*[\"']analytic[\"']", text) is not None
 
 
 def small_sweep(options):

@@ -113,11 +113,15 @@ class Recommend(unittest.TestCase):
 
     def test_a_scene_with_nothing_to_measure_against_is_told_so_before_any_sweep(self):
         scene = self.top / "my.xml"
-        scene.write_text("<scenario/>")
+        scene.write_text('<scenario> <!-- run --set x=1: <reference kind="analytic"/> --> <reference kind="missing"/> </scenario>')
         self.environment = standin.environment(FAKE=json.dumps({"my": "inaccurate"}))
         made = self.ask(scene, "--error", 0.03, "--out", self.top / "mine", code=3)
         self.assertEqual((made["reference"], made["why"]), ("missing", "convex at 1/64 of the step: inaccurate"))
         self.assertFalse((self.top / "mine/runs").exists())
+        # One with an exact answer does without.
+        scene.write_text('<scenario><reference name="stack" kind="analytic"/></scenario>')
+        self.ask(scene, "--error", 0.03, "--out", self.top / "mine", code=3)
+        self.assertTrue((self.top / "mine/runs").exists())
 
 
 class References(unittest.TestCase):
