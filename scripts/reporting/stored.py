@@ -30,14 +30,15 @@ def solver(row):
 
 
 def summary(some):
-    """{(kind, solver): counts; worst checked residual, median residual against Coulomb and median time of the ok ones}."""
+    """{(kind, solver): counts (`busy`: solves during which others used the machine); worst checked residual, median residual against
+    Coulomb and median time of the ok ones}."""
     def of(ok, column):
         return [number(r[column]) for r in ok if r["status"] == "ok" and r[column]]
     out = {}
     for row in some:
         out.setdefault((row["kind"], solver(row)), []).append(row)
     return {key: {"problems": len(group), "ok": sum(r["status"] == "ok" for r in group),
-                  "false_claims": sum(r["false_claim"] == "True" for r in group),
+                  "false_claims": sum(r["false_claim"] == "True" for r in group), "busy": sum(r["busy"] == "True" for r in group),
                   "residual": max(of(group, "residual"), default=math.nan),
                   "law_residual": statistics.median(of(group, "law_residual") or [math.nan]),
                   "time": statistics.median(of(group, "time_median_s") or [math.nan])}

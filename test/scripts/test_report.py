@@ -113,13 +113,13 @@ class Precision(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             table = Path(folder) / "replay/stack__boxes-4/solve_all.csv"
             table.parent.mkdir(parents=True)
-            table.write_text("kind,method,solver,variant,k,compression_bound,status,false_claim,residual,law_residual,time_median_s\n"
-                             "contact,ap,lemke,,4,,ok,False,1e-16,1e-3,1e-5\ncontact,ap,lemke,,4,,ok,False,1e-15,3e-3,3e-5\n"
-                             "contact,ap,lemke,,4,,ray,False,,,1e-5\ncontact,ap,path-lib,,4,,unavailable,,,,\n")
+            table.write_text("kind,method,solver,variant,k,compression_bound,status,false_claim,residual,law_residual,time_median_s,busy\n"
+                             "contact,ap,lemke,,4,,ok,False,1e-16,1e-3,1e-5,True\ncontact,ap,lemke,,4,,ok,False,1e-15,3e-3,3e-5,False\n"
+                             "contact,ap,lemke,,4,,ray,False,,,1e-5,\ncontact,ap,path-lib,,4,,unavailable,,,,,\n")
             (Path(folder) / "runs.csv").write_text("run\n")
             counts = {scene: stored.summary(rows) for scene, rows in stored.streams(Results(folder, folder)).items()}
         self.assertEqual(counts, {"stack boxes=4": {("contact", "ap lemke k = 4"): {
-            "problems": 3, "ok": 2, "false_claims": 0, "residual": 1e-15, "law_residual": 2e-3, "time": 2e-5}}})
+            "problems": 3, "ok": 2, "false_claims": 0, "busy": 1, "residual": 1e-15, "law_residual": 2e-3, "time": 2e-5}}})
 
 
 class Report(unittest.TestCase):

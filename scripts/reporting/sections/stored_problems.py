@@ -17,11 +17,11 @@ def counted(counts, first, kind_of):
     return table([first, "solver", "number", "ok", "claims refuted", "worst checked residual", "median residual against Coulomb",
                   "median time, us"],
                  [[esc(kind_of(kind)), esc(name), c["problems"], f"{c['ok']} ({100 * c['ok'] / c['problems']:.0f} %)", c["false_claims"],
-                   said(c["residual"]), said(c["law_residual"]), said(c["time"], 1e6, 3)] for (kind, name), c in counts.items()])
+                   said(c["residual"]), said(c["law_residual"]), said(c["time"], 1e6, 3) + ("*" if c["busy"] and c["ok"] else "")] for (kind, name), c in counts.items()])
 
 
 def fixed(counts):
-    return {f"{kind} {name}": {k: v for k, v in c.items() if k != "time"} for (kind, name), c in counts.items()}
+    return {f"{kind} {name}": {k: v for k, v in c.items() if k not in ("time", "busy")} for (kind, name), c in counts.items()}
 
 
 def times(counts):
@@ -35,7 +35,7 @@ def build(results):
         picture, data["figure"], timing["sha256"] = figures.shown(results, figures.PLOTS / "stored_problems.py", made_by=COLLECTION)
         counts = stored.summary(some)
         html += [picture, counted(counts, "problems", lambda kind: "contact" if kind == "contact" else "LCP"),
-                 "<p>Residual and time are over the ones that ended ok. Endings, one by one: <code>solve_all/solve_all.md</code>.</p>"]
+                 "<p>Residual and time are over the ones that ended ok; * others used the machine meanwhile. Endings, one by one: <code>solve_all/solve_all.md</code>.</p>"]
         timing |= {"solvers": fixed(counts), "median_time_s": times(counts)}
     else:
         html.append(f"<p class='open'>Not made: <code>{COLLECTION}</code>.</p>")
