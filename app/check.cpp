@@ -6,10 +6,11 @@
 #include "commands.h"
 #include "flags.h"
 #include "geometry/broad_phase.h"
+#include "method_flags.h"
 #include "output/summary.h"
 #include "scenario/scenario.h"
 #include "simulation/explicit_step.h"
-#include "simulation/simulation.h"
+#include "simulation/left_out.h"
 
 namespace cb {
 
@@ -78,9 +79,51 @@ std::string gravity_text(const Gravity& gravity) {
   return text;
 }
 
-int check(const std::string& name, const Text& method, const std::vector<std::string>& set) {
+/// What no run of the scene needs, and why.
+std::vector<std::string> left_out(const Scenario& scenario) {
+  std::vector<std::string> all = scenario.left_out;
+  if (scenario.model.trees.empty()) all.emplace_back("articulated bodies, joints.csv: no robot");
+  if (scenario.controllers.empty()) all.emplace_back("controllers: none");
+  const auto fixed =
+      std::count_if(scenario.shapes.begin(), scenario.shapes.end(), [](const Shape& shape) { return shape.body < 0; });
+  if (fixed > 0) all.push_back(fmt::format("{} fixed shapes from contact problems: they do not move", fixed));
+  return all;
+}
+
+/// What the first steps of a run leave out.
+struct Trial {
+  long steps = 0;
+  std::string ending;  ///< ", then ..." where the run stops before
+  std::vector<std::string> left_out;
+};
+Trial try_steps(const Scenario& scenario, const MethodRow& row, long steps) {
+  Trial trial;
+  const MethodOptions options = method_options({}, row, scenario.k, scenario.compression_bound);
+  if (const std::string reason = unavailable_reason(row, options); !reason.empty()) {
+    trial.ending = ": " + reason;
+    return trial;
+  }
+  SimulationOptions simulation;
+  simulation.step = scenario.step;
+  simulation.duration = scenario.duration;
+  PrunedRun run(scenario, simulation, row, options, true);
+  for (steps = std::min(steps, run.simulation.steps_total()); trial.steps < steps; ++trial.steps) {
+    const Status status = run.simulation.step().status;
+    if (status == Status::ok || status == Status::inaccurate) continue;
+    trial.ending = fmt::format(", then {}: {}", cb::name(status), run.simulation.reason());
+    break;
+  }
+  for (const LeftOutItem& item : run.items())
+    if (item.count > 0) trial.left_out.push_back(fmt::format("{} {}: {}", item.count, item.name, item.why));
+  return trial;
+}
+
+int check(const std::string& name, const Text& method, const std::vector<std::string>& set, const Text& trial_steps) {
   const Overrides overrides = set_flags(set);
   const MethodRow* row = method ? &method_flag(*method) : nullptr;
+  if (trial_steps && !row)
+    throw UsageError(fmt::format("--steps {}: says how long --method METHOD is tried; give that too", *trial_steps));
+  const long steps = trial_steps ? whole_flag("steps", *trial_steps, 0, 1L << 60, "a whole number of steps") : 100;
   const Scenario scenario = load_scenario(find_scenario(name), overrides);
 
   const auto line = [](std::string_view key, const std::string& value) { fmt::print("  {:<12}{}\n", key, value); };
@@ -120,8 +163,13 @@ int check(const std::string& name, const Text& method, const std::vector<std::st
   const auto [points, pairs] = contacts_at_start(scenario);
   line("contacts", fmt::format("{} at the start, on {} pairs of shapes", points, pairs));
   if (row) line("method", fmt::format("{}: {}", row->name, row->summary));
-  for (const std::string& what : scenario.left_out) line("left out", what);
-  if (scenario.left_out.empty()) line("left out", "nothing");
+  for (const std::string& what : left_out(scenario)) line("left out", what);
+  if (row) {
+    const Trial trial = try_steps(scenario, *row, steps);
+    line("trial", fmt::format("{} steps{}", trial.steps, trial.ending));
+    for (const std::string& what : trial.left_out) line("left out", what);
+    if (trial.left_out.empty()) line("left out", "nothing else in these steps");
+  }
   return finished;
 }
 
@@ -131,7 +179,7 @@ void add_check(CLI::App& program, Action& action) {
   CLI::App& check_app = *program.add_subcommand("check", "validate a scenario; say what it has");
   struct Flags {
     std::string scenario;
-    Text method;
+    Text method, steps;
     std::vector<std::string> set;
   };
   const auto flags = std::make_shared<Flags>();
@@ -139,13 +187,18 @@ void add_check(CLI::App& program, Action& action) {
       .add_option("scenario", flags->scenario, "a scenario's XML file, or the name of one that comes with the program")
       ->required()
       ->type_name("SCENARIO.xml");
-  check_app.add_option("--method", flags->method, "the contact model that a run would use")->type_name("METHOD");
+  check_app
+      .add_option("--method", flags->method,
+                  "the contact model that a run would use: tries some steps and tells what they leave out")
+      ->type_name("METHOD");
+  check_app.add_option("--steps", flags->steps, "steps that are tried with --method [100]")->type_name("N");
   check_app.add_option("--set", flags->set, "a parameter that the scenario declares; may be repeated")
       ->type_name("NAME=VALUE")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  check_app.callback(
-      [flags, &action] { action = [flags] { return check(flags->scenario, flags->method, flags->set); }; });
+  check_app.callback([flags, &action] {
+    action = [flags] { return check(flags->scenario, flags->method, flags->set, flags->steps); };
+  });
 }
 
 }  // namespace cb

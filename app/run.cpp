@@ -14,7 +14,6 @@
 #include "flags.h"
 #include "limits.h"
 #include "method_flags.h"
-#include "methods/pruned.h"
 #include "output/number.h"
 #include "output/progress.h"
 #include "output/run_files.h"
@@ -22,6 +21,7 @@
 #include "scenario/near_name.h"
 #include "scenario/perturb.h"
 #include "simulation/explicit_step.h"
+#include "simulation/left_out.h"
 #include "versions.h"
 
 namespace cb {
@@ -229,12 +229,8 @@ void store_hard_problem(const RunPlan& plan, const HardProblem& hard, RunSummary
 /// The run itself. Fills in what came of it; may throw.
 void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors& errors, RunSummary& summary) {
   RunTally& tally = summary.tally;
-  const auto left_out = std::make_shared<LeftOut>();
-  MethodOptions options = plan.options;
-  options.warm_starts = std::make_shared<long>(0);
-  Simulation simulation(plan.scenario, plan.simulation,
-                        plan.prune ? pruned(*plan.method, options, left_out) : plan.method->make(options),
-                        plan.method->law);
+  PrunedRun pruned_run(plan.scenario, plan.simulation, *plan.method, plan.options, plan.prune);
+  Simulation& simulation = pruned_run.simulation;
   long events = 0;
   std::optional<HardProblem> hard;
   std::error_code nothing_there;
@@ -302,9 +298,8 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
   files.flush();
   progress.clear();
   if (hard) store_hard_problem(plan, *hard, summary);
-  summary.left_out = items(*left_out);
-  if (*options.warm_starts > 0)
-    summary.left_out.emplace_back("cold solves: warm starts accepted", *options.warm_starts);
+  for (const LeftOutItem& item : pruned_run.items())
+    if (item.count > 0) summary.left_out.emplace_back(item.name, item.count);
   summary.finished = simulation.step_index() >= simulation.steps_total() && summary.status == Status::ok;
 }
 

@@ -38,5 +38,11 @@ runs=$out/runs/$profile
   --program "$root/build/bin/contactbench" --runs "$runs" --out "$out" --jobs "$jobs" --timed-alone "${keep[@]}" "${budget[@]}"
 "$python" "$root/scripts/solve_all.py" --program "$root/build/bin/contactbench" --out "$out/solve_all"
 "$python" "$root/scripts/replay.py" --program "$root/build/bin/contactbench" --out "$out/replay"
+# What leaving out saves and costs, where bench/ is built.
+if build_preset release bench_prune >/dev/null 2>&1; then
+  (cd "$root" && build/bin/bench_prune "$out/left_out.csv")
+else
+  echo "reproduce: bench_prune is not built (libbenchmark-dev): the table of what is left out stays empty"
+fi
 "$python" "$root/scripts/report.py" --results "$out" --runs "$runs"
 echo "report: $out/report.html    tables: $out/table1.*, $out/runs.csv, $out/solve_all    figures: $out/figures    runs: $runs"

@@ -38,4 +38,16 @@ void find_islands(const ContactProblem& problem, Islands& islands) {
   for (int b = problem.M.blocks() - 1; b >= 0; --b) parent[b] = number[root(b)];
 }
 
+void Groups::assign(const std::vector<int>& group, int count) {
+  // Each start moves to its end while its group fills, and is the next one's start then.
+  start.assign(count + 2, 0);
+  for (const int g : group)
+    if (g >= 0) ++start[g + 2];
+  for (int g = 0; g < count; ++g) start[g + 2] += start[g + 1];
+  members.resize(start[count + 1]);
+  for (std::size_t i = 0; i < group.size(); ++i)
+    if (group[i] >= 0) members[start[group[i] + 1]++] = static_cast<int>(i);
+  start.pop_back();
+}
+
 }  // namespace cb

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "contact/problem.h"
@@ -15,5 +16,16 @@ struct Islands {
 };
 /// Islands are numbered by their first contact. Time and memory linear in the problem's size.
 void find_islands(const ContactProblem& problem, Islands& islands);
+
+/// Members by group, for what goes through a problem island by island.
+struct Groups {
+  std::vector<int> start, members;
+  /// `group`: per member, -1 where it is in none. Linear in members and groups.
+  void assign(const std::vector<int>& group, int count);
+  /// Members of group g, ascending.
+  std::span<const int> operator[](int g) const {
+    return {members.data() + start[g], static_cast<std::size_t>(start[g + 1] - start[g])};
+  }
+};
 
 }  // namespace cb

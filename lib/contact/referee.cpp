@@ -145,11 +145,13 @@ double Referee::anitescu_potra(const ContactProblem& problem, const ContactSolut
   if (static_cast<int>(solution.z.size()) != (elastic ? 2 : 1) * unknowns || !all_finite(solution.z)) return HUGE_VAL;
   if (size_ == 0) return 0;
 
-  cosine_.resize(k);
-  sine_.resize(k);
-  for (int i = 0; i < k; ++i) {
-    cosine_[i] = std::cos(2 * M_PI * i / k);
-    sine_[i] = std::sin(2 * M_PI * i / k);
+  if (static_cast<int>(cosine_.size()) != k) {
+    cosine_.resize(k);
+    sine_.resize(k);
+    for (int i = 0; i < k; ++i) {
+      cosine_[i] = std::cos(2 * M_PI * i / k);
+      sine_[i] = std::sin(2 * M_PI * i / k);
+    }
   }
   given_back_.assign(nc, 0.0);
   phase_.assign(3 * nc, 0.0);

@@ -54,24 +54,46 @@ void add_grid(int grid, double centre, const double (&gap_of)[3], const Vec3 (&a
     }
 }
 
-void box_on_plane(const Shape& box, const Pose& pose, const Pose& plane, double tolerance, const Sink& sink) {
+// The points of the grid that touch, if their hull has corners of the box only: those of a face, of an edge, or one.
+// Else 0. `lowest` is the smallest gap of a corner, g half the difference of gaps along each edge.
+int whole_patch(int grid, double lowest, const double (&g)[3], double tolerance) {
+  int points = 1;
+  double highest = lowest;
+  for (const double half : g) {
+    const double step = 2 * std::abs(half) / (grid - 1);
+    if (lowest + step > tolerance) continue;  // nothing beyond the end of this edge
+    highest += 2 * std::abs(half);
+    points *= grid;
+  }
+  return highest <= tolerance && points <= grid * grid ? points : 0;
+}
+
+// Returns how many points of the box's grid were left out.
+int box_on_plane(const Shape& box, const Pose& pose, const Pose& plane, double tolerance, bool corners_only,
+                 const Sink& sink) {
   const Vec3 n = plane_normal(plane);
   const Mat3 R = pose.q.toRotationMatrix();
   const Vec3& h = box.half_extents;
   const double centre = n.dot(pose.p - plane.p);
   const double gx = h.x() * n.dot(R.col(0)), gy = h.y() * n.dot(R.col(1)), gz = h.z() * n.dot(R.col(2));
-  if (centre - std::abs(gx) - std::abs(gy) - std::abs(gz) > tolerance) return;
+  const double lowest = centre - std::abs(gx) - std::abs(gy) - std::abs(gz);
+  if (lowest > tolerance) return 0;
   const Vec3 x = h.x() * R.col(0), y = h.y() * R.col(1), z = h.z() * R.col(2);
-  if (box.contact_grid > 2) {
+  const int patch =
+      corners_only && box.contact_grid > 2 ? whole_patch(box.contact_grid, lowest, {gx, gy, gz}, tolerance) : 0;
+  if (box.contact_grid > 2 && patch == 0) {
     add_grid(box.contact_grid, centre, {gx, gy, gz}, {x, y, z}, pose.p, n, tolerance, sink);
-    return;
+    return 0;
   }
+  int corners = 0;
   for (int k = 0; k < 8; ++k) {
     const double sx = k & 1 ? 1 : -1, sy = k & 2 ? 1 : -1, sz = k & 4 ? 1 : -1;
     const double gap = centre + (sx * gx + sy * gy + sz * gz);
     if (gap > tolerance) continue;
     sink.add(pose.p + (sx * x + sy * y + sz * z) - (gap / 2) * n, n, gap);
+    ++corners;
   }
+  return patch > 0 ? patch - corners : 0;
 }
 
 void cylinder_on_plane(const Shape& cylinder, const Pose& pose, const Pose& plane, double tolerance, const Sink& sink) {
@@ -228,15 +250,14 @@ void box_on_box(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, 
 
 }  // namespace
 
-void contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape& b, const Pose& pose_b, int index_b,
-                    double tolerance, std::vector<ContactPoint>& out) {
+int contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape& b, const Pose& pose_b, int index_b,
+                   double tolerance, std::vector<ContactPoint>& out, bool corners_only) {
   const double tol = resolved_tolerance(tolerance, pose_a.p, pose_b.p);
   const Sink straight{out, 1, index_a, index_b}, turned{out, -1, index_a, index_b};
   switch (a.kind) {
     case ShapeKind::box:
-      if (b.kind == ShapeKind::half_space)
-        box_on_plane(a, pose_a, pose_b, tol, straight);
-      else if (b.kind == ShapeKind::box)
+      if (b.kind == ShapeKind::half_space) return box_on_plane(a, pose_a, pose_b, tol, corners_only, straight);
+      if (b.kind == ShapeKind::box)
         box_on_box(a, pose_a, b, pose_b, tol, straight);
       else if (b.kind == ShapeKind::sphere)
         sphere_on_box(b, pose_b, a, pose_a, tol, turned);
@@ -258,14 +279,14 @@ void contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape
         sphere_on_cylinder(b, pose_b, a, pose_a, tol, turned);
       break;
     case ShapeKind::half_space:
-      if (b.kind == ShapeKind::box)
-        box_on_plane(b, pose_b, pose_a, tol, turned);
-      else if (b.kind == ShapeKind::sphere)
+      if (b.kind == ShapeKind::box) return box_on_plane(b, pose_b, pose_a, tol, corners_only, turned);
+      if (b.kind == ShapeKind::sphere)
         sphere_on_plane(b, pose_b, pose_a, tol, turned);
       else if (b.kind == ShapeKind::cylinder)
         cylinder_on_plane(b, pose_b, pose_a, tol, turned);
       break;
   }
+  return 0;
 }
 
 double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {

@@ -51,8 +51,10 @@ void contact_tangents(const Vec3& normal, double angle, Vec3& t1, Vec3& t2);
 /// on an end four points of its rim. Exact for faces that touch. Order and content depend on the arguments only. Here
 /// and below a tolerance counts as at least 4 ulp of the largest coordinate of the two origins (8.9e-10 m at 1e6 m):
 /// closer is not resolved. Poses are of the *shapes* in the world.
-void contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape& b, const Pose& pose_b, int index_b,
-                    double tolerance, std::vector<ContactPoint>& out);
+/// `corners_only`: of a box's grid of points, where what touches is a whole face, an edge or a corner of it, the
+/// corners of the hull alone. Returns how many points were left out so.
+int contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape& b, const Pose& pose_b, int index_b,
+                   double tolerance, std::vector<ContactPoint>& out, bool corners_only = false);
 
 /// A lower bound on the distance of two shapes that is exact where they touch, m; negative: penetration depth.
 /// A cylinder with a box or a cylinder: the boxes around them stand in, a bound.

@@ -146,28 +146,42 @@ double quadratic_form(const BlockDiagonalMatrix& A, std::span<const double> x) {
 }
 
 bool BlockCholesky::factor(const BlockDiagonalMatrix& A) {
-  lower_.first = A.first;
-  lower_.offset = A.offset;
-  lower_.values = A.values;
-  inverse_.resize(static_cast<std::size_t>(kept) * A.order());
-  for (int b = 0; b < A.blocks(); ++b) {
-    auto L = lower_.block(b);
-    const int n = A.block_size(b);
-    for (int j = 0; j < n; ++j) {
-      double d = L(j, j);
-      for (int k = 0; k < j; ++k) d -= L(j, k) * L(j, k);
-      if (!(d > 1e-300) || !std::isfinite(d)) return false;
-      d = std::sqrt(d);
-      L(j, j) = d;
-      inverse_[kept * A.first[b] + j] = 1 / d;
-      for (int i = j + 1; i < n; ++i) {
-        double s = L(i, j);
-        for (int k = 0; k < j; ++k) s -= L(i, k) * L(j, k);
-        L(i, j) = s / d;
-      }
-    }
-    if (n == 6) invert_six(lower_.values.data() + lower_.offset[b], inverse_.data() + kept * A.first[b]);
+  const bool same_layout = ready_ && factored_.first == A.first;
+  if (!same_layout) {
+    factored_ = lower_ = A;
+    inverse_.resize(static_cast<std::size_t>(kept) * A.order());
   }
+  ready_ = false;
+  for (int b = 0; b < A.blocks(); ++b) {
+    const double* from = A.values.data() + A.offset[b];
+    double* known = factored_.values.data() + A.offset[b];
+    const auto count = static_cast<std::size_t>(A.offset[b + 1] - A.offset[b]);
+    if (same_layout && std::equal(known, known + count, from)) continue;
+    std::copy_n(from, count, known);
+    std::copy_n(from, count, lower_.values.data() + A.offset[b]);
+    if (!factor_block(b)) return false;
+  }
+  ready_ = true;
+  return true;
+}
+
+bool BlockCholesky::factor_block(int b) {
+  auto L = lower_.block(b);
+  const int n = lower_.block_size(b), first = lower_.first[b];
+  for (int j = 0; j < n; ++j) {
+    double d = L(j, j);
+    for (int k = 0; k < j; ++k) d -= L(j, k) * L(j, k);
+    if (!(d > 1e-300) || !std::isfinite(d)) return false;
+    d = std::sqrt(d);
+    L(j, j) = d;
+    inverse_[kept * first + j] = 1 / d;
+    for (int i = j + 1; i < n; ++i) {
+      double s = L(i, j);
+      for (int k = 0; k < j; ++k) s -= L(i, k) * L(j, k);
+      L(i, j) = s / d;
+    }
+  }
+  if (n == 6) invert_six(lower_.values.data() + lower_.offset[b], inverse_.data() + kept * first);
   return true;
 }
 

@@ -33,7 +33,8 @@ double quadratic_form(const BlockDiagonalMatrix& A, std::span<const double> x);
 /// Cholesky factor of a symmetric positive definite block-diagonal matrix, kept block by block.
 class BlockCholesky {
  public:
-  /// Returns false where a block is not positive definite (to working precision) or not finite.
+  /// Returns false where a block is not positive definite (to working precision) or not finite. Blocks that are those
+  /// of the last call, bit for bit, keep their factor.
   bool factor(const BlockDiagonalMatrix& A);
   /// x <- A^-1 x
   void solve_in_place(std::span<double> x) const;
@@ -43,7 +44,10 @@ class BlockCholesky {
   void solve_block_in_place(int b, double* x, int cols) const;
 
  private:
-  BlockDiagonalMatrix lower_;
+  bool factor_block(int b);
+
+  BlockDiagonalMatrix factored_, lower_;
+  bool ready_ = false;           // is lower_ the factor of factored_?
   std::vector<double> inverse_;  // what speeds up solves: block_matrix.cpp
 };
 

@@ -20,8 +20,9 @@
 //     unknowns, so that what is sparse stays sparse. dense_limit decides, by the number of unknowns.
 //  4. Optional regularisation: E is added to the diagonal of all rows of the LCP, in the unit of each row.
 //
-// With --warm-start the active set of the previous event's answer is tried first, and its answer taken where it solves
-// the present problem to rounding; else the LCP solver starts cold.
+// With --warm-start, where the previous event left everything at rest, its impulses are tried first: if they hold the
+// present event at rest and lie in the polygons, they are an answer with lam = 0. Then the active set of the previous
+// answer is, and its answer taken where it solves the present problem to rounding; else the LCP solver starts cold.
 //
 // Fails as the LCP solver fails; its ending and reason are passed on. With e > 0, z holds both phases, one after the
 // other, 2 (k + 2) nc numbers.
@@ -36,6 +37,8 @@
 #include "lcp/scaling.h"
 #include "methods/lcp_status.h"
 #include "methods/registry.h"
+#include "methods/resting_impulse.h"
+#include "methods/same_event.h"
 
 namespace cb {
 
@@ -56,6 +59,7 @@ class AnitescuPotra {
   void build_expanded(const ContactProblem& problem);
   void set_load(const ContactProblem& problem, const std::vector<double>& v);
   double size(const ContactProblem& problem) const;
+  bool start_at_rest(const ContactProblem& problem, ContactSolution& solution);
   bool start_warm();
   void note_active(const ContactProblem& problem, const ContactSolution& solution);
   bool solve_phase(ContactSolution& solution);
@@ -78,9 +82,13 @@ class AnitescuPotra {
   // Warm start: the last answer, and the equations of its active set.
   bool warm_ = false;
   std::shared_ptr<long> warm_starts_;
-  int previous_ = -1;        // n of the last answer, -1 where there is none
-  std::vector<int> active_;  // its positive unknowns, and what makes their equations regular
-  Eigen::VectorXd w_;        // n
+  RestingImpulse resting_{3};
+  std::vector<Eigen::Matrix3d> W_diagonal_;
+  std::vector<double> weight_;  // nc, 1/kg
+  double size_ = 0;             // sqrt(J), of the event
+  int previous_ = -1;           // n of the last answer, -1 where there is none
+  std::vector<int> active_;     // its positive unknowns, and what makes their equations regular
+  Eigen::VectorXd w_;           // n
   PairScales scales_;
   BasisSystem basis_;
   Eigen::MatrixXd active_matrix_;
@@ -252,6 +260,48 @@ double AnitescuPotra::size(const ContactProblem& problem) const {
   return fastest / std::sqrt(lightest);
 }
 
+// The impulses that kept the previous event at rest, split over the directions beside them: an answer where they lie in
+// the polygons. Events with restitution or regularisation have other equations.
+bool AnitescuPotra::start_at_rest(const ContactProblem& problem, ContactSolution& solution) {
+  contact_velocity(problem, problem.v_minus, u_);
+  diagonal_blocks(problem, factor_, W_diagonal_);
+  weight_.resize(nc_);
+  double square = 0;
+  for (int c = 0; c < nc_; ++c) {
+    const auto& W = W_diagonal_[c];
+    const double wt = W(1, 1) + W(2, 2);
+    weight_[c] = wt > 0 ? (W(0, 0) + wt) / 3 : W(0, 0);
+    for (int i = 0; i < 3; ++i) square += u_[3 * c + i] * u_[3 * c + i] / weight_[c];
+  }
+  size_ = std::sqrt(square);
+  const ContactView event{problem.M, factor_, problem.J, problem.v_minus, problem.offset, problem.mu, weight_};
+  if (!resting_.find(event, size_)) return false;
+  const std::vector<double>&r = resting_.r(), &u = resting_.u();
+  solution.z.assign((k_ + 2) * nc_, 0.0);
+  for (int c = 0; c < nc_; ++c) {
+    const double t1 = r[3 * c + 1], t2 = r[3 * c + 2], normal = r[3 * c];
+    double* part = &solution.z[nc_ + k_ * c];
+    double friction = 0;
+    if (t1 != 0 || t2 != 0) {
+      const double turns = std::atan2(t2, t1) / (2 * M_PI);
+      const int first = static_cast<int>((turns < 0 ? turns + 1 : turns) * k_) % k_, second = (first + 1) % k_;
+      const double area = cosine_[first] * sine_[second] - sine_[first] * cosine_[second];
+      part[first] = std::max(0.0, (t1 * sine_[second] - t2 * cosine_[second]) / area);
+      part[second] = std::max(0.0, (cosine_[first] * t2 - sine_[first] * t1) / area);
+      friction = part[first] + part[second];
+    }
+    if (!(normal >= 0 && friction <= problem.mu[c] * normal)) return false;
+    solution.z[c] = normal;
+    for (int a = 0; a < k_ && problem.mu[c] == 0; ++a)
+      solution.z[nc_ + k_ * nc_ + c] =
+          std::max(solution.z[nc_ + k_ * nc_ + c], -cosine_[a] * u[3 * c + 1] - sine_[a] * u[3 * c + 2]);
+  }
+  solution.impulse = r;
+  solution.claimed_residual = resting_.residual();
+  if (warm_starts_) ++*warm_starts_;
+  return true;
+}
+
 // The previous answer's active set, solved on the present problem. True where that is an answer to it, judged as
 // natural_residual() judges (lcp/lcp.cpp) on the original data.
 bool AnitescuPotra::start_warm() {
@@ -400,6 +450,12 @@ void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& soluti
     return;
   }
 
+  bool elastic = false;
+  for (const double e : problem.restitution) elastic = elastic || e != 0;
+  const bool may_rest = warm_ && !elastic && regularise_ == 0;
+  if (may_rest && start_at_rest(problem, solution)) return;
+  solution.z.clear();
+
   if (solution.size <= lcp_options_.dense_limit)
     build_dense(problem);
   else
@@ -410,13 +466,16 @@ void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& soluti
   set_load(problem, problem.v_minus);
   if (!solve_phase(solution)) {
     previous_ = -1;
+    resting_.forget();
     return;
   }
   add_impulses(solution);
   if (warm_) note_active(problem, solution);
-
-  bool elastic = false;
-  for (const double e : problem.restitution) elastic = elastic || e != 0;
+  if (may_rest)
+    resting_.remember({problem.M, factor_, problem.J, problem.v_minus, problem.offset, problem.mu, weight_},
+                      solution.impulse, size_);
+  else
+    resting_.forget();
   if (!elastic) return;
 
   // Decompression: e c_n is given back, and what would approach again is kept from it.
@@ -444,9 +503,10 @@ MethodRow anitescu_potra_row() {
                  {"warm-start", "-", "off", "try the active set of the previous event first"}},
                 [](const MethodOptions& options) -> ContactMethod {
                   auto method = std::make_shared<AnitescuPotra>(options);
-                  return [method](const ContactProblem& problem, ContactSolution& solution) {
+                  const auto solve = [method](const ContactProblem& problem, ContactSolution& solution) {
                     method->solve(problem, solution);
                   };
+                  return options.warm_start ? reuse_same_event(solve, options.warm_starts) : ContactMethod(solve);
                 }};
   for (const LcpSolverRow& solver : lcp_solvers())
     row.solvers.push_back({solver.name, solver.summary, solver.source, solver.unavailable});

@@ -33,6 +33,8 @@
 #include <memory>
 #include <numeric>
 
+#include "methods/same_event.h"
+
 namespace cb {
 
 namespace {
@@ -125,6 +127,8 @@ bool DrumwrightShell::weigh(const ContactProblem& problem, ContactSolution& solu
 bool DrumwrightShell::solve(const ContactProblem& problem, const std::vector<double>& v0, double epsilon,
                             ContactSolution& solution) {
   find_islands(problem, islands_);
+  contacts_of_.assign(islands_.of_contact, islands_.count);
+  blocks_of_.assign(islands_.of_block, islands_.count);
   ConeStatus worst = ConeStatus::solved;
   inaccurate_ = false;
   if (tolerances_.warm_start) previous_.resize(islands_.count);
@@ -171,20 +175,16 @@ void DrumwrightShell::extract(const ContactProblem& problem, const std::vector<d
   out.offset.clear();
   out.mu.clear();
   out.weight.clear();
-  out.contacts.clear();
-  out.blocks.clear();
+  out.contacts = contacts_of_[island];
+  out.blocks = blocks_of_[island];
   block_in_island_.resize(problem.M.blocks());
-  for (int b = 0; b < problem.M.blocks(); ++b) {
-    if (islands_.of_block[b] != island) continue;
+  for (const int b : out.blocks) {
     const int size = problem.M.block_size(b);
     block_in_island_[b] = out.M.add_block(size);
     out.M.block(block_in_island_[b]) = problem.M.block(b);
-    out.blocks.push_back(b);
     out.v0.insert(out.v0.end(), v0.begin() + problem.M.first[b], v0.begin() + problem.M.first[b + 1]);
   }
-  for (int c = 0; c < problem.nc(); ++c) {
-    if (islands_.of_contact[c] != island) continue;
-    out.contacts.push_back(c);
+  for (const int c : out.contacts) {
     out.J.add_band();
     for (int e = problem.J.band[c]; e < problem.J.band[c + 1]; ++e) {
       const int k = out.J.add_entry(block_in_island_[problem.J.block[e]], problem.M.block_size(problem.J.block[e]));
@@ -220,6 +220,16 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
         (q_[3 * c] * q_[3 * c] + q_[3 * c + 1] * q_[3 * c + 1] + q_[3 * c + 2] * q_[3 * c + 2]) / island_.weight[c];
   }
   size_ = std::sqrt(size_);
+  if (previous != nullptr && start_at_rest(*previous)) {
+    const Certificate certificate = judge(r_, {});
+    if (std::abs(certificate.gap) <= epsilon && certificate.infeasibility <= tolerances_.infeasibility) {
+      if (tolerances_.warm_starts) ++*tolerances_.warm_starts;
+      solution.claimed_residual += std::abs(certificate.gap);
+      return ConeStatus::solved;
+    }
+    program_ = normal_program_;
+    program_.mu = &island_.mu;
+  }
   bool normal_ok = frictionless();
   flat_ = false;
   if (tolerances_.bounded) {
@@ -344,9 +354,55 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
     inaccurate_ = true;
     status = ConeStatus::solved;
   }
+  if (previous != nullptr) {
+    const ContactView event = view();
+    previous->impulse.remember(event, r_, size_);
+    std::vector<double>& normal = x_;
+    normal.assign(3 * nc, 0.0);
+    for (int c = 0; c < nc && tolerances_.bounded; ++c) normal[3 * c] = f_[c];
+    if (tolerances_.bounded) {
+      previous->frictionless.remember(event, normal, size_);
+      previous->z = z_;
+    }
+  }
   solution.iterations += iterations_;
   solution.claimed_residual += std::abs(best.gap);
   return status;
+}
+
+ContactView DrumwrightShell::view() const {
+  return {island_.M, island_.factor, island_.J, island_.v0, island_.offset, island_.mu, island_.weight};
+}
+
+// Do the impulses that kept the previous event at rest keep this one, inside the cones, and is their sum bounded as the
+// previous proof says? Into r_, eta_, f_, z_ and the bound of program_; the certificate has the last word.
+bool DrumwrightShell::start_at_rest(Previous& previous) {
+  const int nc = static_cast<int>(island_.contacts.size());
+  const ContactView event = view();
+  if (!previous.impulse.find(event, size_)) return false;
+  for (int c = 0; c < nc; ++c) {
+    const double* r = &previous.impulse.r()[3 * c];
+    if (!(tangential(r) <= island_.mu[c] * r[0])) return false;
+  }
+  if (tolerances_.bounded) {
+    if (!previous.frictionless.find(event, size_) || static_cast<int>(previous.z.size()) != island_.M.order())
+      return false;
+    f_.resize(nc);
+    for (int c = 0; c < nc; ++c) {
+      f_[c] = previous.frictionless.r()[3 * c];
+      if (!(f_[c] >= 0)) return false;
+    }
+    u_f_ = previous.frictionless.u();
+    z_ = previous.z;
+    Jz_.resize(3 * nc);
+    multiply(island_.J, island_.M, z_, Jz_);
+    if (!proves_least_sum()) return false;
+    program_.bounded_below = true;
+    program_.kappa = kappa_ = std::accumulate(f_.begin(), f_.end(), 0.0);
+  }
+  r_ = previous.impulse.r();
+  eta_.assign(nc, 0.0);
+  return true;
 }
 
 // f, v_f, u_f of the frictionless problem: Newton's method, first guess all contacts that do not clearly part closed.
@@ -685,7 +741,10 @@ ContactMethod make_drumwright_shell(const MethodOptions& options) {
   tolerances.warm_start = options.warm_start;
   tolerances.warm_starts = options.warm_starts;
   auto method = std::make_shared<DrumwrightShell>(tolerances);
-  return [method](const ContactProblem& problem, ContactSolution& solution) { (*method)(problem, solution); };
+  const auto solve = [method](const ContactProblem& problem, ContactSolution& solution) {
+    (*method)(problem, solution);
+  };
+  return options.warm_start ? reuse_same_event(solve, options.warm_starts) : ContactMethod(solve);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "cone/interior_point.h"
 #include "contact/islands.h"
 #include "methods/registry.h"
+#include "methods/resting_impulse.h"
 #include "methods/stopping_impulse.h"
 
 namespace cb {
@@ -57,10 +58,13 @@ class DrumwrightShell {
     BandMatrix J;
     BlockCholesky factor;
     std::vector<double> v0, offset, mu, weight;
-    std::vector<int> contacts, blocks;
+    std::span<const int> contacts, blocks;  // of the problem
   };
-  /// Where Newton's method ended on an island of the previous event.
+  /// What an island of the previous event knows of the next one.
   struct Previous {
+    RestingImpulse impulse{3}, frictionless{1};  ///< of an island at rest
+    std::vector<double> z;                       ///< proof of its least sum
+    // Where Newton's method ended.
     int nv = 0;
     bool by_newton = false;  ///< and not by one of the first tries, which are cheaper than it
     ConeSolution answer;
@@ -70,6 +74,8 @@ class DrumwrightShell {
   bool weigh(const ContactProblem& problem, ContactSolution& solution);
   void extract(const ContactProblem& problem, const std::vector<double>& v0, int island);
   ConeStatus solve_island(double epsilon, ContactSolution& solution, Previous* previous);
+  ContactView view() const;
+  bool start_at_rest(Previous& previous);
   bool frictionless();
   void equalities(const std::vector<char>& in_set, double target, std::vector<double>& x,
                   std::vector<double>& velocity);
@@ -86,6 +92,7 @@ class DrumwrightShell {
   Tolerances tolerances_;
   BlockCholesky factor_;
   Islands islands_;
+  Groups contacts_of_, blocks_of_;  // per island
   std::vector<Eigen::Matrix3d> W_;
   std::vector<double> weight_;
   Island island_;

@@ -2,7 +2,7 @@
 //
 // Certificates. Let S be the contacts kept, and r the answer of their problem. A contact c outside S gets r_c = 0, so
 // that v+ and the conditions on S stay as they are. For c itself:
-//   newton, mirtich   u_n+ >= 0: no sweep would touch it.
+//   newton, mirtich   all contacts of its island part: no sweep would touch any.
 //   ap                u_n+ >= 0 = c_n; c_t = 0 needs d_i . u_t+ + lam >= 0 for all directions, which
 //                     lam = max(0, -min_i d_i . u_t+) gives; lam _|_ mu c_n - E^T c_t = 0 holds for any lam.
 //   convex            u_n+ >= 0, and y = u - W_(:,n) eta + s e_n lies in the dual cone, mu |y_t| <= y_n, with the s
@@ -33,30 +33,13 @@ constexpr double clearly_parting = 1e-6;
 /// -: entries of W_ii that couple normal and tangential directions, as a fraction of w, below which it is decoupled.
 constexpr double decoupled = 1e-15;
 
-/// Members by group: those of group g stand at [start[g], start[g + 1]), in ascending order; -1 is in no group.
-struct Groups {
-  std::vector<int> start, members;
-  void assign(const std::vector<int>& group, int count) {
-    start.assign(count + 2, 0);
-    for (const int g : group)
-      if (g >= 0) ++start[g + 2];
-    for (int g = 0; g < count; ++g) start[g + 2] += start[g + 1];
-    members.resize(start[count + 1]);
-    for (std::size_t i = 0; i < group.size(); ++i)
-      if (group[i] >= 0) members[start[group[i] + 1]++] = static_cast<int>(i);
-    start.pop_back();
-  }
-  std::span<const int> operator[](int g) const {
-    return {members.data() + start[g], static_cast<std::size_t>(start[g + 1] - start[g])};
-  }
-};
-
 class Pruned {
  public:
-  Pruned(const MethodRow& row, const MethodOptions& options, std::shared_ptr<LeftOut> left_out)
-      : method_(row.make(options)), law_(row.law), options_(options), left_out_(std::move(left_out)) {
-    closed_form_ =
-        (law_ == Law::anitescu_potra && options.regularise == 0) || (law_ == Law::convex && options.compression_bound);
+  Pruned(const MethodRow& row, const MethodOptions& options, std::shared_ptr<LeftOut> left_out,
+         const PruneOptions& prune)
+      : make_(row.make), law_(row.law), options_(options), prune_(prune), left_out_(std::move(left_out)) {
+    closed_form_ = prune.closed_forms && ((law_ == Law::anitescu_potra && options.regularise == 0) ||
+                                          (law_ == Law::convex && options.compression_bound));
     if (law_ == Law::anitescu_potra)
       for (int i = 0; i < options.k; ++i)
         directions_.emplace_back(std::cos(2 * M_PI * i / options.k), std::sin(2 * M_PI * i / options.k));
@@ -66,6 +49,7 @@ class Pruned {
  private:
   bool look(const ContactProblem& problem);
   bool tears_an_island(const ContactProblem& problem);
+  void keep_mixed_islands();
   void solve_parts(const ContactProblem& problem, ContactSolution& solution);
   void begin(const ContactProblem& problem, ContactSolution& solution) const;
   void extract(const ContactProblem& problem, std::span<const int> contacts, std::span<const int> blocks);
@@ -74,9 +58,13 @@ class Pruned {
                  ContactSolution& solution) const;
   bool certify(const ContactProblem& problem, ContactSolution& solution);
 
-  ContactMethod method_;
+  ContactMethod& method(int part);
+
+  ContactMethod (*make_)(const MethodOptions&);
+  std::vector<ContactMethod> methods_;  // one; with a warm start one a part, for each to know its own previous event
   Law law_;
   MethodOptions options_;
+  PruneOptions prune_;
   bool closed_form_ = false;
   std::vector<Eigen::Vector2d> directions_;  // ap: k, of the friction polygon
   std::shared_ptr<LeftOut> left_out_;
@@ -102,7 +90,7 @@ void Pruned::operator()(const ContactProblem& problem, ContactSolution& solution
     return;
   }
   if (!look(problem)) {
-    method_(problem, solution);
+    method(0)(problem, solution);
     return;
   }
   for (;;) {
@@ -110,6 +98,12 @@ void Pruned::operator()(const ContactProblem& problem, ContactSolution& solution
     if (out_count_ == 0 || certify(problem, solution)) break;
   }
   left_out_->parted_contacts += out_count_;
+}
+
+ContactMethod& Pruned::method(int part) {
+  const std::size_t index = options_.warm_start ? part : 0;
+  while (methods_.size() <= index) methods_.push_back(make_(options_));
+  return methods_[index];
 }
 
 // Is there anything to leave out? Decides which contacts, and finds the islands.
@@ -128,7 +122,7 @@ bool Pruned::look(const ContactProblem& problem) {
 
   out_.assign(nc, 0);
   out_count_ = 0;
-  if (!elastic)
+  if (!elastic && prune_.parted_contacts)
     for (int c = 0; c < nc; ++c)
       if (u_[3 * c] > clearly_parting * speed_) {
         out_[c] = 1;
@@ -141,13 +135,27 @@ bool Pruned::look(const ContactProblem& problem) {
     islands_.of_contact.assign(nc, 0);
     islands_.of_block.assign(1, 0);
   }
+  if (out_count_ > 0 && (law_ == Law::newton || law_ == Law::mirtich)) keep_mixed_islands();
   if (out_count_ > 0 && law_ == Law::convex && tears_an_island(problem)) {
     out_.assign(nc, 0);
     out_count_ = 0;
   }
-  const bool several = islands_.count > 1 && law_ != Law::convex;
+  const bool several = prune_.islands && islands_.count > 1 && law_ != Law::convex;
   const bool alone = closed_form_ && !elastic && nc == islands_.count;
   return out_count_ > 0 || several || alone;
+}
+
+// Contacts stay out only where all of their island part.
+void Pruned::keep_mixed_islands() {
+  std::vector<int>& stays = islands_.scratch;
+  stays.assign(islands_.count, 0);
+  for (std::size_t c = 0; c < out_.size(); ++c)
+    if (!out_[c]) stays[islands_.of_contact[c]] = 1;
+  for (std::size_t c = 0; c < out_.size(); ++c) {
+    if (!out_[c] || !stays[islands_.of_contact[c]]) continue;
+    out_[c] = 0;
+    --out_count_;
+  }
 }
 
 // Would an island fall apart without the contacts that are left out?
@@ -176,7 +184,7 @@ bool Pruned::tears_an_island(const ContactProblem& problem) {
 void Pruned::solve_parts(const ContactProblem& problem, ContactSolution& solution) {
   const int nc = problem.nc(), blocks = problem.M.blocks();
   // Parts: the islands; for the convex model, which parts islands itself, one of everything.
-  const bool together = law_ == Law::convex && nc > islands_.count;
+  const bool together = !prune_.islands || (law_ == Law::convex && nc > islands_.count);
   const int parts = together ? 1 : islands_.count;
   part_of_contact_.assign(nc, 0);
   part_of_block_.assign(blocks, 0);
@@ -199,7 +207,7 @@ void Pruned::solve_parts(const ContactProblem& problem, ContactSolution& solutio
     if (closed_form_ && contacts.size() == 1 && closed_form(part_, answer_))
       ++left_out_->closed_forms;
     else
-      method_(part_, answer_);
+      method(part)(part_, answer_);
     take_over(problem, contacts, of_part, solution);
   }
   if (solved > 1) left_out_->islands += solved;
@@ -440,21 +448,20 @@ bool Pruned::certify(const ContactProblem& problem, ContactSolution& solution) {
 
 }  // namespace
 
-std::vector<std::pair<std::string, long>> items(const LeftOut& left_out) {
-  std::vector<std::pair<std::string, long>> all;
-  const auto add = [&](const char* what, long count) {
-    if (count > 0) all.emplace_back(what, count);
+std::vector<LeftOutItem> items(const LeftOut& left_out) {
+  return {
+      {"islands solved apart", "bodies that no contact joins do not change each other", left_out.islands},
+      {"separating contacts", "they carry nothing, which is checked after the solve", left_out.parted_contacts},
+      {"separating contacts brought back", "the check failed: solved again with them", left_out.brought_back},
+      {"solver calls for events in which all contacts separate", "there is nothing to solve", left_out.solver_calls},
+      {"solver calls for single contacts with a closed form", "one contact through a centre of mass has a formula",
+       left_out.closed_forms},
   };
-  add("islands solved apart", left_out.islands);
-  add("separating contacts", left_out.parted_contacts);
-  add("separating contacts brought back", left_out.brought_back);
-  add("solver calls for events in which all contacts separate", left_out.solver_calls);
-  add("solver calls for single contacts with a closed form", left_out.closed_forms);
-  return all;
 }
 
-ContactMethod pruned(const MethodRow& row, const MethodOptions& options, std::shared_ptr<LeftOut> left_out) {
-  auto method = std::make_shared<Pruned>(row, options, std::move(left_out));
+ContactMethod pruned(const MethodRow& row, const MethodOptions& options, std::shared_ptr<LeftOut> left_out,
+                     const PruneOptions& prune) {
+  auto method = std::make_shared<Pruned>(row, options, std::move(left_out), prune);
   return [method](const ContactProblem& problem, ContactSolution& solution) { (*method)(problem, solution); };
 }
 

@@ -6,6 +6,11 @@
 
 namespace cb {
 
+/// What to leave out of contact problems; each can be told off, to see what it saves.
+struct PruneOptions {
+  bool islands = true, parted_contacts = true, closed_forms = true;
+};
+
 /// What was left out of the contact problems of a run, summed over its events.
 struct LeftOut {
   long islands = 0;          ///< islands solved as problems of their own, where an event has several
@@ -15,13 +20,19 @@ struct LeftOut {
   long closed_forms = 0;     ///< islands of one contact answered by a formula
 };
 
-/// Name and count of everything that was left out; what was not is not listed.
-std::vector<std::pair<std::string, long>> items(const LeftOut& left_out);
+/// Something that runs leave out: its name in summary.json, why nothing changes without it, and how often it was.
+struct LeftOutItem {
+  std::string_view name, why;
+  long count;
+};
+/// All items, also those that were not left out.
+std::vector<LeftOutItem> items(const LeftOut& left_out);
 
 /// The method of `row` with `options`, handed only what an event needs:
 ///  1. islands of bodies joined by contacts are solved apart (`convex` does so in any case: its bound is per island);
 ///  2. contacts that part before the event stay out; afterwards each must part still and satisfy what its law asks of
-///     an idle contact, or it is brought back and the event solved again;
+///     an idle contact, or it is brought back and the event solved again. newton and mirtich hit contacts one after the
+///     other, so that one that parts may be met on the way: they leave out whole islands that part, and nothing else;
 ///  3. where nothing is left the method is not called;
 ///  4. a contact alone on its island whose normal and tangential directions do not couple (a sphere on the ground) has
 ///     a closed form: ap, convex.
@@ -29,6 +40,7 @@ std::vector<std::pair<std::string, long>> items(const LeftOut& left_out);
 /// The answer is one of the whole problem, to the same tolerances, and the referee checks it there. Where nothing can
 /// be left out the method sees the problem itself: its answer is the same to the last bit.
 /// `left_out` receives the counts.
-ContactMethod pruned(const MethodRow& row, const MethodOptions& options, std::shared_ptr<LeftOut> left_out);
+ContactMethod pruned(const MethodRow& row, const MethodOptions& options, std::shared_ptr<LeftOut> left_out,
+                     const PruneOptions& prune = {});
 
 }  // namespace cb

@@ -48,6 +48,9 @@ Simulation::Simulation(const Scenario& scenario, const SimulationOptions& option
   steps_total_ = step_at(options_.duration, options_.step);
   state_.t = 0;
   random_.seed(options_.shuffle);
+  // Sweeps over contacts hit the corners alone another way; shuffled contacts are no patches any more.
+  if ((law_ != Law::anitescu_potra && law_ != Law::convex) || options_.shuffle != 0)
+    options_.prune.coplanar_points = false;
   double smallest = HUGE_VAL;
   for (const Shape& shape : scenario_.shapes) {
     tolerance_.push_back(options_.closed_gap * shape.size());
@@ -56,6 +59,7 @@ Simulation::Simulation(const Scenario& scenario, const SimulationOptions& option
   }
   margin_ = std::isfinite(smallest) ? 1e-6 * smallest : 1e-6;
   motions_.resize(scenario_.shapes.size());
+  travel_.assign(scenario_.shapes.size(), 0.0);
   external_.resize(scenario_.model.bodies.size());
   for (const ControllerSpec& spec : scenario_.controllers)
     controllers_.push_back(spec.row->make(scenario_.model, spec));
@@ -87,6 +91,7 @@ const StepRecord& Simulation::step() {
         break;
       }
       if (!solve_event()) break;
+      left_out_.coplanar_points += points_left_out_;
       lap = Lap();
       update_motions();
       // Velocities changed: the pairs found before may no longer be all, unless hardly anything moves.
@@ -178,12 +183,15 @@ void Simulation::update_motions() {
   for (std::size_t i = 0; i < motions_.size(); ++i) shape_motion(scenario_.shapes[i], state_, motions_[i]);
 }
 
-double Simulation::displacement_bound(double horizon) const {
+// How far a point of a shape can get within the horizon: of each into travel_, and the largest.
+double Simulation::displacement_bound(double horizon) {
   double bound = 0;
   for (std::size_t i = 0; i < motions_.size(); ++i)
-    if (scenario_.shapes[i].body >= 0)
-      bound = std::max(bound, motions_[i].v.norm() + motions_[i].w.norm() * radius_[i]);
-  return bound * horizon;
+    if (scenario_.shapes[i].body >= 0) {
+      travel_[i] = (motions_[i].v.norm() + motions_[i].w.norm() * radius_[i]) * horizon;
+      bound = std::max(bound, travel_[i]);
+    }
+  return bound;
 }
 
 void Simulation::find_pairs(double horizon) {
@@ -198,14 +206,19 @@ bool Simulation::find_contacts() {
   contacts_.clear();
   mu_.clear();
   restitution_.clear();
+  patches_.clear();
+  points_left_out_ = 0;
   bool approaching = false;
   for (const auto& [i, j] : *pairs_) {
     const std::size_t first = contacts_.size();
     const double tolerance = std::min(tolerance_[i], tolerance_[j]);
-    contact_points(scenario_.shapes[i], motions_[i].pose, i, scenario_.shapes[j], motions_[j].pose, j, tolerance,
-                   contacts_);
-    if (contacts_.size() == first) continue;
     const PairLaw& law = *scenario_.pairs.find(i, j);
+    const bool corners_only = options_.prune.coplanar_points && !spinning_ && law.restitution == 0;
+    const int left_out = contact_points(scenario_.shapes[i], motions_[i].pose, i, scenario_.shapes[j], motions_[j].pose,
+                                        j, tolerance, contacts_, corners_only);
+    if (contacts_.size() == first) continue;
+    points_left_out_ += left_out;
+    if (left_out > 0) patches_.emplace_back(static_cast<int>(first), static_cast<int>(contacts_.size()));
     mu_.resize(contacts_.size(), law.mu);
     restitution_.resize(contacts_.size(), law.restitution);
     for (std::size_t c = first; c < contacts_.size(); ++c) {
@@ -224,7 +237,7 @@ bool Simulation::find_contacts() {
                          scenario_.shapes[j].name, -contact.gap, state_.t));
     }
   }
-  if (options_.shuffle != 0) shuffle_contacts();
+  if (options_.shuffle != 0) shuffle_contacts();  // not together with patches (constructor)
   if (!scenario_.model.trees.empty() && find_limits()) approaching = true;
   return approaching && (record_.status == Status::ok || record_.status == Status::inaccurate);
 }
@@ -285,6 +298,13 @@ bool Simulation::solve_event() {
   method_(problem_, solution_);
   lap.add_to(record_.times.solve_s);
   residuals_ = referee_.check(problem_, solution_, law_, v_plus_);
+  if (options_.prune.coplanar_points && law_ == Law::anitescu_potra) {
+    const bool again = patch_spins() && !patches_.empty();
+    if (again) {
+      find_contacts();
+      return solve_event();
+    }
+  }
 
   record_.contacts += problem_.nc();
   record_.size += solution_.size;
@@ -332,12 +352,40 @@ bool Simulation::solve_event() {
   return true;
 }
 
+// Do contacts of one pair slip at different velocities after the event? Friction of the convex program takes as much
+// energy with the corners alone, whose answer is unique; the polygon's depends on who carries what.
+bool Simulation::patch_spins() {
+  constexpr double even = 1e-9;  // -: differences, as a fraction of the fastest contact before the event
+  if (patches_.empty() && !spinning_) return false;
+  contact_velocity(problem_, problem_.v_minus, u_plus_);
+  double fastest = 0;
+  for (const double u : u_plus_) fastest = std::max(fastest, std::abs(u));
+  contact_velocity(problem_, v_plus_, u_plus_);
+  spinning_ = false;
+  for (std::size_t c = 1; c < contacts_.size(); ++c) {
+    const std::size_t before = c - 1;
+    if (contacts_[c].shape_a != contacts_[before].shape_a || contacts_[c].shape_b != contacts_[before].shape_b)
+      continue;
+    for (std::size_t i = 1; i < 3; ++i)
+      spinning_ = spinning_ || std::abs(u_plus_[3 * c + i] - u_plus_[3 * before + i]) > even * fastest;
+  }
+  return spinning_;
+}
+
 // The first time of contact of an open feature within `horizon`, or `horizon`.
-double Simulation::first_contact(double horizon) const {
+double Simulation::first_contact(double horizon) {
   double first = horizon;
-  for (const auto& [i, j] : *pairs_)
+  // A feature that is open has more than this to go before it closes: tolerance less what the search aims at.
+  constexpr double still = 0.25;
+  const bool skip = options_.prune.contact_times && displacement_bound(horizon) < margin_;
+  for (const auto& [i, j] : *pairs_) {
+    if (skip && travel_[i] + travel_[j] <= still * std::min(tolerance_[i], tolerance_[j])) {
+      ++left_out_.contact_times;
+      continue;
+    }
     first = std::min(first, time_of_contact(scenario_.shapes[i], motions_[i], scenario_.shapes[j], motions_[j],
                                             std::min(tolerance_[i], tolerance_[j]), first));
+  }
   if (!scenario_.model.trees.empty()) first = first_limit(first);
   return first;
 }

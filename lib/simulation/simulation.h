@@ -49,6 +49,23 @@ struct StepRecord {
   StepTimes times;
 };
 
+/// What a step may leave out because the motion is the same without it.
+struct StepPruning {
+  /// Points of a box's contact grid inside a whole face or edge that touches: the corners of their hull carry any force
+  /// and torque that all of them can, but for friction where the patch spins; there, and where the pair has
+  /// restitution, all of them stay. For methods whose answer does not depend on the number of contacts (`ap`,
+  /// `convex`).
+  bool coplanar_points = true;
+  /// Times of contact of pairs that move by less than a quarter of the tolerance before the step ends.
+  bool contact_times = true;
+};
+
+/// What a run left out of its steps, summed over it.
+struct StepLeftOut {
+  long coplanar_points = 0;  ///< contacts of events
+  long contact_times = 0;    ///< searches
+};
+
 struct SimulationOptions {
   double step = 1e-3;               ///< s
   double duration = 1;              ///< s
@@ -63,6 +80,7 @@ struct SimulationOptions {
   std::uint64_t shuffle = 0;
   double blowup_factor = 1e6;      ///< kinetic energy over the largest energy that was put in: energy_blowup
   double penetration_limit = 0.1;  ///< fraction of the body's size; deeper: penetration
+  StepPruning prune = {false, false};
 };
 
 /// The event-driven stepper (spec: methods.md, "The step"). Is handed a method and never asks which.
@@ -82,6 +100,7 @@ class Simulation {
   const std::string& reason() const { return reason_; }
   /// Torques of the motors in the last step, after their limits (N m, N); indexed as State::qd.
   const std::vector<double>& torque() const { return torque_; }
+  const StepLeftOut& left_out() const { return left_out_; }
   const ContactProblem& problem() const { return problem_; }
   const ContactSolution& solution() const { return solution_; }
 
@@ -94,10 +113,11 @@ class Simulation {
   void shuffle_contacts();
   bool find_limits();
   bool solve_event();
-  double first_contact(double horizon) const;
+  bool patch_spins();
+  double first_contact(double horizon);
   double first_limit(double horizon) const;
   void advance_positions(double dt);
-  double displacement_bound(double horizon) const;
+  double displacement_bound(double horizon);
   void fail(Status status, std::string reason);
 
   const Scenario& scenario_;
@@ -116,7 +136,7 @@ class Simulation {
   ContactProblem problem_;
   ContactSolution solution_;
   Residuals residuals_;
-  std::vector<double> v_plus_, u_minus_, mu_, restitution_;
+  std::vector<double> v_plus_, u_plus_, mu_, restitution_;
   std::vector<ContactPoint> contacts_;
   std::mt19937_64 random_;  // of the order of contacts
   std::vector<LimitContact> limits_;
@@ -137,7 +157,13 @@ class Simulation {
   std::vector<double> tolerance_;  // per shape, m: gap below which it is closed
   std::vector<double> radius_;     // per shape, m: how far its points are from the body's centre of mass
   const std::vector<std::pair<int, int>>* pairs_ = nullptr;
-  double margin_ = 0;  // m, by which the pairs were widened
+  std::vector<double> travel_;  // per shape, m: bound on its displacement before the step ends
+  double margin_ = 0;           // m, by which the pairs were widened
+
+  StepLeftOut left_out_;
+  std::vector<std::pair<int, int>> patches_;  // contacts [first, second) that stand for more of them
+  int points_left_out_ = 0;                   // of the contacts at hand
+  bool spinning_ = false;                     // did a patch spin after the last event?
 };
 
 }  // namespace cb

@@ -1,0 +1,38 @@
+#include "simulation/left_out.h"
+
+namespace cb {
+
+namespace {
+
+SimulationOptions with_pruning(SimulationOptions simulation, const MethodOptions& options, bool prune) {
+  // A regularised problem has another answer for each number of contacts.
+  simulation.prune = {prune && options.regularise == 0, prune};
+  return simulation;
+}
+
+ContactMethod make_method(const MethodRow& row, MethodOptions options, const std::shared_ptr<long>& warm_starts,
+                          const std::shared_ptr<LeftOut>& left_out, bool prune) {
+  options.warm_starts = warm_starts;
+  return prune ? pruned(row, options, left_out) : row.make(options);
+}
+
+}  // namespace
+
+PrunedRun::PrunedRun(const Scenario& scenario, SimulationOptions options, const MethodRow& row, MethodOptions method,
+                     bool prune)
+    : left_out(std::make_shared<LeftOut>()),
+      warm_starts(std::make_shared<long>(0)),
+      simulation(scenario, with_pruning(options, method, prune), make_method(row, method, warm_starts, left_out, prune),
+                 row.law) {}
+
+std::vector<LeftOutItem> PrunedRun::items() const {
+  std::vector<LeftOutItem> all = cb::items(*left_out);
+  const StepLeftOut& steps = simulation.left_out();
+  all.push_back({"coplanar contacts", "the corners of their hull carry whatever they can", steps.coplanar_points});
+  all.push_back({"searches for times of contact", "the pair hardly moves before the step ends", steps.contact_times});
+  all.push_back({"cold solves: warm starts accepted", "the previous event's answer led to one that passes the check",
+                 *warm_starts});
+  return all;
+}
+
+}  // namespace cb

@@ -1,0 +1,152 @@
+#!/usr/bin/env python3
+"""What a run leaves out changes nothing: every scene with every method and solver, with and without pruning and warm start.
+
+usage: pruning.py PROGRAM [--jobs N] [--only TEXT]
+
+A pair of runs is the same where all positions and velocities agree to 1e-10 of the scene's own size and speed (to the last bit
+where the summary says that nothing was left out). Where a law has several answers to an event (docs/deviations.md) the ways
+may part; then both runs must pass the referee, and their energies must agree to 1e-10 at the step where they part. Exits 1 if
+any pair does neither, or if a pair whose motion is unique parts.
+"""
+import argparse
+import csv
+import json
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+SAME = 1e-10
+ENDS_WELL = ("ok", "inaccurate")
+
+# Scene, parameters and flags: long enough for what happens in it, with steps that make it quick.
+SCENES = [
+    ("stress/contact_grid", {"n": "6", "vx": "0.5"}, ["--duration", "0.2"]),
+    ("impacting_sphere", {}, []), ("sliding_box", {}, ["--step", "1e-2", "--duration", "4"]),
+    ("sticking_box", {}, ["--duration", "0.1"]), ("circular_sliding", {}, ["--step", "1e-2", "--duration", "2"]),
+    ("circular_sliding", {"start": "rest"}, ["--step", "1e-2", "--duration", "2"]),
+    ("stack", {"boxes": "1"}, ["--duration", "0.05"]), ("stack", {"boxes": "4"}, ["--duration", "0.05"]),
+    ("mobile_robot", {}, ["--duration", "0.1"]), ("mobile_robot_caster", {}, ["--duration", "0.1"]),
+    ("grasp", {}, ["--duration", "0.05"]), ("urdf_arm", {}, ["--duration", "0.6"]),
+]
+STRESS = ["alternating_stack", "bouncing_ball", "bullet", "card_house", "contact_grid", "cradle", "far_away", "friction_contrast",
+          "groove", "mass_ratio", "painleve", "repeated_contact", "rocking_block", "slender", "squeeze", "units", "wall"]
+
+
+def method_flags(program):
+    """Every method, variant and solver that this build can use."""
+    listed = json.loads(subprocess.run([program, "list", "--json"], check=True, capture_output=True, text=True).stdout)
+    unavailable = {row["name"] for row in listed.get("solvers", []) if row.get("unavailable")}
+    for row in listed["methods"]:
+        warm = any(option["flag"] == "warm-start" for option in row["options"])
+        for solver in row["solvers"] or [None]:
+            for variant in row["variants"] or [None]:
+                if solver in unavailable or solver == "pgs":  # pgs: an example, which ends well nowhere
+                    continue
+                yield (["--method", row["name"], *(["--solver", solver] if solver else []),
+                        *(["--variant", variant] if variant else [])], warm)
+
+
+def run(command, out):
+    done = subprocess.run([*command, "--quiet", "--out", str(out)], capture_output=True, text=True)
+    path = Path(out) / "summary.json"
+    if not path.exists():
+        return {"status": "none", "reason": done.stderr.strip()[-200:], "left_out": []}, [], []
+    rows = {}
+    for name in ("trajectory", "steps"):
+        file = Path(out) / f"{name}.csv"
+        rows[name] = list(csv.reader(file.open()))[1:] if file.exists() else []
+    return json.loads(path.read_text()), rows["trajectory"], rows["steps"]
+
+
+def numbers(row):
+    return [float(x) for x in row[2:]]
+
+
+def parting(a, b):
+    """Index of the row at which two trajectories are no longer the same, and the largest difference; in m, m/s, rad/s, or
+    as a fraction of the scene's largest where that is more than 1."""
+    size = max([1.0, *(abs(x) for row in a for x in numbers(row)[:3])])
+    speed = max([1.0, *(abs(x) for row in a for x in numbers(row)[7:])])
+    first, worst = None, 0.0
+    for i, (row_a, row_b) in enumerate(zip(a, b)):
+        difference = [abs(x - y) for x, y in zip(numbers(row_a), numbers(row_b))]
+        found = max(max(difference[:3]) / size, max(difference[3:7]), max(difference[7:]) / speed)
+        worst = max(worst, found)
+        if first is None and not found <= SAME:
+            first = i
+    return first, worst
+
+
+def energy_gap(steps_a, steps_b, t):
+    """Difference of the energies at time t, over the most that the run had."""
+    def energies(steps):
+        return {row[1]: float(row[14]) + float(row[15]) for row in steps}
+    a, b = energies(steps_a), energies(steps_b)
+    scale = max([1e-300, *(abs(float(row[14])) + abs(float(row[15])) for row in steps_a)])
+    return abs(a[t] - b[t]) / scale if t in a and t in b else 0.0
+
+
+def judge(plain, less):
+    """What is wrong with a pair of runs (empty: nothing), and how they compare."""
+    (summary_a, rows_a, steps_a), (summary_b, rows_b, steps_b) = plain, less
+    if summary_a["status"] not in ENDS_WELL:
+        return "", f"does not end the plain way: {summary_a['status']}"
+    if summary_b["status"] not in ENDS_WELL:
+        return f"ends {summary_b['status']}: {summary_b['reason']}", ""
+    if not summary_b["left_out"] and rows_a != rows_b:
+        return "nothing left out, yet not the same to the last bit", ""
+    first, worst = parting(rows_a, rows_b)
+    if first is None and len(rows_a) == len(rows_b):
+        return "", "bit for bit" if rows_a == rows_b else f"same to {worst:.1e}"
+    claims = [summary["residuals"]["false_claims"] for summary in (summary_a, summary_b)]
+    gap = energy_gap(steps_a, steps_b, rows_a[first][0]) if first is not None else 0.0
+    how = f"part at t = {rows_a[first][0] if first is not None else 'the end'} s, up to {worst:.1e}, energies there by {gap:.1e}"
+    if any(claims):
+        return f"false claims {claims}", how
+    return "", how
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program")
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--only", default="")
+    arguments = parser.parse_args()
+    program = str(Path(arguments.program).resolve())
+    scenes = [(f"{name}.xml", sets, flags) for name, sets, flags in SCENES]
+    scenes += [(f"stress/{name}.xml", {}, ["--duration", "0.1"]) for name in STRESS]
+    pairs = []
+    for file, sets, flags in scenes:
+        for method, warm in method_flags(program):
+            base = [program, "run", str(Path(__file__).resolve().parents[2] / "scenarios" / file), *method, *flags,
+                    "--time-limit", "60", *(x for key, value in sets.items() for x in ("--set", f"{key}={value}"))]
+            name = " ".join([file, *(f"{key}={value}" for key, value in sets.items()), *method])
+            pairs.append((name, base, warm))
+    pairs = [pair for pair in pairs if arguments.only in pair[0]]
+
+    def do(pair):
+        name, base, warm = pair
+        with tempfile.TemporaryDirectory() as scratch:
+            plain = run([*base, "--prune", "off"], f"{scratch}/plain")
+            less = run([*base, "--prune", "on"], f"{scratch}/less")
+            results = [("prune", judge(plain, less), less[0])]
+            if warm:
+                started = run([*base, "--prune", "on", "--warm-start", "on"], f"{scratch}/warm")
+                results.append(("warm", judge(less, started), started[0]))
+            return name, results
+
+    failed = 0
+    with ThreadPoolExecutor(arguments.jobs) as pool:
+        for name, results in pool.map(do, pairs):
+            for what, (wrong, kind), summary in results:
+                failed += bool(wrong)
+                print("FAIL" if wrong else "ok  ", what, name, kind, wrong,
+                      {row["what"]: row["count"] for row in summary["left_out"]}, sep="  ", flush=True)
+    print(f"{failed} failed")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

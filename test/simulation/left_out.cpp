@@ -1,0 +1,104 @@
+// What a step leaves out changes nothing in the motion.
+
+#include "simulation/left_out.h"
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+using namespace cb;
+
+namespace {
+
+struct Motion {
+  double v[6];
+  std::vector<LeftOutItem> items;
+};
+
+// The box on its grid of contact points, started with the velocity given, after some steps.
+Motion after(const char* method, bool prune, int n, const std::array<double, 6>& start, double restitution = 0) {
+  Scenario scenario = load_scenario(find_scenario("stress/contact_grid.xml"), {{"n", std::to_string(n)}});
+  std::copy(start.begin(), start.end(), scenario.initial.v.begin());
+  for (PairLaw& law : scenario.pairs.laws) law.restitution = restitution;
+  SimulationOptions options;
+  options.step = 1e-3;
+  PrunedRun run(scenario, options, *find_method(method), {}, prune);
+  for (int i = 0; i < 20; ++i) CHECK(run.simulation.step().status == Status::ok);
+  Motion motion{};
+  std::copy_n(run.simulation.state().v.begin(), 6, motion.v);
+  motion.items = run.items();
+  return motion;
+}
+
+long count(const Motion& motion, std::string_view name) {
+  for (const LeftOutItem& item : motion.items)
+    if (item.name == name) return item.count;
+  return -1;
+}
+
+void same(const Motion& a, const Motion& b) {
+  for (int i = 0; i < 6; ++i) CHECK(a.v[i] == Approx(b.v[i]).margin(1e-10));
+}
+
+}  // namespace
+
+TEST_CASE("a box that rests or slides on many points moves as on the corners of their hull", "[left_out]") {
+  for (const char* method : {"ap", "convex"})
+    for (const double vx : {0.0, 0.5}) {
+      INFO(method << " at " << vx << " m/s");
+      const Motion all = after(method, false, 5, {vx, 0, 0, 0, 0, 0}),
+                   corners = after(method, true, 5, {vx, 0, 0, 0, 0, 0});
+      same(all, corners);
+      CHECK(count(all, "coplanar contacts") == 0);
+      CHECK(count(corners, "coplanar contacts") == 20 * (25 - 4));
+    }
+}
+
+TEST_CASE("where the patch spins the polygon keeps all its points, and the cone needs the corners alone",
+          "[left_out]") {
+  const std::array<double, 6> spin = {0, 0, 0, 0, 2, 0};
+  same(after("convex", false, 5, spin), after("convex", true, 5, spin));
+  const Motion all = after("ap", false, 4, spin), less = after("ap", true, 4, spin);
+  for (int i = 0; i < 6; ++i) CHECK(all.v[i] == less.v[i]);  // to the last bit
+  CHECK(count(less, "coplanar contacts") == 0);
+}
+
+TEST_CASE("points of a pair with restitution, and of methods that hit one after the other, stay", "[left_out]") {
+  CHECK(count(after("ap", true, 4, {0, -1, 0, 0, 0, 0}, 0.5), "coplanar contacts") == 0);
+  CHECK(count(after("newton", true, 4, {0, 0, 0, 0, 0, 0}), "coplanar contacts") == 0);
+}
+
+TEST_CASE("a box on its edge keeps the ends of the edge, and one that flies has no contact", "[left_out]") {
+  const Scenario scenario = load_scenario(find_scenario("stress/contact_grid.xml"), {{"n", "6"}});
+  const Shape &ground = scenario.shapes[0], &box = scenario.shapes[1];
+  Pose pose;
+  const auto corners = [&](std::vector<ContactPoint>& out) {
+    out.clear();
+    return contact_points(box, pose, 1, ground, ground.local, 0, 1e-9, out, true);
+  };
+  std::vector<ContactPoint> points;
+  pose.p = {0, 0.5, 0};
+  CHECK(corners(points) == 36 - 4);
+  CHECK(points.size() == 4);
+  pose.q = Quat(Eigen::AngleAxisd(M_PI / 4, Vec3(0, 0, 1)));
+  pose.p = {0, std::sqrt(0.5), 0};
+  CHECK(corners(points) == 6 - 2);
+  CHECK(points.size() == 2);
+  pose.p.y() += 1e-6;
+  CHECK(corners(points) == 0);
+  CHECK(points.empty());
+  // Tilted so little that some points beside the edge touch too, but no other corner: all of them stay.
+  pose.q = Quat(Eigen::AngleAxisd(1e-9, Vec3(0, 0, 1)));
+  pose.p = {0, 0.5 + 0.5e-9 * 0.999, 0};
+  std::vector<ContactPoint> all;
+  contact_points(box, pose, 1, ground, ground.local, 0, 0.5e-9, all);
+  points.clear();
+  CHECK(contact_points(box, pose, 1, ground, ground.local, 0, 0.5e-9, points, true) == 0);
+  CHECK(points.size() == all.size());
+  CHECK(points.size() > 6);
+}
+
+TEST_CASE("a box at rest needs no search for times of contact, one that falls does", "[left_out]") {
+  CHECK(count(after("ap", true, 2, {0, 0, 0, 0, 0, 0}), "searches for times of contact") == 20);
+  CHECK(count(after("ap", true, 2, {0.5, 0, 0, 0, 0, 0}), "searches for times of contact") == 0);
+}
