@@ -19,7 +19,7 @@ using ConstVec3 = Eigen::Map<const Vector3d>;
 
 /// Projection on the cone |x_t| <= mu x_n, rows n, t1, t2.
 Vector3d project_on_cone(const Vector3d& x, double mu) {
-  const double t = std::hypot(x[1], x[2]);
+  const double t = std::sqrt(x[1] * x[1] + x[2] * x[2]);
   if (t <= mu * x[0]) return x;
   if (mu * t <= -x[0]) return Vector3d::Zero();
   const double n = (x[0] + mu * t) / (1 + mu * mu);
@@ -27,7 +27,9 @@ Vector3d project_on_cone(const Vector3d& x, double mu) {
   return {n, scale * x[1], scale * x[2]};
 }
 
-double tangential(std::span<const double> x, int c) { return std::hypot(x[3 * c + 1], x[3 * c + 2]); }
+double tangential(std::span<const double> x, int c) {
+  return std::sqrt(x[3 * c + 1] * x[3 * c + 1] + x[3 * c + 2] * x[3 * c + 2]);
+}
 
 bool all_finite(std::span<const double> x) {
   double sum = 0;

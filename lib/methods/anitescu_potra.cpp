@@ -278,8 +278,9 @@ bool AnitescuPotra::start_at_rest(const ContactProblem& problem, ContactSolution
   if (!resting_.find(event, size_)) return false;
   const std::vector<double>&r = resting_.r(), &u = resting_.u();
   solution.z.assign((k_ + 2) * nc_, 0.0);
+  double violation = 0;  // -, of the cones: answers of pivoting methods lie on their edges
   for (int c = 0; c < nc_; ++c) {
-    const double t1 = r[3 * c + 1], t2 = r[3 * c + 2], normal = r[3 * c];
+    const double t1 = r[3 * c + 1], t2 = r[3 * c + 2], normal = std::max(0.0, r[3 * c]);
     double* part = &solution.z[nc_ + k_ * c];
     double friction = 0;
     if (t1 != 0 || t2 != 0) {
@@ -290,14 +291,17 @@ bool AnitescuPotra::start_at_rest(const ContactProblem& problem, ContactSolution
       part[second] = std::max(0.0, (cosine_[first] * t2 - sine_[first] * t1) / area);
       friction = part[first] + part[second];
     }
-    if (!(normal >= 0 && friction <= problem.mu[c] * normal)) return false;
+    violation =
+        std::max(violation, std::max(-r[3 * c], friction - problem.mu[c] * normal) * std::sqrt(weight_[c]) / size_);
+    if (!(violation <= rounding)) return false;
     solution.z[c] = normal;
     for (int a = 0; a < k_ && problem.mu[c] == 0; ++a)
       solution.z[nc_ + k_ * nc_ + c] =
           std::max(solution.z[nc_ + k_ * nc_ + c], -cosine_[a] * u[3 * c + 1] - sine_[a] * u[3 * c + 2]);
   }
   solution.impulse = r;
-  solution.claimed_residual = resting_.residual();
+  for (int c = 0; c < nc_; ++c) solution.impulse[3 * c] = solution.z[c];
+  solution.claimed_residual = std::max(violation, resting_.residual());
   if (warm_starts_) ++*warm_starts_;
   return true;
 }
@@ -473,7 +477,7 @@ void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& soluti
   if (warm_) note_active(problem, solution);
   if (may_rest)
     resting_.remember({problem.M, factor_, problem.J, problem.v_minus, problem.offset, problem.mu, weight_},
-                      solution.impulse, size_);
+                      solution.impulse, size_, true);
   else
     resting_.forget();
   if (!elastic) return;

@@ -380,17 +380,19 @@ bool DrumwrightShell::start_at_rest(Previous& previous) {
   const int nc = static_cast<int>(island_.contacts.size());
   const ContactView event = view();
   if (!previous.impulse.find(event, size_)) return false;
+  const double slack = 1e-13 * size_;  // sqrt(J), rounding: answers may lie on the edges of the cones
   for (int c = 0; c < nc; ++c) {
     const double* r = &previous.impulse.r()[3 * c];
-    if (!(tangential(r) <= island_.mu[c] * r[0])) return false;
+    if (!(tangential(r) <= island_.mu[c] * r[0] + slack / std::sqrt(island_.weight[c]))) return false;
   }
   if (tolerances_.bounded) {
     if (!previous.frictionless.find(event, size_) || static_cast<int>(previous.z.size()) != island_.M.order())
       return false;
     f_.resize(nc);
     for (int c = 0; c < nc; ++c) {
-      f_[c] = previous.frictionless.r()[3 * c];
-      if (!(f_[c] >= 0)) return false;
+      const double f = previous.frictionless.r()[3 * c];
+      if (!(f >= -slack / std::sqrt(island_.weight[c]))) return false;
+      f_[c] = std::max(0.0, f);
     }
     u_f_ = previous.frictionless.u();
     z_ = previous.z;

@@ -17,7 +17,7 @@ struct Motion {
 
 // The box on its grid of contact points, started with the velocity given, after some steps.
 Motion after(const char* method, bool prune, int n, const std::array<double, 6>& start, double restitution = 0) {
-  Scenario scenario = load_scenario(find_scenario("stress/contact_grid.xml"), {{"n", std::to_string(n)}});
+  Scenario scenario = load_scenario(SOURCE_ROOT "/scenarios/stress/contact_grid.xml", {{"n", std::to_string(n)}});
   std::copy(start.begin(), start.end(), scenario.initial.v.begin());
   for (PairLaw& law : scenario.pairs.laws) law.restitution = restitution;
   SimulationOptions options;
@@ -69,7 +69,7 @@ TEST_CASE("points of a pair with restitution, and of methods that hit one after 
 }
 
 TEST_CASE("a box on its edge keeps the ends of the edge, and one that flies has no contact", "[left_out]") {
-  const Scenario scenario = load_scenario(find_scenario("stress/contact_grid.xml"), {{"n", "6"}});
+  const Scenario scenario = load_scenario(SOURCE_ROOT "/scenarios/stress/contact_grid.xml", {{"n", "6"}});
   const Shape &ground = scenario.shapes[0], &box = scenario.shapes[1];
   Pose pose;
   const auto corners = [&](std::vector<ContactPoint>& out) {
