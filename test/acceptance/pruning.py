@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """What a run leaves out changes nothing: every scene with every method and solver, with and without pruning and warm start.
 
-usage: pruning.py PROGRAM [--jobs N] [--only TEXT]
+usage: pruning.py PROGRAM [--jobs N] [--only TEXT] [--short]
 
-A pair of runs is the same where all positions and velocities agree to 1e-10 of the scene's own size and speed (to the last bit
-where the summary says that nothing was left out). Where a law has several answers to an event (docs/deviations.md) the ways
-may part; then both runs must pass the referee, and their energies must agree to 1e-10 at the step where they part. Exits 1 if
-any pair does neither, or if a pair whose motion is unique parts.
+A pair of runs is the same where all positions and velocities agree to 1e-10 (to the last bit where the summary says that
+nothing was left out). Where the law has several answers to an event, or one to a tolerance only, the ways may part (MAY_PART
+names these): then both runs must end well and no claim of either may be refuted. Exits 1 if a pair does neither, or if another parts.
+--short: scripts/test.sh runs that part always, all of it with --long.
 """
 import argparse
 import csv
@@ -19,6 +19,15 @@ from pathlib import Path
 
 SAME = 1e-10
 ENDS_WELL = ("ok", "inaccurate")
+
+# Scene and method whose ways may part, and why.
+MAY_PART = {
+    ("urdf_arm", "ap"): "finger and box slip and turn: who carries the friction is open, and with it the box's turn",
+    ("grasp", "ap"): "two fingers hold with friction: the forces between them are open, and the joints feel them",
+    ("mass_ratio", "ap"): "a box of 1e3 kg on one of 1 g: answers within rounding of the load, far apart for the light box",
+    ("painleve", "convex"): "answers are good to epsilon: 1e-12 J of 1 kg are 1.4e-6 m/s, 5e-10 m/s were met",
+}
+SHORT = ("impacting_sphere", "sticking_box", "contact_grid", "boxes=4", "card_house")
 
 # Scene, parameters and flags: long enough for what happens in it, with steps that make it quick.
 SCENES = [
@@ -88,7 +97,7 @@ def energy_gap(steps_a, steps_b, t):
     return abs(a[t] - b[t]) / scale if t in a and t in b else 0.0
 
 
-def judge(plain, less):
+def judge(name, plain, less):
     """What is wrong with a pair of runs (empty: nothing), and how they compare."""
     (summary_a, rows_a, steps_a), (summary_b, rows_b, steps_b) = plain, less
     if summary_a["status"] not in ENDS_WELL:
@@ -105,7 +114,9 @@ def judge(plain, less):
     how = f"part at t = {rows_a[first][0] if first is not None else 'the end'} s, up to {worst:.1e}, energies there by {gap:.1e}"
     if any(claims):
         return f"false claims {claims}", how
-    return "", how
+    may = next((why for (scene, method), why in MAY_PART.items()
+                if f"{scene}.xml" in name and f"--method {method} " in name + " "), "")
+    return ("" if may else "parts"), how
 
 
 def main():
@@ -113,6 +124,7 @@ def main():
     parser.add_argument("program")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--only", default="")
+    parser.add_argument("--short", action="store_true")
     arguments = parser.parse_args()
     program = str(Path(arguments.program).resolve())
     scenes = [(f"{name}.xml", sets, flags) for name, sets, flags in SCENES]
@@ -124,17 +136,18 @@ def main():
                     "--time-limit", "60", *(x for key, value in sets.items() for x in ("--set", f"{key}={value}"))]
             name = " ".join([file, *(f"{key}={value}" for key, value in sets.items()), *method])
             pairs.append((name, base, warm))
-    pairs = [pair for pair in pairs if arguments.only in pair[0]]
+    pairs = [pair for pair in pairs if arguments.only in pair[0]
+             and (not arguments.short or any(part in pair[0] for part in SHORT))]
 
     def do(pair):
         name, base, warm = pair
         with tempfile.TemporaryDirectory() as scratch:
             plain = run([*base, "--prune", "off"], f"{scratch}/plain")
             less = run([*base, "--prune", "on"], f"{scratch}/less")
-            results = [("prune", judge(plain, less), less[0])]
+            results = [("prune", judge(name, plain, less), less[0])]
             if warm:
                 started = run([*base, "--prune", "on", "--warm-start", "on"], f"{scratch}/warm")
-                results.append(("warm", judge(less, started), started[0]))
+                results.append(("warm", judge(name, less, started), started[0]))
             return name, results
 
     failed = 0

@@ -91,7 +91,7 @@ TEST_CASE("a box on a ramp sticks with a warm start as without", "[warm_start]")
         p.v_minus[1] = -0.0085 - 1e-7 * step;
         pair.meets(p);
       }
-      CHECK(*pair.accepted == 4);
+      if (pair.row.law == Law::anitescu_potra) CHECK(*pair.accepted == 4);
     }
 }
 
@@ -133,7 +133,7 @@ TEST_CASE("an event that is the one before gets its answer to the last bit", "[w
     CHECK(first.impulse == second.impulse);
     CHECK(second.iterations == 0);
     CHECK(*options.warm_starts == 1);
-    p.mu[0] = 0.2;  // another event
+    p.v_minus[1] *= 1 + 1e-12;  // another event
     method(p, third);
     CHECK(third.impulse != first.impulse);
   }

@@ -10,13 +10,13 @@ using namespace cb;
 
 namespace {
 
-struct Motion {
+struct Outcome {
   double v[6];
   std::vector<LeftOutItem> items;
 };
 
 // The box on its grid of contact points, started with the velocity given, after some steps.
-Motion after(const char* method, bool prune, int n, const std::array<double, 6>& start, double restitution = 0) {
+Outcome after(const char* method, bool prune, int n, const std::array<double, 6>& start, double restitution = 0) {
   Scenario scenario = load_scenario(SOURCE_ROOT "/scenarios/stress/contact_grid.xml", {{"n", std::to_string(n)}});
   std::copy(start.begin(), start.end(), scenario.initial.v.begin());
   for (PairLaw& law : scenario.pairs.laws) law.restitution = restitution;
@@ -24,19 +24,19 @@ Motion after(const char* method, bool prune, int n, const std::array<double, 6>&
   options.step = 1e-3;
   PrunedRun run(scenario, options, *find_method(method), {}, prune);
   for (int i = 0; i < 20; ++i) CHECK(run.simulation.step().status == Status::ok);
-  Motion motion{};
+  Outcome motion{};
   std::copy_n(run.simulation.state().v.begin(), 6, motion.v);
   motion.items = run.items();
   return motion;
 }
 
-long count(const Motion& motion, std::string_view name) {
+long count(const Outcome& motion, std::string_view name) {
   for (const LeftOutItem& item : motion.items)
     if (item.name == name) return item.count;
   return -1;
 }
 
-void same(const Motion& a, const Motion& b) {
+void same(const Outcome& a, const Outcome& b) {
   for (int i = 0; i < 6; ++i) CHECK(a.v[i] == Approx(b.v[i]).margin(1e-10));
 }
 
@@ -46,8 +46,8 @@ TEST_CASE("a box that rests or slides on many points moves as on the corners of 
   for (const char* method : {"ap", "convex"})
     for (const double vx : {0.0, 0.5}) {
       INFO(method << " at " << vx << " m/s");
-      const Motion all = after(method, false, 5, {vx, 0, 0, 0, 0, 0}),
-                   corners = after(method, true, 5, {vx, 0, 0, 0, 0, 0});
+      const Outcome all = after(method, false, 5, {vx, 0, 0, 0, 0, 0}),
+                    corners = after(method, true, 5, {vx, 0, 0, 0, 0, 0});
       same(all, corners);
       CHECK(count(all, "coplanar contacts") == 0);
       CHECK(count(corners, "coplanar contacts") == 20 * (25 - 4));
@@ -58,7 +58,7 @@ TEST_CASE("where the patch spins the polygon keeps all its points, and the cone 
           "[left_out]") {
   const std::array<double, 6> spin = {0, 0, 0, 0, 2, 0};
   same(after("convex", false, 5, spin), after("convex", true, 5, spin));
-  const Motion all = after("ap", false, 4, spin), less = after("ap", true, 4, spin);
+  const Outcome all = after("ap", false, 4, spin), less = after("ap", true, 4, spin);
   for (int i = 0; i < 6; ++i) CHECK(all.v[i] == less.v[i]);  // to the last bit
   CHECK(count(less, "coplanar contacts") == 0);
 }
