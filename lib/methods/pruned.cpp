@@ -33,6 +33,21 @@ constexpr double clearly_parting = 1e-6;
 /// -: entries of W_ii that couple normal and tangential directions, as a fraction of w, below which it is decoupled.
 constexpr double decoupled = 1e-15;
 
+// Does any contact part (or is not a number)?
+bool any_parts(const ContactProblem& problem) {
+  const BandMatrix& J = problem.J;
+  for (int c = 0; c < problem.nc(); ++c) {
+    double u_n = problem.offset[3 * c];
+    for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
+      const double* row = J.values.data() + J.offset[e];
+      const int first = problem.M.first[J.block[e]], size = problem.M.block_size(J.block[e]);
+      for (int i = 0; i < size; ++i) u_n += row[3 * i] * problem.v_minus[first + i];
+    }
+    if (!(u_n <= 0)) return true;
+  }
+  return false;
+}
+
 class Pruned {
  public:
   Pruned(const MethodRow& row, const MethodOptions& options, std::shared_ptr<LeftOut> left_out,
@@ -110,6 +125,7 @@ ContactMethod& Pruned::method(int part) {
 bool Pruned::look(const ContactProblem& problem) {
   const int nc = problem.nc();
   if (nc == 0) return false;
+  if (problem.M.blocks() == 1 && nc > 1 && !any_parts(problem)) return false;  // at little cost
   contact_velocity(problem, problem.v_minus, u_);
   speed_ = 0;
   for (const double x : u_) {
