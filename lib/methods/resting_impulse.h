@@ -38,7 +38,7 @@ class RestingImpulse {
   double residual() const { return residual_; }        ///< -, of the rows kept at zero, over the size of the motion
 
   /// -: velocities (scaled as the residual) that count as zero: without correction, after it, and when remembering.
-  static constexpr double rounding = 1e-14, corrected = 1e-13, resting = 1e-11;
+  static constexpr double rounding = 5e-14, corrected = 1e-13, resting = 1e-11;
 
  private:
   double slip(const ContactView& event, std::span<const double> r, double size);
