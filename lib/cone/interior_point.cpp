@@ -20,6 +20,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cone/second_order_cone.h"
+
 namespace cb {
 
 std::string_view name(ConeStatus status) {
@@ -89,76 +91,7 @@ void normals(const ConeProgram& p, std::span<const double> v, std::span<double> 
   }
 }
 
-// Second-order cone in x = (mu r_n, r_t): x_0^2 - |x_t|^2 without cancellation of squares.
-double cone_product(const Vector3d& x) {
-  const double t = std::sqrt(x[1] * x[1] + x[2] * x[2]);
-  return (x[0] - t) * (x[0] + t);
-}
-
-// Largest step alpha <= 1 that keeps x + alpha dx in the cone x_0 >= |x_t|; x is inside.
-double cone_step(const Vector3d& x, const Vector3d& dx) {
-  const double c = cone_product(x);
-  const double b = x[0] * dx[0] - x[1] * dx[1] - x[2] * dx[2];
-  const double a = cone_product(dx);
-  // First positive root of a t^2 + 2 b t + c; c > 0.
-  double t = HUGE_VAL;
-  const double discriminant = b * b - a * c;
-  if (discriminant >= 0) {
-    const double root = std::sqrt(discriminant);
-    if (b < 0)
-      t = c / (-b + root);
-    else if (a < 0)
-      t = (b + root) / -a;
-  }
-  if (dx[0] < 0) t = std::min(t, -x[0] / dx[0]);
-  return t;
-}
-
-double ray_step(double x, double dx) { return dx < 0 ? -x / dx : HUGE_VAL; }
-
-// Nesterov-Todd scaling of one cone: W z = W^-1 x = lambda; W = eta [w0, w1'; w1, I + w1 w1'/(1 + w0)].
-struct Scaling {
-  double eta;
-  Vector3d w;
-
-  static Scaling of(const Vector3d& x, const Vector3d& z) {
-    const double x_size = std::sqrt(cone_product(x)), z_size = std::sqrt(cone_product(z));
-    const Vector3d xb = x / x_size, zb = z / z_size;
-    const double gamma = std::sqrt((1 + xb.dot(zb)) / 2);
-    Scaling s;
-    s.eta = std::sqrt(x_size / z_size);
-    s.w = Vector3d(xb[0] + zb[0], xb[1] - zb[1], xb[2] - zb[2]) / (2 * gamma);
-    return s;
-  }
-  Vector3d apply(const Vector3d& z) const {
-    const double d = w[1] * z[1] + w[2] * z[2], f = z[0] + d / (1 + w[0]);
-    return eta * Vector3d(w[0] * z[0] + d, z[1] + f * w[1], z[2] + f * w[2]);
-  }
-  Vector3d apply_inverse(const Vector3d& x) const {
-    const double d = w[1] * x[1] + w[2] * x[2], f = -x[0] + d / (1 + w[0]);
-    return Vector3d(w[0] * x[0] - d, x[1] + f * w[1], x[2] + f * w[2]) / eta;
-  }
-  Matrix3d squared() const {
-    Matrix3d S = 2 * w * w.transpose();
-    S(0, 0) -= 1;
-    S(1, 1) += 1;
-    S(2, 2) += 1;
-    return eta * eta * S;
-  }
-};
-
-// Jordan product of second-order cones and its inverse: solves lambda o u = d.
-Vector3d jordan(const Vector3d& a, const Vector3d& b) {
-  return {a.dot(b), a[0] * b[1] + b[0] * a[1], a[0] * b[2] + b[0] * a[2]};
-}
-Vector3d jordan_divide(const Vector3d& lambda, const Vector3d& d) {
-  const double dot = lambda[1] * d[1] + lambda[2] * d[2];
-  const double u0 = (lambda[0] * d[0] - dot) / cone_product(lambda);
-  return {u0, (d[1] - u0 * lambda[1]) / lambda[0], (d[2] - u0 * lambda[2]) / lambda[0]};
-}
-
-Vector3d in_primal(const double* r, double mu) { return {mu * r[0], r[1], r[2]}; }
-Vector3d in_dual(const double* y, double mu) { return {y[0] / mu, y[1], y[2]}; }
+using Scaling = ConeScaling<double>;
 
 }  // namespace
 

@@ -74,6 +74,7 @@ Residuals Referee::check(const ContactProblem& problem, const ContactSolution& s
     elastic = elastic || problem.restitution[c] != 0;
   }
   size_ = std::sqrt(std::max({size_r, size_u, size_q}));
+  size_q_ = std::sqrt(size_q);
 
   for (int c = 0; c < nc; ++c) {
     const ConstVec3 rc(&r[3 * c]);
@@ -276,7 +277,7 @@ void Referee::least_sum(const ContactProblem& problem, const ContactSolution& so
     return;
   }
   const auto violated = [&](double x) { worst = std::max(worst, x); };
-  const double size = size_ > 0 ? size_ : 1;
+  const double size = size_q_ > 0 ? size_q_ : 1;  // impulses with friction, however large, are no matter here
   constexpr double touching = 1e-9;  // scaled u_n up to which the frictionless solution touches: the bound on it below
 
   scratch_u_.assign(3 * nc, 0.0);

@@ -45,7 +45,8 @@ class Referee {
 
   BlockCholesky factor_;
   Islands islands_;
-  double size_ = 0;             // sqrt(J): what the event is about
+  double size_ = 0;             // sqrt(J): what the event is about,
+  double size_q_ = 0;           // and what there is before any impulse
   std::vector<double> weight_;  // nc, w_i
   std::vector<Eigen::Matrix3d> W_;
   std::vector<double> u_plus_, u_minus_, y_, u_dual_, scratch_v_, scratch_u_, difference_;

@@ -230,7 +230,7 @@ class Ynl {
   Eigen::VectorXd z_value_, w_value_;             // n: values at the basis in hand
   Eigen::VectorXd z_change_, w_change_;           // n: their changes per unit of the entering variable
   Eigen::VectorXd free_column_, pair_column_, answer_;
-  double z0_value_ = 0, z0_change_ = 0, best_ = 0;
+  double z0_value_ = 0, z0_change_ = 0;
 };
 
 bool Ynl::room(std::size_t more) {

@@ -203,6 +203,12 @@ void BlockCholesky::solve_lower_in_place(int b, Eigen::Ref<Eigen::MatrixXd> X, i
   lower_.block(b).triangularView<Eigen::Lower>().solveInPlace(X.middleRows(row, lower_.block_size(b)));
 }
 
+void BlockCholesky::solve_upper_in_place(std::span<double> x) const {
+  for (int b = 0; b < lower_.blocks(); ++b)
+    lower_.block(b).transpose().triangularView<Eigen::Upper>().solveInPlace(
+        Eigen::Map<Eigen::VectorXd>(x.data() + lower_.first[b], lower_.block_size(b)));
+}
+
 void BlockCholesky::solve_in_place(std::span<double> x) const {
   for (int b = 0; b < lower_.blocks(); ++b) solve_block_in_place(b, x.data() + lower_.first[b], 1);
 }

@@ -40,6 +40,8 @@ class BlockCholesky {
   void solve_in_place(std::span<double> x) const;
   /// X_b <- L_b^-1 X_b for the rows of one block, which begin at `row` of X; A_b = L_b L_b^T.
   void solve_lower_in_place(int b, Eigen::Ref<Eigen::MatrixXd> X, int row) const;
+  /// x <- L^-T x, A = L L^T.
+  void solve_upper_in_place(std::span<double> x) const;
   /// X_b <- A_b^-1 X_b for the rows of one block; X is block_size(b) x cols, column-major.
   void solve_block_in_place(int b, double* x, int cols) const;
 

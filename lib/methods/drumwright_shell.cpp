@@ -33,6 +33,7 @@
 #include <memory>
 #include <numeric>
 
+#include "cone/dense_interior_point.h"
 #include "methods/same_event.h"
 
 namespace cb {
@@ -328,6 +329,12 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
           return best.infeasibility > tolerances_.infeasibility ||
                  std::abs(best.gap) > 0.1 * tolerances_.inaccurate * best.size * best.size;
         };
+        const auto take = [&] {
+          iterations_ += answer_.iterations;
+          done = accept(answer_);
+          status = done ? ConeStatus::solved
+                        : (answer_.status == ConeStatus::solved ? ConeStatus::nonconverged : answer_.status);
+        };
         for (std::size_t attempt = 0;
              !done && (attempt == 0 || far_off()) && attempt <= tolerances_.further_attempts.size(); ++attempt) {
           if (attempt > 0) {
@@ -337,19 +344,24 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
             options.tangent_exponent = tangent_exponent;
           }
           friction_solver_.solve(reduced, answer_);
-          iterations_ += answer_.iterations;
-          done = accept(answer_);
-          status = done ? ConeStatus::solved
-                        : (answer_.status == ConeStatus::solved ? ConeStatus::nonconverged : answer_.status);
+          take();
         }
         options = tolerances_.cone;
+        for (const double step_fraction : tolerances_.dense_step_fractions) {
+          if (done || !far_off() || nc > tolerances_.dense_limit) break;
+          ConeOptions dense = tolerances_.cone;
+          dense.step_fraction = step_fraction;
+          dense.iteration_limit *= 2;
+          solve_dense(program_, dense, answer_);
+          take();
+        }
         if (done) keep(answer_);
       }
     }
   }
   if (!normal_ok && status == ConeStatus::solved) status = ConeStatus::nonconverged;
   // An answer at rounding whose certificate is not: friction coefficients or masses of many orders of magnitude.
-  if (status != ConeStatus::solved && normal_ok && best.infeasibility <= tolerances_.infeasibility &&
+  if ((status != ConeStatus::solved || !good(best)) && normal_ok && best.infeasibility <= tolerances_.infeasibility &&
       std::abs(best.gap) <= tolerances_.inaccurate * best.size * best.size) {
     inaccurate_ = true;
     status = ConeStatus::solved;
@@ -516,10 +528,21 @@ bool DrumwrightShell::proves_least_sum() const {
 bool DrumwrightShell::least_sum() {
   const int nc = static_cast<int>(island_.contacts.size());
   Jz_.resize(3 * nc);
-  const auto solvable_on_set = [&] {
+  // z with N z = 1 on the set, lambda and J z. Light bodies between contacts that nearly oppose each other make W
+  // nearly singular: there the proximal iteration ends early.
+  const auto lift = [&] {
     lambda_.assign(nc, 0.0);
     equalities(set_, 1, lambda_, z_);
+    if (miss_ > tolerances_.solvable &&
+        stopping_.prepare(island_.M, island_.J, island_.factor, island_.weight, set_, 1)) {
+      x_.assign(3 * nc, 0.0);
+      for (int c = 0; c < nc; ++c) x_[3 * c] = 1;
+      stopping_.least_velocity(x_, island_.factor, z_);
+    }
     multiply(island_.J, island_.M, z_, Jz_);
+  };
+  const auto solvable_on_set = [&] {
+    lift();
     return proves_least_sum();
   };
   set_.assign(nc, 1);
@@ -695,24 +718,31 @@ bool DrumwrightShell::try_sticking() {
     if (!sticking_.factor(G_, {})) return false;
     ++iterations_;
     std::fill(x_.begin(), x_.end(), 0.0);
-    double residual = HUGE_VAL;
-    for (int k = 0; k < 4; ++k) {
+    double residual = HUGE_VAL, rounding = 0;
+    for (int k = 0;; ++k) {
       velocities_.evaluate(program_, x_, {});
+      const double last = residual;
+      double impulses = 0;
       residual = 0;
       for (int c = 0; c < nc; ++c)
         for (int i = 0; i < 3; ++i) {
           residual = std::max(residual, std::abs(velocities_.u[3 * c + i]) / std::sqrt(island_.weight[c]));
           step_[3 * c + i] = -G_[9 * c + 4 * i] * velocities_.u[3 * c + i];
         }
-      if (residual <= 1e-16 * size_ || k == 3) break;
-      if (k == 2 && residual > 1e-6 * size_) return false;
+      for (int c = 0; c < nc; ++c)
+        impulses += island_.weight[c] * Eigen::Map<const Eigen::Vector3d>(&x_[3 * c]).squaredNorm();
+      rounding = std::max(1e-13 * size_, 1e-15 * std::sqrt(impulses));
+      // Three steps serve, but heavy bodies on light ones: there each takes away some digits only.
+      const bool goes_on = residual < 0.5 * last && residual > 1e-13 * size_ && k < tolerances_.cone.polish_limit;
+      if (residual <= 1e-16 * size_ || (k >= 3 && !goes_on)) break;
+      if (k == 2 && residual > 1e-6 * size_ && !goes_on) return false;
       std::fill(h_.begin(), h_.end(), 0.0);
       multiply_transposed_add(island_.J, island_.M, step_, h_);
       sticking_.solve_in_place(h_);
       multiply(island_.J, island_.M, h_, u_step_);
       for (int i = 0; i < 3 * nc; ++i) x_[i] += step_[i] - G_[9 * (i / 3) + 4 * (i % 3)] * u_step_[i];
     }
-    if (residual > 1e-13 * size_) return false;
+    if (residual > rounding) return false;
     bool inside = true;
     double mean = 0;
     for (int c = 0; c < nc; ++c) {
@@ -721,7 +751,10 @@ bool DrumwrightShell::try_sticking() {
     }
     if (inside) {
       const Certificate certificate = judge(x_, {});
-      if (certificate.infeasibility > 1e-12 || std::abs(certificate.gap) > 1e-14 * size_ * size_) return false;
+      // The velocities are at rounding; the gap multiplies that by the impulses.
+      const double size = std::max(size_, certificate.size);
+      if (certificate.infeasibility > tolerances_.infeasibility || std::abs(certificate.gap) > 1e-14 * size * size)
+        return false;
       r_ = x_;
       return true;
     }

@@ -46,6 +46,11 @@ class DrumwrightShell {
     std::vector<std::array<double, 3>> further_attempts = {
         {1e-10, 1e-9, 0.75}, {1e-12, 1e-9, 0.75}, {1e-14, 1e-10, 0.75}, {1e-9, 1e-9, 1},
         {1e-10, 1e-9, 0.5},  {1e-8, 1e-9, 1},     {1e-11, 1e-8, 0.25}};
+    /// Contacts of an island up to which an answer that is still far off is looked for densely, in long double; larger:
+    /// an event may take seconds.
+    int dense_limit = 64;
+    /// -: ConeOptions::step_fraction of the attempts at that; short steps stay in the middle of mixed scales.
+    std::array<double, 2> dense_step_fractions = {0.98, 0.5};
     ConeOptions cone;
   };
   explicit DrumwrightShell(const Tolerances& tolerances);

@@ -5,6 +5,7 @@
 // rounding in A, not in A^T A. Source: Golub, Van Loan, Matrix Computations, section 5.5.
 #include "methods/stopping_impulse.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace cb {
@@ -28,15 +29,25 @@ bool StoppingImpulse::prepare(const BlockDiagonalMatrix& M, const BandMatrix& J,
   return true;
 }
 
-void StoppingImpulse::correct(std::span<const double> u, std::span<double> r) {
+void StoppingImpulse::load(std::span<const double> u) {
   const auto nc = static_cast<int>(scale_.size());
   u_.resize(rows_ * nc);
   for (int c = 0; c < nc; ++c)
-    for (int i = 0; i < rows_; ++i) u_[rows_ * c + i] = -scale_[c] * u[3 * c + i];
+    for (int i = 0; i < rows_; ++i) u_[rows_ * c + i] = scale_[c] * u[3 * c + i];
   y_ = decomposition_.transpose().solve(u_);
+}
+
+void StoppingImpulse::correct(std::span<const double> u, std::span<double> r) {
+  load(u);
   x_ = decomposition_.solve(y_);
-  for (int c = 0; c < nc; ++c)
-    for (int i = 0; i < rows_; ++i) r[3 * c + i] += scale_[c] * x_[rows_ * c + i];
+  for (int c = 0; c < static_cast<int>(scale_.size()); ++c)
+    for (int i = 0; i < rows_; ++i) r[3 * c + i] -= scale_[c] * x_[rows_ * c + i];
+}
+
+void StoppingImpulse::least_velocity(std::span<const double> u, const BlockCholesky& factor, std::span<double> v) {
+  load(u);
+  std::copy(y_.begin(), y_.end(), v.begin());
+  factor.solve_upper_in_place(v);
 }
 
 }  // namespace cb

@@ -20,11 +20,16 @@ class StoppingImpulse {
   /// Adds to r (3 nc) what takes the velocities u (3 nc, m/s) away to first order, in the rows prepared.
   void correct(std::span<const double> u, std::span<double> r);
 
+  /// The velocity v (nv) of least energy that gives the rows prepared the velocities u (3 nc, m/s).
+  void least_velocity(std::span<const double> u, const BlockCholesky& factor, std::span<double> v);
+
   static constexpr int dense_limit = 96;
   /// -: singular values of the scaled matrix below this fraction of the largest count as zero.
   static constexpr double rank_threshold = 1e-9;
 
  private:
+  void load(std::span<const double> u);
+
   int rows_ = 3;
   std::vector<double> scale_;  // per contact, 1 / sqrt(weight)
   Eigen::MatrixXd A_;

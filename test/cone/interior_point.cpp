@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "cone/dense_interior_point.h"
+
 using namespace cb;
 
 namespace {
@@ -158,6 +160,46 @@ TEST_CASE("the same answer comes from both kernels, and its gap is at rounding",
     for (std::size_t i = 0; i < blocks.r.size(); ++i) CHECK(blocks.r[i] == Approx(sparse.r[i]).margin(1e-9));
     CHECK(std::abs(blocks.gap) < 1e-11);
     CHECK(blocks.infeasibility < 1e-11);
+  }
+}
+
+// Masses from 1e-3 to 1e3 kg and friction from 1e-5 to 1e5: the certificate of the rounded answer decides.
+TEST_CASE("the dense method gives the same motion, and a certificate where scales differ by decades", "[cone]") {
+  const auto certificate = [](const ConeProgram& p, const ConeSolution& x) {
+    ConeVelocities velocities;
+    velocities.evaluate(p, x.r, x.eta);
+    std::vector<double> q(x.r.size());
+    multiply(*p.J, *p.M, *p.v0, q);
+    return certify(p, x.r, x.eta, velocities, q);
+  };
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    Chain chain(4, 2, seed);
+    ConeSolution sparse, dense;
+    InteriorPoint().solve(chain.program(), sparse);
+    solve_dense(chain.program(), {}, dense);
+    REQUIRE(dense.status == ConeStatus::solved);
+    ConeVelocities of_sparse, of_dense;
+    of_sparse.evaluate(chain.program(), sparse.r, {});
+    of_dense.evaluate(chain.program(), dense.r, {});
+    for (std::size_t i = 0; i < of_sparse.v.size(); ++i) CHECK(of_dense.v[i] == Approx(of_sparse.v[i]).margin(1e-9));
+
+    for (int b = 0; b < 4; ++b)
+      for (int i = 0; i < 6; ++i) chain.M.block(b)(i, i) *= std::pow(10, 2 * b - 3);
+    chain.factor.factor(chain.M);
+    for (std::size_t c = 0; c < chain.mu.size(); ++c) {
+      const int decade = static_cast<int>(c / 2);
+      chain.mu[c] = std::pow(10, 2.5 * (static_cast<int>(c) % 5) - 5);
+      chain.weight[c] = 6 * std::pow(10, 3 - 2 * decade);
+    }
+    for (const bool bounded : {false, true}) {
+      ConeProgram p = chain.program();
+      p.bounded_below = bounded;
+      if (bounded) p.kappa = 1e3;
+      solve_dense(p, {}, dense);
+      const Certificate good = certificate(p, dense);
+      CHECK(std::abs(good.gap) <= 1e-9 * good.size * good.size);
+      CHECK(good.infeasibility <= 1e-10);
+    }
   }
 }
 
