@@ -20,7 +20,7 @@ namespace {
 
 constexpr int kp = 0, kd = 1;                                                       // gains
 constexpr int gains_are = 0, computed = 0;                                          // words
-constexpr int track = 0, close = 1;                                                 // roles
+constexpr int close = 1;                                                            // role, beside <track>
 constexpr int offset = 0, amplitude = 1, frequency = 2, phase = 3, KP = 4, KV = 5;  // of <track>
 constexpr int acceleration = 0;                                                     // of <close>
 
