@@ -180,6 +180,7 @@ RunPlan make_plan(const RunFlags& flags) {
                                  number_text(plan.simulation.step), plan.simulation.duration, most_steps));
   plan.out = flags.out ? fs::path(*flags.out) : default_directory(flags, plan);
   plan.summary.control_eigenvalue = largest_eigenvalue(plan.scenario, plan.simulation.step);
+  plan.summary.largest_stable_step = largest_stable_step(plan.scenario);
   plan.quiet = flags.quiet;
   plan.json = flags.json;
   plan.summary = provisional_summary(flags, plan);
@@ -303,14 +304,14 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
   summary.finished = simulation.step_index() >= simulation.steps_total() && summary.status == Status::ok;
 }
 
-/// Says so where the controllers cannot be stable at this step.
+/// Says so where controllers, springs or damping cannot be stable at this step.
 void warn_of_control(const RunPlan& plan) {
-  const std::optional<double>& eigenvalue = plan.summary.control_eigenvalue;
-  if (eigenvalue && *eigenvalue > explicit_limit)
-    print_error(fmt::format(
-        "contactbench run: warning: out of contact the controllers' explicit step is unstable: its "
-        "largest eigenvalue is {:.3g} at h = {:g} s, the limit is {:g}; it is stable below --step {:.2g}\n",
-        *eigenvalue, plan.simulation.step, explicit_limit, plan.simulation.step * explicit_limit / *eigenvalue));
+  const std::optional<double>& limit = plan.summary.largest_stable_step;
+  if (limit && plan.simulation.step > *limit)
+    print_error(
+        fmt::format("contactbench run: warning: out of contact the explicit step of the robots' torques is unstable at "
+                    "h = {:g} s; it is stable up to --step {:.3g}\n",
+                    plan.simulation.step, *limit));
 }
 
 /// From a plan to an exit code. Whatever happens on the way, there is a summary.

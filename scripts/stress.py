@@ -3,6 +3,7 @@
 it is a right answer, a typed failure, a departure that the model itself explains, or a defect of the program.
 
   scripts/stress.py --jobs 4                    all of it: results/stress/{stress.csv,stress.md,heatmap.png,heatmap.svg}
+  scripts/stress.py --quick                     the first row of each case
   scripts/stress.py --only M1 --only T2         some cases, printed only
 
 Verdicts:
@@ -29,7 +30,7 @@ import time
 import tomllib
 from pathlib import Path
 
-from stressing import measures, problems
+from stressing import measures, problems, stability_limit
 from sweeping import one
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -80,15 +81,20 @@ def scene_file(name):
     return stress if stress.exists() else ROOT / "scenarios" / f"{name}.xml"
 
 
-def plan(cases, columns, only):
+def rows_of(case, quick):
+    """All rows; quick: the first, and one to compare with it where the measure compares."""
+    return case["rows"][:2 if case.get("measure") == "same_as_first" else 1] if quick else case["rows"]
+
+
+def plan(cases, columns, only, quick):
     """All runs: dictionaries with case, row, method and flags; those of an ensemble carry size and seed."""
     jobs = []
     for number, case in enumerate(cases["case"]):
         if only and case["id"] not in only:
             continue
-        for row in case["rows"]:
+        for row in rows_of(case, quick):
             for name, flags in columns:
-                seeds = [(size, seed) for size in case["perturb"] for seed in range(1, case["ensemble"] + 1)] if "ensemble" in case else [None]
+                seeds = [(size, seed) for size in case["perturb"] for seed in range(1, 2 if quick else case["ensemble"] + 1)] if "ensemble" in case else [None]
                 for drawn in seeds:
                     extra = ["--perturb", f"{drawn[0]:g}", "--seed", str(drawn[1])] if drawn else []
                     jobs.append({"case": number, "row": row_text(row), "first": row == case["rows"][0], "method": name,
@@ -168,6 +174,18 @@ def fold(cells):
     return {**worst, "share": share, "error": max(errors, default=None),
             **{key: max(known(key), default=None) for key in ("residual", "energy_gain", "penetration", "solve_s", "iterations")},
             "note": f"{sum(c['verdict'] == 'right' for c in cells)} of {len(cells)} within the bound; " + worst["note"]}
+
+
+def do_limit(row, case, options):
+    """The largest stable step of a scene, measured and estimated, as a row of the table."""
+    text, command = row_text(row), ["contactbench", "check", case["scene"], *row_flags(row)]
+    with tempfile.TemporaryDirectory(dir=options.scratch) as folder:
+        measured, estimate = stability_limit.measure(options.program, scene_file(case["scene"]), row_flags(row), folder)
+    error = abs(estimate / measured - 1)
+    return {"id": case["id"], "scene": case["scene"], "row": text, "method": "explicit step", "verdict": "right" if error <= case["bound"] else "wrong",
+            "status": "ok", "error": error, "bound": case["bound"], "residual": None, "energy_gain": None, "penetration": None, "share": None,
+            "solve_s": None, "iterations": None, "expect": case["expect"], "command": " ".join(command),
+            "note": f"measured {measured:.4g} s, estimated {estimate:.4g} s"}
 
 
 def do_problem(job, options):
@@ -296,6 +314,7 @@ def main():
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--only", action="append", default=[], metavar="ID", help="only these cases; prints, writes no table")
     parser.add_argument("--method", action="append", default=[], help="only these columns, as in --method ap/lemke")
+    parser.add_argument("--quick", action="store_true", help="the first row of each case, one seed of an ensemble")
     parser.add_argument("--time-limit", type=float, default=15, help="seconds a run may take [15]")
     options = parser.parse_args()
     options.program = str(Path(options.program).resolve())
@@ -308,10 +327,12 @@ def main():
     rows, began = [], time.monotonic()
     with tempfile.TemporaryDirectory(prefix="stress") as scratch, concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         options.scratch = scratch
-        jobs = plan(cases, columns, options.only)
+        jobs = plan(cases, columns, options.only, options.quick)
         solves = [j for j in problem_jobs(cases, columns, listed, options.only, scratch) if not options.method or j["method"] in options.method]
         futures = [pool.submit(do_run, job, cases["case"][job["case"]], options, statuses) for job in jobs]
         futures += [pool.submit(do_problem, job, options) for job in solves]
+        limits = [pool.submit(do_limit, row, case, options) for case in cases["limit"] if not options.only or case["id"] in options.only
+                  for row in rows_of(case, options.quick)]
         cells = []
         for number_done, future in enumerate(futures, start=1):
             cells.append(future.result())
@@ -346,6 +367,7 @@ def main():
     for job, cell in zip(solves, cells[len(jobs):]):
         rows.append({**cell, "id": job["id"], "scene": job["name"], "row": "stored problem", "method": job["method"],
                      "expect": "ends: " + ", ".join(job["ends"])})
+    rows += [future.result() for future in limits]
 
     for row in rows:
         if options.only or row["verdict"] in BAD:
@@ -359,7 +381,7 @@ def main():
         version = subprocess.run(["git", "-C", str(ROOT), "describe", "--always", "--dirty"], capture_output=True, text=True).stdout.strip()
         cpu = next((line.split(":", 1)[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")), "unknown")
         manifest = {"git": version, "program": hashlib.sha256(Path(options.program).read_bytes()).hexdigest()[:16], "cpu": cpu,
-                    "made": time.strftime("%Y-%m-%d", time.gmtime()), "runs": len(cells), "time_limit_s": options.time_limit,
+                    "made": time.strftime("%Y-%m-%d", time.gmtime()), "runs": len(cells), "quick": options.quick, "time_limit_s": options.time_limit,
                     "load_average": os.getloadavg()[0]}
         write_tables(rows, columns, options.out, manifest)
         from stressing import heatmap

@@ -28,6 +28,9 @@ double kinetic_energy(const Model& model, const State& state) {
 double potential_energy(const Model& model, const State& state, const Vec3& g) {
   double energy = 0;
   for (std::size_t b = 0; b < model.bodies.size(); ++b) energy -= model.bodies[b].mass * g.dot(state.pose[b].p);
+  for (const Tree& tree : model.trees)
+    for (const Joint& joint : tree.joints)
+      if (joint.stiffness != 0) energy += 0.5 * joint.stiffness * std::pow(state.q[joint.q] - joint.rest, 2);
   return energy;
 }
 

@@ -50,11 +50,15 @@ struct Joint {
   double lower = -std::numeric_limits<double>::infinity();        ///< least q, rad or m
   double upper = std::numeric_limits<double>::infinity();         ///< largest q
   double damping = 0;                                             ///< viscous, N m s/rad or N s/m: torque -damping qd
+  double stiffness = 0;                                           ///< of a spring, N m/rad or N/m
+  double rest = 0;                                                ///< q at which the spring has no torque
   double torque_limit = std::numeric_limits<double>::infinity();  ///< of the motor, N m or N: |tau| at most this
   int q = -1;  ///< where the coordinate is in State::q; -1: it has none
   int v = -1;  ///< where the rates begin in State::qd and tau; -1: fixed
 
   int nv() const { return kind == JointKind::fixed ? 0 : kind == JointKind::free ? 6 : 1; }
+  /// What damping and spring give at coordinate q and rate qd, N m or N.
+  double passive_torque(double at_q, double qd) const { return -damping * qd - stiffness * (at_q - rest); }
   bool limited() const { return std::isfinite(lower) || std::isfinite(upper); }
 };
 

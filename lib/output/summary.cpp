@@ -11,7 +11,6 @@
 #include <nlohmann/json.hpp>
 
 #include "output/row_file.h"
-#include "simulation/explicit_step.h"
 
 namespace cb {
 
@@ -63,6 +62,7 @@ Json options(const RunSummary& run) {
           {"approach", simulation.approach},
           {"event_cap", simulation.event_cap},
           {"blowup_factor", simulation.blowup_factor},
+          {"blowup_energy_j", simulation.blowup_energy},
           {"penetration_limit", simulation.penetration_limit},
           {"time_limit_s", maybe(run.time_limit_s)},
           {"memory_limit_mb", maybe(run.memory_limit_mb)}};
@@ -141,9 +141,10 @@ std::string to_json(const RunSummary& run) {
         {"gap_max_j", maybe(tally.gap_max)},
         {"infeasibility_max", maybe(tally.infeasibility_max)}}},
       {"energy", {{"max_gain_j", maybe(tally.gain_max)}, {"max_gain_relative", maybe(tally.gain_relative_max)}}},
-      {"control", run.control_eigenvalue ? Json{{"largest_eigenvalue", *run.control_eigenvalue},
-                                                {"stable", *run.control_eigenvalue <= explicit_limit}}
-                                         : Json()},
+      {"control", run.largest_stable_step ? Json{{"largest_eigenvalue", maybe(run.control_eigenvalue)},
+                                                 {"largest_stable_step", *run.largest_stable_step},
+                                                 {"stable", run.simulation.step <= *run.largest_stable_step}}
+                                          : Json()},
       {"max_penetration", tally.penetration_max},
       {"conditioning", conditioning(tally)},
       {"left_out", left_out},

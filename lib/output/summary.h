@@ -48,7 +48,8 @@ struct RunSummary {
   RunTally tally;
   std::string reference_kind, reference_name;
   std::vector<std::pair<std::string, double>> errors;
-  std::optional<double> control_eigenvalue;  ///< largest of the controllers' explicit step (explicit_step.h)
+  std::optional<double> control_eigenvalue;   ///< largest of the controllers' explicit step (explicit_step.h)
+  std::optional<double> largest_stable_step;  ///< s, of controllers, springs and damping (explicit_step.h)
   std::vector<std::pair<std::string, long>>
       left_out;        ///< what pruning left out, with counts over the run; zeros are not here
   double write_s = 0;  ///< spent on trajectory.csv and steps.csv

@@ -491,7 +491,7 @@ class Loader {
       joint.kind = word == "revolute" ? JointKind::revolute : JointKind::prismatic;
       required.push_back("axis");
       if (word == "revolute") required.push_back("anchor");
-      optional = {"lower", "upper", "damping", "torque_limit", "position", "velocity"};
+      optional = {"lower", "upper", "damping", "stiffness", "rest", "torque_limit", "position", "velocity"};
     } else if (word == "free") {
       joint.kind = JointKind::free;
       optional = {"velocity", "angular_velocity"};
@@ -517,6 +517,8 @@ class Loader {
     read("lower", any_number, joint.lower);
     read("upper", any_number, joint.upper);
     read("damping", not_negative, joint.damping);
+    read("stiffness", not_negative, joint.stiffness);
+    read("rest", any_number, joint.rest);
     read("torque_limit", not_negative, joint.torque_limit);
     read("position", any_number, joint.position);
     read("velocity", any_number, joint.velocity);

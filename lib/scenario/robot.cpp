@@ -61,6 +61,8 @@ class Builder {
       joint.lower = from.lower;
       joint.upper = from.upper;
       joint.damping = from.damping;
+      joint.stiffness = from.stiffness;
+      joint.rest = from.rest;
       joint.torque_limit = from.torque_limit;
       check_limits(from);
       State& initial = scenario_.initial;

@@ -1,52 +1,130 @@
-// Is the controllers' explicit step stable?
+// Is the explicit step of controllers, springs and damping stable?
 //
 // Accelerations are at most quadratic in the rates (Coriolis and centrifugal terms) and torques are at most that, so
-// that central differences give A exactly but for round-off, whatever the step of the difference.
+// that central differences give A exactly but for round-off, whatever the step of the difference. K is good to the
+// square of its own.
 #include "simulation/explicit_step.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
 
 #include "dynamics/articulated_body.h"
+#include "dynamics/kinematics.h"
 
 namespace cb {
 
-std::optional<double> largest_eigenvalue(const Scenario& scenario, double h) {
-  if (scenario.controllers.empty()) return std::nullopt;
-  const Model& model = scenario.model;
-  State state = scenario.initial;
-  std::vector<Controller> controllers;
-  for (const ControllerSpec& spec : scenario.controllers) controllers.push_back(spec.row->make(model, spec));
-  const Vec3 gravity = scenario.gravity.at(state.t);
-  std::vector<Vec3> weight;
-  for (const Body& body : model.bodies) weight.push_back(body.mass * gravity);
+namespace {
 
-  const int n = static_cast<int>(state.qd.size());
-  ArticulatedBody articulated_body;
-  std::vector<double> tau(state.qd.size()), qdd(state.qd.size());
-  const auto accelerations = [&]() -> Eigen::VectorXd {
-    for (const Tree& tree : model.trees) link_twists(model, tree, state);
-    std::fill(tau.begin(), tau.end(), 0.0);
-    for (const Controller& controller : controllers) controller(model, state, gravity, tau);
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Accelerations of all joints at a state, out of contact.
+class Accelerations {
+ public:
+  explicit Accelerations(const Scenario& scenario) : scenario_(scenario), state_(scenario.initial) {
+    for (const ControllerSpec& spec : scenario.controllers)
+      controllers_.push_back(spec.row->make(scenario.model, spec));
+    for (const Body& body : scenario.model.bodies) weight_.push_back(body.mass * scenario.gravity.at(state_.t));
+    tau_.resize(state_.qd.size());
+    qdd_.resize(state_.qd.size());
+  }
+  int size() const { return static_cast<int>(state_.qd.size()); }
+
+  /// -d qdd / d x by central differences; x: one of the state's q or qd.
+  VectorXd slope(double& x, double delta) {
+    const double before = x;
+    x = before + delta;
+    const VectorXd up = evaluate();
+    x = before - delta;
+    const VectorXd down = evaluate();
+    x = before;
+    return (down - up) / (2 * delta);
+  }
+  /// n x n: of the rates.
+  MatrixXd damping() {
+    MatrixXd A(size(), size());
+    constexpr double delta = 0.5;  // rad/s or m/s
+    for (int j = 0; j < size(); ++j) A.col(j) = slope(state_.qd[j], delta);
+    return A;
+  }
+  /// n x n: of the coordinates, by the rates that they belong to; free joints have none.
+  MatrixXd stiffness() {
+    MatrixXd K = MatrixXd::Zero(size(), size());
+    constexpr double delta = 1e-5;  // rad or m
+    for (const Tree& tree : scenario_.model.trees)
+      for (const Joint& joint : tree.joints)
+        if (joint.q >= 0) K.col(joint.v) = slope(state_.q[joint.q], delta);
+    return K;
+  }
+
+ private:
+  VectorXd evaluate() {
+    const Model& model = scenario_.model;
+    const Vec3 gravity = scenario_.gravity.at(state_.t);
+    for (const Tree& tree : model.trees) forward_kinematics(model, tree, state_);
+    std::fill(tau_.begin(), tau_.end(), 0.0);
+    for (const Controller& controller : controllers_) controller(model, state_, gravity, tau_);
     for (const Tree& tree : model.trees) {
       for (const Joint& joint : tree.joints)
-        if (joint.nv() == 1) tau[joint.v] -= joint.damping * state.qd[joint.v];
+        if (joint.nv() == 1) tau_[joint.v] += joint.passive_torque(state_.q[joint.q], state_.qd[joint.v]);
       const auto at = static_cast<std::size_t>(tree.v), nv = static_cast<std::size_t>(tree.nv);
-      articulated_body.forward_dynamics(model, tree, state, weight, {&tau[at], nv}, {&qdd[at], nv});
+      articulated_body_.forward_dynamics(model, tree, state_, weight_, {&tau_[at], nv}, {&qdd_[at], nv});
     }
-    return Eigen::VectorXd::Map(qdd.data(), n);
-  };
-  Eigen::MatrixXd A(n, n);
-  constexpr double delta = 0.5;  // rad/s or m/s
-  for (int j = 0; j < n; ++j) {
-    const double rate = state.qd[j];
-    state.qd[j] = rate + delta;
-    const Eigen::VectorXd up = accelerations();
-    state.qd[j] = rate - delta;
-    A.col(j) = -(up - accelerations()) / (2 * delta);
-    state.qd[j] = rate;
+    return VectorXd::Map(qdd_.data(), size());
   }
-  const Eigen::EigenSolver<Eigen::MatrixXd> solver(h * A, false);
-  return solver.info() == Eigen::Success ? std::optional(solver.eigenvalues().cwiseAbs().maxCoeff()) : std::nullopt;
+
+  const Scenario& scenario_;
+  State state_;
+  std::vector<Controller> controllers_;
+  std::vector<Vec3> weight_;
+  ArticulatedBody articulated_body_;
+  std::vector<double> tau_, qdd_;
+};
+
+double largest_magnitude(const MatrixXd& A) {
+  return Eigen::EigenSolver<MatrixXd>(A, false).eigenvalues().cwiseAbs().maxCoeff();
+}
+
+}  // namespace
+
+std::optional<double> largest_eigenvalue(const Scenario& scenario, double h) {
+  if (scenario.controllers.empty()) return std::nullopt;
+  return h * largest_magnitude(Accelerations(scenario).damping());
+}
+
+std::optional<double> largest_stable_step(const Scenario& scenario) {
+  bool any = !scenario.controllers.empty();
+  for (const Tree& tree : scenario.model.trees)
+    for (const Joint& joint : tree.joints) any = any || joint.stiffness != 0 || joint.damping != 0;
+  if (!any) return std::nullopt;
+  Accelerations accelerations(scenario);
+  const MatrixXd A = accelerations.damping(), K = accelerations.stiffness();
+  const auto n = A.rows();
+  const MatrixXd one = MatrixXd::Identity(n, n);
+  MatrixXd flow(2 * n, 2 * n);
+  flow << -A, -K, one, MatrixXd::Zero(n, n);
+  const double growth = std::max(0.0, Eigen::EigenSolver<MatrixXd>(flow, false).eigenvalues().real().maxCoeff());
+  const auto stable = [&](double h) {
+    MatrixXd step(2 * n, 2 * n);
+    step << one - h * A, -h * K, h * (one - h * A), one - h * h * K;
+    // Rates without torque are double eigenvalues of 1, which rounding takes apart by its square root.
+    constexpr double rounding = 1e-6;
+    return largest_magnitude(step) <= std::exp(h * growth) + rounding;
+  };
+  constexpr double least = 1e-9, most = 1e3, accuracy = 1e-4;  // s, s, -
+  if (stable(most)) return most;
+  // Upwards by quarters to the first step that is not stable: stable ones may come again beyond it.
+  double low = least, high = least;
+  while (stable(high) && high < most) {
+    low = high;
+    high *= 1.25;
+  }
+  while (high > low * (1 + accuracy)) {
+    const double middle = std::sqrt(low * high);
+    (stable(middle) ? low : high) = middle;
+  }
+  return low;
 }
 
 }  // namespace cb

@@ -10,6 +10,12 @@ namespace cb {
 /// robots out of contact, motors without limits: M^-1 (velocity gains + damping) and what feed-forward leaves of them.
 /// The step multiplies a rate's error by 1 - h A: beyond 2 it grows, whatever the method. None without a controller.
 std::optional<double> largest_eigenvalue(const Scenario& scenario, double h);
-inline constexpr double explicit_limit = 2;
+
+/// Largest step, s, that is stable at the scenario's initial state, out of contact, motors without limits: no
+/// eigenvalue of the linearised step (velocities first, then positions with the new ones)
+///   qd' = qd - h (A qd + K q),  q' = q + h qd',   K = -d qdd / d q of revolute and prismatic joints,
+/// is larger than 1, or than what the motion itself grows by where it is unstable (a rod on end). An undamped spring:
+/// 2 / sqrt(k / m). None without controllers, springs and damping; at most 1e3.
+std::optional<double> largest_stable_step(const Scenario& scenario);
 
 }  // namespace cb

@@ -67,7 +67,8 @@ Simulation::Simulation(const Scenario& scenario, const SimulationOptions& option
     controllers_.push_back(spec.row->make(scenario_.model, spec));
   torque_.assign(state_.qd.size(), 0.0);
   joint_force_ = qdd_ = torque_;
-  energy_input_ = kinetic_energy(scenario_.model, state_);
+  // What springs hold is there too.
+  energy_input_ = kinetic_energy(scenario_.model, state_) + potential_energy(scenario_.model, state_, Vec3::Zero());
   update_motions();
 }
 
@@ -126,6 +127,9 @@ const StepRecord& Simulation::step() {
   else if (record_.kinetic_energy > options_.blowup_factor * energy_input_)
     fail(Status::energy_blowup,
          fmt::format("kinetic energy {:.3g} J, of which {:.3g} J were put in", record_.kinetic_energy, energy_input_));
+  else if (record_.kinetic_energy > options_.blowup_energy)
+    fail(Status::energy_blowup, fmt::format("kinetic energy {:.3g} J: a spring's or motor's explicit step is unstable",
+                                            record_.kinetic_energy));
   lap.add_to(record_.times.dynamics_s);
   record_.times.step_s = std::chrono::duration<double>(lap.last() - start).count();
   return record_;
@@ -163,7 +167,7 @@ void Simulation::accelerate_trees(const Vec3& gravity) {
       if (joint.nv() != 1) continue;
       double& tau = torque_[joint.v];
       tau = std::clamp(tau, -joint.torque_limit, joint.torque_limit);
-      joint_force_[joint.v] = tau - joint.damping * state_.qd[joint.v];
+      joint_force_[joint.v] = tau + joint.passive_torque(state_.q[joint.q], state_.qd[joint.v]);
       energy_input_ += std::abs(tau * state_.qd[joint.v]) * h;
     }
     for (const Joint& joint : tree.joints)

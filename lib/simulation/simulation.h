@@ -78,7 +78,10 @@ struct SimulationOptions {
   int event_cap = 1000;     ///< events in one step; beyond: event_stall
   /// Seed of a new order of each event's contacts, which should change nothing but round-off; 0: as they are found.
   std::uint64_t shuffle = 0;
-  double blowup_factor = 1e6;      ///< kinetic energy over the largest energy that was put in: energy_blowup
+  double blowup_factor = 1e6;  ///< kinetic energy over the largest energy that was put in: energy_blowup
+  /// J: kinetic energy that counts as energy_blowup whatever was put in; motors that an unstable explicit step drives
+  /// put it in themselves. Far above any scene's, far below overflow.
+  double blowup_energy = 1e60;
   double penetration_limit = 0.1;  ///< fraction of the body's size; deeper: penetration
   StepPruning prune = {false, false};
 };

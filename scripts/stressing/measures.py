@@ -76,6 +76,12 @@ def total_rise(run):
     return max(energy) - energy[0] if energy else None
 
 
+def bounded(run, case, row):
+    """Does what oscillates stay within ten times its first amplitude?"""
+    moved, _ = displacement(run, case, row)
+    return moved / (10 * run.start("first")[0]), ""
+
+
 def event_gain(run, case, row):
     gain = run.summary["energy"]["max_gain_relative"]
     rise = total_rise(run)

@@ -218,6 +218,35 @@ TEST_CASE("a box between two fingers is held, one event a step, and creeps by th
   CHECK(creep[1] < 1e-4);
 }
 
+// Semi-implicit Euler of an undamped spring: h^2 k/m < 4; two equal ones on end: (3 + sqrt 5)/2 k/m. A damper alone: h
+// c/m < 2. With both, an eigenvalue -1: 4 - 2 h c/m - h^2 k/m = 0. A rod on end falls at any step: that is no
+// instability of the step.
+TEST_CASE("the largest stable step of springs and dampers is that of the linearised step", "[robots]") {
+  const std::string file = SOURCE_ROOT "/scenarios/stress/stiff_joints.xml";
+  const double mode = (3 + std::sqrt(5.0)) / 2;
+  CHECK(*largest_stable_step(load_scenario(file, {{"stiffness", "1e3"}})) ==
+        Approx(2 / std::sqrt(mode * 1e3)).epsilon(1e-3));
+  CHECK(*largest_stable_step(load_scenario(file, {{"stiffness", "0"}, {"damping", "10"}})) ==
+        Approx(2 / (mode * 10)).epsilon(1e-3));
+  const double c = 10 * mode, k = 1e3 * mode;
+  CHECK(*largest_stable_step(load_scenario(file, {{"stiffness", "0"}, {"kp", "1e3"}, {"kv", "10"}})) ==
+        Approx((std::sqrt(c * c + 4 * k) - c) / k).epsilon(1e-3));
+  CHECK_FALSE(largest_stable_step(load_scenario(find_scenario("sticking_box"), {})).has_value());
+
+  // Beyond it energy grows, up to a typed ending.
+  const Scenario s = load_scenario(file, {});
+  for (const double factor : {0.99, 1.05}) {
+    SimulationOptions options = options_of(s);
+    options.step = factor * *largest_stable_step(s);
+    options.duration = 2000 * options.step;
+    Simulation simulation(s, options, method("newton"), find_method("newton")->law);
+    Status ending = Status::ok;
+    while (ending == Status::ok && simulation.step_index() < simulation.steps_total())
+      ending = simulation.step().status;
+    CHECK(ending == (factor < 1 ? Status::ok : Status::energy_blowup));
+  }
+}
+
 TEST_CASE("the explicit step of torque gains is 18 on the grasp's arm and 29 on a robot's free wheel") {
   // Wheel: h kv / I = 1e-3 * 50 / 1.7e-3. Arm: spec/scenarios.md, grasp.
   CHECK(*largest_eigenvalue(load_scenario(find_scenario("mobile_robot"), {}), 1e-3) == Approx(29.4).epsilon(0.01));
