@@ -431,7 +431,7 @@ class Mirtich {
     }
     if (!fresh) state_.restart(solution.impulse);
 
-    if (!state_.finite()) {
+    if (!state_.finite() || !finite(solution)) {
       solution.status = Status::not_finite;
       solution.reason = "the impulses grew beyond all bounds";
       solution.impulse.assign(3 * nc, 0.0);
@@ -462,6 +462,15 @@ class Mirtich {
     solution.friction_work[c] += impact_.friction_work;
     for (int i : state_.neighbours(c)) normal_velocity_[i] = state_.normal_velocity(i);
     return true;
+  }
+
+  /// Works go as the square of velocities and overflow before them.
+  static bool finite(const ContactSolution& solution) {
+    const auto all_finite = [](const std::vector<double>& works) {
+      return std::all_of(works.begin(), works.end(), [](double work) { return std::isfinite(work); });
+    };
+    return all_finite(solution.compression_work) && all_finite(solution.restitution_work) &&
+           all_finite(solution.friction_work);
   }
 
   void refresh_normal_velocities() {
