@@ -46,7 +46,7 @@ else
 fi
 # A fault that it finds is in the report and stops nothing.
 quick=()
-[ "$profile" != quick ] || quick=(--quick --time-limit 4)
+[ "$profile" != quick ] || quick=(--quick --time-limit 2)
 "$python" "$root/scripts/stress.py" --program "$root/build/bin/contactbench" --out "$out/stress" --jobs 2 "${quick[@]}" || true
 "$python" "$root/scripts/report.py" --results "$out" --runs "$runs"
 echo "report: $out/report.html    tables: $out/table1.*, $out/runs.csv, $out/solve_all, $out/stress    figures: $out/figures    runs: $runs"
