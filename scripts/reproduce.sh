@@ -5,12 +5,12 @@
 #   scripts/reproduce.sh --profile paper   three repeats, limits of an hour a run and of 7.5 hours for all; again: goes on
 #   scripts/reproduce.sh --out DIR         where report, figures and tables go (default: results)
 #   scripts/reproduce.sh --keep            keep finished runs although program or scenes have changed since
-#   scripts/reproduce.sh --jobs N          N runs at a time; those whose times count still go alone
+#   scripts/reproduce.sh --jobs N          N runs at a time [one a core]; those whose times count still go alone
 #   scripts/reproduce.sh --no-setup        without looking for missing packages
 set -euo pipefail
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-profile=quick out=$root/results keep=() setup=yes jobs=1
+profile=quick out=$root/results keep=() setup=yes jobs=0
 while [ $# -gt 0 ]; do
   case "$1" in
     --profile) profile=${2:-} ; shift 2 || shift ;;

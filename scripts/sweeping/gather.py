@@ -108,6 +108,6 @@ def gather(plan, missing, runs, out, sweeps, profile, references):
                 "references": {reference.name_of(*scene): {key: found.about.get(key) for key in reference.SAID}
                                for scene, found in sorted(references.items())},
                 "timing": {"runs_on_a_busy_machine": sum(r["busy"] == "true" for r in rows),
-                           "runs_too_early_to_tell": sum(r["busy"] == "" for r in rows)}}
+                           "runs_not_judged": sum(r["busy"] == "" for r in rows)}}
     (out / "manifest.json").write_text(json.dumps(manifest, indent=1) + "\n")
     return rows

@@ -24,7 +24,7 @@ from pathlib import Path
 DOING = ".doing"
 TAIL = 1 << 16               # bytes of what a program says that are kept
 FILE_LIMIT = 16 << 30        # bytes that one file of a run may have
-WARM_UP = 0.25               # s, of a timed run done once before it counts: caches, clock and page tables are as it wants them
+WARM_UP = 0.1                # s, of a timed run done once before it counts: caches, clock and page tables are as it wants them
 BUSY = 0.25                  # cores that others may use before a run counts as disturbed
 AGAIN = ("interrupted", "write_failed")  # statuses that say nothing about the method: done again by themselves
 PR_SET_PDEATHSIG = 1
@@ -236,6 +236,8 @@ def done(job, scratch, load):
     wall = time.monotonic() - start
     shutil.rmtree(warm_up, ignore_errors=True)
     others = load.others(start)
+    if not job["timed"]:
+        others = None  # it may have company of its own, and nobody reads its time
     summary = read_json(scratch / "summary.json")
     status, reason = verdict(code, stopped, peak, said, summary, job)
     trusted = not fault_of(summary, job) and status == summary["status"]
