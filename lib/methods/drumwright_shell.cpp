@@ -718,12 +718,10 @@ bool DrumwrightShell::try_sticking() {
     if (!sticking_.factor(G_, {})) return false;
     ++iterations_;
     std::fill(x_.begin(), x_.end(), 0.0);
-    double residual = HUGE_VAL, rounding = 0;
-    for (int k = 0;; ++k) {
+    double least = HUGE_VAL, rounding = 0;
+    for (int k = 0, stalled = 0;; ++k) {
       velocities_.evaluate(program_, x_, {});
-      const double last = residual;
-      double impulses = 0;
-      residual = 0;
+      double residual = 0, impulses = 0;
       for (int c = 0; c < nc; ++c)
         for (int i = 0; i < 3; ++i) {
           residual = std::max(residual, std::abs(velocities_.u[3 * c + i]) / std::sqrt(island_.weight[c]));
@@ -732,17 +730,24 @@ bool DrumwrightShell::try_sticking() {
       for (int c = 0; c < nc; ++c)
         impulses += island_.weight[c] * Eigen::Map<const Eigen::Vector3d>(&x_[3 * c]).squaredNorm();
       rounding = std::max(1e-13 * size_, 1e-15 * std::sqrt(impulses));
-      // Three steps serve, but heavy bodies on light ones: there each takes away some digits only.
-      const bool goes_on = residual < 0.5 * last && residual > 1e-13 * size_ && k < tolerances_.cone.polish_limit;
+      // Three steps serve, but heavy bodies on light ones: there each takes away some digits only, and at the end large
+      // impulses round at random, so that the best counts.
+      stalled = residual < 0.5 * least ? 0 : stalled + 1;
+      if (residual < least) {
+        least = residual;
+        least_x_ = x_;
+      }
+      const bool goes_on = stalled < 2 && residual > 1e-13 * size_ && k < tolerances_.cone.polish_limit;
       if (residual <= 1e-16 * size_ || (k >= 3 && !goes_on)) break;
-      if (k == 2 && residual > 1e-6 * size_ && !goes_on) return false;
+      if (k == 2 && residual > 1e-6 * size_ && stalled > 0) return false;
       std::fill(h_.begin(), h_.end(), 0.0);
       multiply_transposed_add(island_.J, island_.M, step_, h_);
       sticking_.solve_in_place(h_);
       multiply(island_.J, island_.M, h_, u_step_);
       for (int i = 0; i < 3 * nc; ++i) x_[i] += step_[i] - G_[9 * (i / 3) + 4 * (i % 3)] * u_step_[i];
     }
-    if (residual > rounding) return false;
+    if (least > rounding) return false;
+    x_ = least_x_;
     bool inside = true;
     double mean = 0;
     for (int c = 0; c < nc; ++c) {

@@ -110,7 +110,7 @@ class DrumwrightShell {
   StoppingImpulse stopping_;
   ConeVelocities velocities_;
   std::vector<double> zero_mu_, q_, f_, v_f_, u_f_, z_, lambda_, kappa_offset_;
-  std::vector<double> r_, eta_, G_, step_, h_, u_step_, x_, f_shifted_, velocity_, Jz_;
+  std::vector<double> r_, eta_, G_, step_, h_, u_step_, x_, least_x_, f_shifted_, velocity_, Jz_;
   std::vector<char> set_;
   double kappa_ = 0, size_ = 0, miss_ = 0;
   bool flat_ = false, inaccurate_ = false;
