@@ -10,7 +10,8 @@ namespace cb {
 
 /// A text file that grows by whole rows through one large buffer. What is on the disk always ends with a whole row:
 /// rows are written together, and where a disk fills up in the middle of one, the file is cut back to the last that
-/// fits. The first error is kept; what follows it is dropped.
+/// fits. Only SIGKILL in the middle of a write may leave a row without its end. The first error is kept; what follows
+/// it is dropped.
 class RowFile {
  public:
   RowFile() = default;
