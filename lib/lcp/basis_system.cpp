@@ -65,41 +65,35 @@ bool BasisSystem::factor(const std::vector<int>& active, int out) {
   for (const int i : active_) reduced_row_[i] = order++;
   if (out_ >= 0) reduced_row_[out_] = order++;
 
-  starts_.assign(1, 0);
-  rows_.clear();
-  values_.clear();
-  const auto put = [&](int row, double value) {
-    if (row < 0 || value == 0) return;
-    rows_.push_back(row);
-    values_.push_back(value);
-  };
+  matrix_.clear();
   for (int k = 0; k < nx_; ++k) {
-    for (SparseMatrix::InnerIterator it(A_, k); it; ++it) put(static_cast<int>(it.row()), it.value());
-    for (SparseMatrix::InnerIterator it(C_, k); it; ++it) put(reduced_row_[it.row()], it.value());
-    starts_.push_back(static_cast<int>(rows_.size()));
+    matrix_.put(A_, k);
+    matrix_.put(C_, k, reduced_row_);
+    matrix_.end_column();
   }
   for (const int j : active_) {
-    for (SparseMatrix::InnerIterator it(B_, j); it; ++it) put(static_cast<int>(it.row()), it.value());
-    for (SparseMatrix::InnerIterator it(D_, j); it; ++it) put(reduced_row_[it.row()], it.value());
-    starts_.push_back(static_cast<int>(rows_.size()));
+    matrix_.put(B_, j);
+    matrix_.put(D_, j, reduced_row_);
+    matrix_.end_column();
   }
   if (out_ >= 0) {
-    for (const int i : active_) put(reduced_row_[i], cover_[i]);
-    put(reduced_row_[out_], cover_[out_]);
-    starts_.push_back(static_cast<int>(rows_.size()));
+    for (const int i : active_) matrix_.put(reduced_row_[i], cover_[i]);
+    matrix_.put(reduced_row_[out_], cover_[out_]);
+    matrix_.end_column();
   }
-  return lu_.factor(starts_, rows_, values_);
+  return lu_.factor(matrix_.starts, matrix_.rows, matrix_.values);
 }
 
 // change_ <- right_ - G u_
 void BasisSystem::residual() {
   change_ = right_;
   for (std::size_t j = 0; j < u_.size(); ++j)
-    for (int e = starts_[j]; e < starts_[j + 1]; ++e) change_[rows_[e]] -= values_[e] * u_[j];
+    for (int e = matrix_.starts[j]; e < matrix_.starts[j + 1]; ++e)
+      change_[matrix_.rows[e]] -= matrix_.values[e] * u_[j];
 }
 
 double BasisSystem::solve(const Eigen::VectorXd& free_load, const Eigen::VectorXd& pair_load) {
-  right_.resize(starts_.size() - 1);
+  right_.resize(matrix_.order());
   for (int k = 0; k < nx_; ++k) right_[k] = -free_load[k];
   for (int i = 0; i < n_; ++i)
     if (reduced_row_[i] >= 0) right_[reduced_row_[i]] = -pair_load[i];

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "lcp/lcp.h"
+#include "lcp/reduced_matrix.h"
 #include "lcp/scaling.h"
 #include "linalg/sparse_lu.h"
 
@@ -50,8 +51,8 @@ class BasisSystem {
   Eigen::VectorXd cover_, z_, w_;    // n
   double z0_ = 0;
   std::vector<int> active_, reduced_row_;  // n: row of each pair in the factorised matrix, or -1
-  std::vector<int> starts_, rows_;         // the matrix that is factorised
-  std::vector<double> values_, right_, u_, change_;
+  ReducedMatrix matrix_;                   // that is factorised
+  std::vector<double> right_, u_, change_;
   SparseLu lu_;
 };
 

@@ -180,40 +180,18 @@ void Lemke::climb_ladder(Table& table, LcpSolution& solution) {
     first_noise_ = noise_;
   }
 
-  double best = HUGE_VAL;
-  int rays = 0;
-  PathEnd end = PathEnd::bad_pivot;
-  bool first = true;
-  for (const Rung& rung : ladder) {
-    end = attempt(table, rung, solution);
-    if (end == PathEnd::solution && solution.residual <= o_.tolerance) {
-      solution.status = LcpStatus::solved;
-      if (!first) solution.reason += "; solved by: " + std::string(rung.name);
-      return;
-    }
-    if (end == PathEnd::solution && solution.residual < best) {
-      best = solution.residual;
-      answer_ = solution.z;
-    }
-    if (end == PathEnd::ray) ++rays;
-    solution.reason += (first ? "" : "; ") + std::string(rung.name) + ": " + std::string(text(end));
-    first = false;
-    if (follower_.pivots >= pivot_limit_ - 1 || end == PathEnd::time_limit) break;
-  }
-
-  // No rung reached a checked solution.
-  solution.residual = best;
-  if (best < HUGE_VAL) {
-    solution.z = answer_;
-    solution.status = LcpStatus::inaccurate;
-  } else if (end == PathEnd::time_limit) {
+  Climb tried;
+  if (climb(
+          ladder, o_.tolerance, solution, answer_, tried,
+          [&](const Rung& rung) { return attempt(table, rung, solution); },
+          [&] { return follower_.pivots >= pivot_limit_ - 1; }))
+    return;
+  if (tried.end == PathEnd::time_limit)
     solution.status = LcpStatus::time_limit;
-  } else if (end == PathEnd::pivot_limit) {
+  else if (tried.end == PathEnd::pivot_limit)
     solution.status = LcpStatus::nonconverged;
-  } else {
-    solution.status = rays > 0 ? LcpStatus::ray : LcpStatus::singular;
-  }
-  if (best == HUGE_VAL) solution.z.setZero(n_);
+  else
+    solution.status = tried.rays > 0 ? LcpStatus::ray : LcpStatus::singular;
 }
 
 void Lemke::set_noise(unsigned seed) {

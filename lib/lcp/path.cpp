@@ -390,40 +390,18 @@ void Path::climb_ladder(Table& table, LcpSolution& solution) {
   best_.setZero(n_);
   best_merit_ = HUGE_VAL;
 
-  double best = HUGE_VAL;
-  int rays = 0, singular = 0, rungs = 0;
-  PathEnd end = PathEnd::bad_pivot;
-  for (const Rung& rung : ladder) {
-    end = attempt(table, rung, solution);
-    if (end == PathEnd::solution && solution.residual <= o_.tolerance) {
-      solution.status = LcpStatus::solved;
-      if (rungs > 0) solution.reason += "; solved by: " + std::string(rung.name);
-      return;
-    }
-    if (end == PathEnd::solution && solution.residual < best) {
-      best = solution.residual;
-      answer_ = solution.z;
-    }
-    rays += end == PathEnd::ray;
-    singular += end == PathEnd::bad_pivot;
-    solution.reason += (rungs++ > 0 ? "; " : "") + std::string(rung.name) + ": " + std::string(text(end));
-    if (follower_.pivots >= pivot_limit_ - 1 || end == PathEnd::time_limit) break;
-  }
-
-  // No rung reached a checked solution.
-  solution.residual = best;
-  if (best < HUGE_VAL) {
-    solution.z = answer_;
-    solution.status = LcpStatus::inaccurate;
+  Climb tried;
+  if (climb(
+          ladder, o_.tolerance, solution, answer_, tried,
+          [&](const Rung& rung) { return attempt(table, rung, solution); },
+          [&] { return follower_.pivots >= pivot_limit_ - 1; }))
     return;
-  }
-  solution.z.setZero(n_);
-  if (end == PathEnd::time_limit)
+  if (tried.end == PathEnd::time_limit)
     solution.status = LcpStatus::time_limit;
-  else if (rays > 0)
+  else if (tried.rays > 0)
     solution.status = LcpStatus::ray;
   else
-    solution.status = singular == rungs ? LcpStatus::singular : LcpStatus::nonconverged;
+    solution.status = tried.singular == tried.rungs ? LcpStatus::singular : LcpStatus::nonconverged;
 }
 
 void Path::solve(const LcpProblem& problem, LcpSolution& solution) {

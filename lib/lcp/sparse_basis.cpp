@@ -108,29 +108,22 @@ bool SparseBasis::refactor() {
   }
   if (unmatched >= 0) reduced_variable_[unmatched] = 2 * n_;
 
-  starts_.assign(1, 0);
-  rows_.clear();
-  values_.clear();
-  const auto put = [&](int row, double value) {
-    if (row < 0 || value == 0) return;
-    rows_.push_back(row);
-    values_.push_back(value);
-  };
+  matrix_.clear();
   for (int k = 0; k < nx_; ++k) {
-    for (SparseMatrix::InnerIterator it(A_, k); it; ++it) put(static_cast<int>(it.row()), it.value());
-    for (SparseMatrix::InnerIterator it(C_, k); it; ++it) put(reduced_row_[it.row()], it.value());
-    starts_.push_back(static_cast<int>(rows_.size()));
+    matrix_.put(A_, k);
+    matrix_.put(C_, k, reduced_row_);
+    matrix_.end_column();
   }
   for (const int variable : reduced_variable_) {
     if (variable == 2 * n_) {
-      for (int i = 0; i < n_; ++i) put(reduced_row_[i], cover_[i]);
+      for (int i = 0; i < n_; ++i) matrix_.put(reduced_row_[i], cover_[i]);
     } else {
-      for (SparseMatrix::InnerIterator it(B_, variable - n_); it; ++it) put(static_cast<int>(it.row()), it.value());
-      for (SparseMatrix::InnerIterator it(D_, variable - n_); it; ++it) put(reduced_row_[it.row()], it.value());
+      matrix_.put(B_, variable - n_);
+      matrix_.put(D_, variable - n_, reduced_row_);
     }
-    starts_.push_back(static_cast<int>(rows_.size()));
+    matrix_.end_column();
   }
-  reduced_.resize(starts_.size() - 1);
+  reduced_.resize(matrix_.order());
   // Where the value of each basic variable is found.
   source_.resize(n_);
   for (int i = 0; i < n_; ++i) {
@@ -144,7 +137,7 @@ bool SparseBasis::refactor() {
   }
   ++factorisations_;
   basis_ = reduced_variable_.empty() ? &slack_basis_ : &other_basis_;
-  return basis_->factor(starts_, rows_, values_);
+  return basis_->factor(matrix_.starts, matrix_.rows, matrix_.values);
 }
 
 // Basic variables y of  A x + B y_z = -b,  C x + D y_z + c y_0 - y_w = -p   for p = pair_rows and b = column

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "lcp/lcp.h"
+#include "lcp/reduced_matrix.h"
 #include "linalg/sparse_lu.h"
 
 namespace cb {
@@ -58,8 +59,8 @@ class SparseBasis {
   std::vector<int> reduced_row_;       // n: row of the factorised matrix, or -1 where w_i is basic
   std::vector<int> source_;            // n: slack index of each row's basic variable, or -1 - index in the solve
   std::vector<int> reduced_variable_;  // |a|: the variable of each column beyond the free ones
-  std::vector<int> starts_, rows_;     // of the factorised matrix
-  std::vector<double> values_, reduced_;
+  ReducedMatrix matrix_;               // that is factorised
+  std::vector<double> reduced_;
   SparseLu free_, slack_basis_, other_basis_;  // A; the scaled A, while all slacks are basic; any other basis
   SparseLu* basis_ = &slack_basis_;            // the one at hand
   ProductForm updates_;
