@@ -80,7 +80,9 @@ def limited(parent, memory_bytes):
         LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
         if os.getppid() != parent:
             os._exit(127)
-        resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
+        # A program with sanitizers does not start with such a limit.
+        if os.environ.get("CONTACTBENCH_ADDRESS_SPACE") != "unlimited":
+            resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
         resource.setrlimit(resource.RLIMIT_FSIZE, (FILE_LIMIT, FILE_LIMIT))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     return prepare
