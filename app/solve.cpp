@@ -190,15 +190,13 @@ double energy_change(const ContactProblem& problem, const std::vector<double>& i
   return sum;
 }
 
-/// The largest w_i = trace(W_ii) / 3, 1/kg: how fast an impulse makes the lightest contact.
+/// The largest weight, 1/kg: how fast an impulse makes the lightest contact.
 double largest_weight(const ContactProblem& problem) {
   BlockCholesky factor;
-  std::vector<Eigen::Matrix3d> W;
+  std::vector<double> weight;
   if (!factor.factor(problem.M)) return 0;
-  diagonal_blocks(problem, factor, W);
-  double weight = 0;
-  for (const Eigen::Matrix3d& W_ii : W) weight = std::max(weight, W_ii.trace() / 3);
-  return weight;
+  contact_weights(problem, factor, weight);
+  return weight.empty() ? 0 : *std::max_element(weight.begin(), weight.end());
 }
 
 Report solve_contact(const SolveFlags& flags) {

@@ -11,13 +11,12 @@ namespace cb {
 bool ConditioningEstimate::measure(const ContactProblem& problem, Conditioning& out, int limit) {
   const int nc = problem.nc(), nv = problem.nv();
   if (nc == 0 || 3 * nc > limit || nv > limit || !factor_.factor(problem.M)) return false;
-  diagonal_blocks(problem, factor_, W_);
+  contact_weights(problem, factor_, weight_);
 
   // M = L L^T block by block, so that J L^-T has the singular values of J M^-1/2. Scaled per contact.
   A_.setZero(3 * nc, nv);
   for (int c = 0; c < nc; ++c) {
-    const double tangential = W_[c](1, 1) + W_[c](2, 2);
-    const double weight = tangential > 0 ? W_[c].trace() / 3 : W_[c](0, 0);
+    const double weight = weight_[c];
     if (!(weight > 0) || !std::isfinite(weight)) return false;
     for (int e = problem.J.band[c]; e < problem.J.band[c + 1]; ++e) {
       const int b = problem.J.block[e], size = problem.M.block_size(b);

@@ -25,7 +25,7 @@ class ConditioningEstimate {
 
  private:
   BlockCholesky factor_;
-  std::vector<Eigen::Matrix3d> W_;
+  std::vector<double> weight_;
   Eigen::MatrixXd A_, gram_;
 };
 

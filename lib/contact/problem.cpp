@@ -101,6 +101,17 @@ void diagonal_blocks(const ContactProblem& problem, const BlockCholesky& factor,
   }
 }
 
+void contact_weights(const ContactProblem& problem, const BlockCholesky& factor, std::vector<double>& weight) {
+  const BandMatrix& J = problem.J;
+  weight.resize(problem.nc());
+  for (int c = 0; c < problem.nc(); ++c) {
+    double W[3] = {};
+    for (int e = J.band[c]; e < J.band[c + 1]; ++e) factor.add_row_norms(J.block[e], J.values.data() + J.offset[e], W);
+    const double tangential = W[1] + W[2];
+    weight[c] = tangential > 0 ? (W[0] + tangential) / 3 : W[0];
+  }
+}
+
 void delassus(const ContactProblem& problem, const BlockCholesky& factor, Eigen::MatrixXd& W) {
   const BandMatrix& J = problem.J;
   const int nc = problem.nc();

@@ -94,6 +94,9 @@ void contact_velocity(const ContactProblem& problem, std::span<const double> v, 
 
 /// W_ii = J_i M^-1 J_i^T (3 x 3, 1/kg), contact by contact; result is nc matrices, column-major.
 void diagonal_blocks(const ContactProblem& problem, const BlockCholesky& factor, std::vector<Eigen::Matrix3d>& W);
+/// w_i = trace(W_ii) / 3, or W_nn where a contact has no tangential rows (a joint at its limit): nc, 1/kg. What makes
+/// impulses and velocities of different contacts comparable, sqrt(w) r and u / sqrt(w) in sqrt(J).
+void contact_weights(const ContactProblem& problem, const BlockCholesky& factor, std::vector<double>& weight);
 /// The Delassus matrix W = J M^-1 J^T, dense 3 nc x 3 nc (symmetric, positive semidefinite).
 void delassus(const ContactProblem& problem, const BlockCholesky& factor, Eigen::MatrixXd& W);
 

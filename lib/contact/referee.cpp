@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "linalg/finite.h"
+
 namespace cb {
 
 namespace {
@@ -31,12 +33,6 @@ double tangential(std::span<const double> x, int c) {
   return std::sqrt(x[3 * c + 1] * x[3 * c + 1] + x[3 * c + 2] * x[3 * c + 2]);
 }
 
-bool all_finite(std::span<const double> x) {
-  double sum = 0;
-  for (double value : x) sum += value * 0.0;
-  return sum == 0.0;
-}
-
 }  // namespace
 
 Residuals Referee::check(const ContactProblem& problem, const ContactSolution& solution, Law law,
@@ -50,10 +46,14 @@ Residuals Referee::check(const ContactProblem& problem, const ContactSolution& s
     out.model = HUGE_VAL;
     return out;
   }
-  apply_impulse(problem, factor_, r, v_plus);
+  momentum_.assign(problem.nv(), 0.0);
+  multiply_transposed_add(problem.J, problem.M, r, momentum_);
+  v_plus = momentum_;
+  factor_.solve_in_place(v_plus);
+  for (int i = 0; i < problem.nv(); ++i) v_plus[i] += problem.v_minus[i];
   contact_velocity(problem, v_plus, u_plus_);
   contact_velocity(problem, problem.v_minus, u_minus_);  // = q
-  diagonal_blocks(problem, factor_, W_);
+  contact_weights(problem, factor_, weight_);
   if (!all_finite(u_plus_) || !all_finite(u_minus_)) {
     out.finite = false;
     out.model = HUGE_VAL;
@@ -61,13 +61,9 @@ Residuals Referee::check(const ContactProblem& problem, const ContactSolution& s
   }
 
   // Weights and the size of the event.
-  weight_.resize(nc);
   double size_r = 0, size_u = 0, size_q = 0;
   bool elastic = false;
   for (int c = 0; c < nc; ++c) {
-    // A joint limit has no tangential rows: its weight is W_nn.
-    const double wt = W_[c](1, 1) + W_[c](2, 2);
-    weight_[c] = wt > 0 ? (W_[c](0, 0) + wt) / 3 : W_[c](0, 0);
     size_r += weight_[c] * ConstVec3(&r[3 * c]).squaredNorm();
     size_u += ConstVec3(&u_plus_[3 * c]).squaredNorm() / weight_[c];
     size_q += ConstVec3(&u_minus_[3 * c]).squaredNorm() / weight_[c];
@@ -90,12 +86,11 @@ Residuals Referee::check(const ContactProblem& problem, const ContactSolution& s
   out.energy_before = 0.5 * quadratic_form(problem.M, problem.v_minus);
 
   // M (v+ - v-) - J^T r, scaled as sqrt(J) through the largest diagonal entry of M.
-  scratch_v_.assign(problem.nv(), 0.0);
+  scratch_v_.resize(problem.nv());
   difference_.resize(problem.nv());
   for (int i = 0; i < problem.nv(); ++i) difference_[i] = v_plus[i] - problem.v_minus[i];
   multiply(problem.M, difference_, scratch_v_);
-  for (double& x : scratch_v_) x = -x;
-  multiply_transposed_add(problem.J, problem.M, r, scratch_v_);
+  for (int i = 0; i < problem.nv(); ++i) scratch_v_[i] -= momentum_[i];
   for (int b = 0; b < problem.M.blocks(); ++b)
     for (int i = 0; i < problem.M.block_size(b); ++i)
       out.momentum =
@@ -216,15 +211,17 @@ void Referee::convex(const ContactProblem& problem, const ContactSolution& solut
   const auto violated = [&](double x) { worst = std::max(worst, x); };
   const double size = size_ > 0 ? size_ : 1;
 
-  // y = u - W_(:,n) eta.
-  scratch_u_.assign(3 * nc, 0.0);
-  for (int c = 0; c < nc; ++c) scratch_u_[3 * c] = eta[c];
-  scratch_v_.assign(problem.nv(), 0.0);
-  multiply_transposed_add(problem.J, problem.M, scratch_u_, scratch_v_);
-  factor_.solve_in_place(scratch_v_);
-  y_.resize(3 * nc);
-  multiply(problem.J, problem.M, scratch_v_, y_);
-  for (int i = 0; i < 3 * nc; ++i) y_[i] = u_plus_[i] - y_[i];
+  // y = u - W_(:,n) eta; as a rule eta = 0.
+  y_ = u_plus_;
+  if (std::any_of(eta.begin(), eta.end(), [](double x) { return x != 0; })) {
+    scratch_u_.assign(3 * nc, 0.0);
+    for (int c = 0; c < nc; ++c) scratch_u_[3 * c] = eta[c];
+    scratch_v_.assign(problem.nv(), 0.0);
+    multiply_transposed_add(problem.J, problem.M, scratch_u_, scratch_v_);
+    factor_.solve_in_place(scratch_v_);
+    multiply(problem.J, problem.M, scratch_v_, scratch_u_);
+    for (int i = 0; i < 3 * nc; ++i) y_[i] -= scratch_u_[i];
+  }
 
   kappa_.assign(islands_.count, 0.0);
   kappa_scale_.assign(islands_.count, 0.0);

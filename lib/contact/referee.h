@@ -48,8 +48,7 @@ class Referee {
   double size_ = 0;             // sqrt(J): what the event is about,
   double size_q_ = 0;           // and what there is before any impulse
   std::vector<double> weight_;  // nc, w_i
-  std::vector<Eigen::Matrix3d> W_;
-  std::vector<double> u_plus_, u_minus_, y_, u_dual_, scratch_v_, scratch_u_, difference_;
+  std::vector<double> u_plus_, u_minus_, y_, u_dual_, scratch_v_, scratch_u_, difference_, momentum_;
   std::vector<double> cosine_, sine_, given_back_, phase_;  // anitescu_potra: k, k, nc, 3 nc
   std::vector<double> slack_, sum_, kappa_, kappa_scale_;   // per island
 };

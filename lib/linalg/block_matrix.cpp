@@ -56,7 +56,7 @@ void invert_six(const double* L, double* inverse) {
   }
 }
 
-void multiply_six(const double* A, const double* x, double* y) {
+inline void multiply_six(const double* A, const double* x, double* y) {
   Pack low[2] = {}, high[2] = {};
   for (int j = 0; j < 6; j += 2)
     for (int h = 0; h < 2; ++h) {
@@ -73,15 +73,21 @@ void multiply_six(const double* A, const double* x, double* y) {
   y[5] = high[0][1];
 }
 
-// Entries of a band over six columns. J is read one number past its end.
+// Column j of an entry of a band over six columns: n, t1, t2 and a number that means nothing.
+template <int j>
+inline Pack column_of_six(const double* J) {
+  Pack a;
+  load(J + 3 * j - (j == 5), a);  // nothing past the end
+  return j == 5 ? __builtin_shufflevector(a, a, 1, 2, 3, 3) : a;
+}
+
 inline void add_six(const double* J, const double* x, Pack& even, Pack& odd) {
-  for (int j = 0; j < 6; j += 2) {
-    Pack a, b;
-    load(J + 3 * j, a);
-    load(J + 3 * j + 3, b);
-    even += a * x[j];
-    odd += b * x[j + 1];
-  }
+  even += column_of_six<0>(J) * x[0];
+  odd += column_of_six<1>(J) * x[1];
+  even += column_of_six<2>(J) * x[2];
+  odd += column_of_six<3>(J) * x[3];
+  even += column_of_six<4>(J) * x[4];
+  odd += column_of_six<5>(J) * x[5];
 }
 
 inline void add_six_transposed(const double* J, const double* r, double* y) {
@@ -199,6 +205,33 @@ void BlockCholesky::solve_block_in_place(int b, double* x, int cols) const {
   }
 }
 
+void BlockCholesky::add_row_norms(int b, const double* rows, double* sums) const {
+  const int n = lower_.block_size(b);
+  const double *L = lower_.values.data() + lower_.offset[b], *inverse = inverse_.data() + kept * lower_.first[b];
+  if (n == 6) {
+    const double* lower = inverse + 6;
+    const Pack columns[] = {column_of_six<0>(rows), column_of_six<1>(rows), column_of_six<2>(rows),
+                            column_of_six<3>(rows), column_of_six<4>(rows), column_of_six<5>(rows)};
+    Pack sum = {};
+    for (int i = 0; i < 6; ++i) {
+      Pack x = {};
+      for (int j = 0; j <= i; ++j) x += columns[j] * lower[8 * j + i];
+      sum += x * x;
+    }
+    for (int i = 0; i < 3; ++i) sums[i] += sum[i];
+    return;
+  }
+  scratch_.resize(n);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < n; ++j) scratch_[j] = rows[3 * j + i];
+    for (int j = 0; j < n; ++j) {
+      const double x = scratch_[j] * inverse[j];
+      sums[i] += x * x;
+      for (int k = j + 1; k < n; ++k) scratch_[k] -= L[j * n + k] * x;
+    }
+  }
+}
+
 void BlockCholesky::solve_lower_in_place(int b, Eigen::Ref<Eigen::MatrixXd> X, int row) const {
   lower_.block(b).triangularView<Eigen::Lower>().solveInPlace(X.middleRows(row, lower_.block_size(b)));
 }
@@ -230,14 +263,13 @@ int BandMatrix::add_entry(int block_index, int cols) {
 }
 
 void multiply(const BandMatrix& J, const BlockDiagonalMatrix& columns, std::span<const double> v, std::span<double> u) {
-  const int last = J.band.back() - 1;
   for (int c = 0; c < J.bands(); ++c) {
     Pack even = {}, odd = {};
     for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
       const double* x = v.data() + columns.first[J.block[e]];
       const double* values = J.values.data() + J.offset[e];
       const int cols = (J.offset[e + 1] - J.offset[e]) / 3;
-      if (cols == 6 && e != last) {
+      if (cols == 6) {
         add_six(values, x, even, odd);
       } else {
         for (int j = 0; j < cols; ++j) even += Pack{values[3 * j], values[3 * j + 1], values[3 * j + 2], 0} * x[j];

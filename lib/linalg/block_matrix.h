@@ -44,13 +44,16 @@ class BlockCholesky {
   void solve_upper_in_place(std::span<double> x) const;
   /// X_b <- A_b^-1 X_b for the rows of one block; X is block_size(b) x cols, column-major.
   void solve_block_in_place(int b, double* x, int cols) const;
+  /// sums_i += row_i A_b^-1 row_i^T of three rows (3 x block_size(b), column-major: an entry of a BandMatrix).
+  void add_row_norms(int b, const double* rows, double* sums) const;
 
  private:
   bool factor_block(int b);
 
   BlockDiagonalMatrix factored_, lower_;
-  bool ready_ = false;           // is lower_ the factor of factored_?
-  std::vector<double> inverse_;  // what speeds up solves: block_matrix.cpp
+  bool ready_ = false;                   // is lower_ the factor of factored_?
+  std::vector<double> inverse_;          // what speeds up solves: block_matrix.cpp
+  mutable std::vector<double> scratch_;  // rows of the block at hand
 };
 
 /// Sparse matrix of bands of three rows (one band a contact: n, t1, t2). A band is a short list of

@@ -83,7 +83,6 @@ class AnitescuPotra {
   bool warm_ = false;
   std::shared_ptr<long> warm_starts_;
   RestingImpulse resting_{3};
-  std::vector<Eigen::Matrix3d> W_diagonal_;
   std::vector<double> weight_;  // nc, 1/kg
   double size_ = 0;             // sqrt(J), of the event
   int previous_ = -1;           // n of the last answer, -1 where there is none
@@ -264,15 +263,10 @@ double AnitescuPotra::size(const ContactProblem& problem) const {
 // the polygons. Events with restitution or regularisation have other equations.
 bool AnitescuPotra::start_at_rest(const ContactProblem& problem, ContactSolution& solution) {
   contact_velocity(problem, problem.v_minus, u_);
-  diagonal_blocks(problem, factor_, W_diagonal_);
-  weight_.resize(nc_);
+  contact_weights(problem, factor_, weight_);
   double square = 0;
-  for (int c = 0; c < nc_; ++c) {
-    const auto& W = W_diagonal_[c];
-    const double wt = W(1, 1) + W(2, 2);
-    weight_[c] = wt > 0 ? (W(0, 0) + wt) / 3 : W(0, 0);
+  for (int c = 0; c < nc_; ++c)
     for (int i = 0; i < 3; ++i) square += u_[3 * c + i] * u_[3 * c + i] / weight_[c];
-  }
   size_ = std::sqrt(square);
   const ContactView event{problem.M, factor_, problem.J, problem.v_minus, problem.offset, problem.mu, weight_};
   if (!resting_.find(event, size_)) return false;

@@ -34,6 +34,7 @@
 #include <numeric>
 
 #include "cone/dense_interior_point.h"
+#include "linalg/finite.h"
 #include "methods/same_event.h"
 
 namespace cb {
@@ -41,12 +42,6 @@ namespace cb {
 namespace {
 
 double tangential(const double* x) { return std::sqrt(x[1] * x[1] + x[2] * x[2]); }
-
-bool all_finite(std::span<const double> x) {
-  double sum = 0;
-  for (double value : x) sum += value * 0.0;
-  return sum == 0;
-}
 
 void fail(ContactSolution& solution, Status status, std::string reason) {
   solution.status = status;
@@ -97,7 +92,7 @@ void DrumwrightShell::operator()(const ContactProblem& problem, ContactSolution&
   for (int i = 0; i < 3 * nc; ++i) solution.impulse[i] += first_impulse_[i];
 }
 
-// Checks the data, factors M, and finds the weights w_i = trace(W_ii) / 3.
+// Checks the data, factors M, and finds the weights.
 bool DrumwrightShell::weigh(const ContactProblem& problem, ContactSolution& solution) {
   if (!all_finite(problem.M.values) || !all_finite(problem.J.values) || !all_finite(problem.v_minus) ||
       !all_finite(problem.offset) || !all_finite(problem.mu)) {
@@ -108,11 +103,8 @@ bool DrumwrightShell::weigh(const ContactProblem& problem, ContactSolution& solu
     fail(solution, Status::singular, "the mass matrix is not positive definite");
     return false;
   }
-  diagonal_blocks(problem, factor_, W_);
-  weight_.resize(problem.nc());
+  contact_weights(problem, factor_, weight_);
   for (int c = 0; c < problem.nc(); ++c) {
-    const double wt = W_[c](1, 1) + W_[c](2, 2);
-    weight_[c] = wt > 0 ? (W_[c](0, 0) + wt) / 3 : W_[c](0, 0);
     if (!(weight_[c] > 0) || !std::isfinite(weight_[c])) {
       fail(solution, Status::input_error, "contact " + std::to_string(c) + " joins two fixed bodies (W_ii = 0)");
       return false;

@@ -98,7 +98,6 @@ class DrumwrightShell {
   BlockCholesky factor_;
   Islands islands_;
   Groups contacts_of_, blocks_of_;  // per island
-  std::vector<Eigen::Matrix3d> W_;
   std::vector<double> weight_;
   Island island_;
   std::vector<int> block_in_island_;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "linalg/finite.h"
+
 namespace cb {
 
 namespace {
@@ -10,11 +12,6 @@ namespace {
 using Eigen::Map;
 using Eigen::Matrix;
 using Eigen::Vector3d;
-
-/// True where no entry is NaN or infinite.
-bool all_finite(const std::vector<double>& x) {
-  return (Map<const Eigen::ArrayXd>(x.data(), static_cast<Eigen::Index>(x.size())) * 0.0).sum() == 0.0;
-}
 
 }  // namespace
 

@@ -45,6 +45,8 @@
 #include <limits>
 #include <memory>
 
+#include "linalg/finite.h"
+
 namespace cb {
 
 namespace {
@@ -466,9 +468,6 @@ class Mirtich {
 
   /// Works go as the square of velocities and overflow before them.
   static bool finite(const ContactSolution& solution) {
-    const auto all_finite = [](const std::vector<double>& works) {
-      return std::all_of(works.begin(), works.end(), [](double work) { return std::isfinite(work); });
-    };
     return all_finite(solution.compression_work) && all_finite(solution.restitution_work) &&
            all_finite(solution.friction_work);
   }

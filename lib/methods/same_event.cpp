@@ -1,5 +1,6 @@
 #include "methods/same_event.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -17,13 +18,11 @@ bool equal(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 /// Do the numbers differ by at most `rounding` of the largest?
-bool near(const double* a, const double* b, int count) {
-  double largest = 0, difference = 0;
-  for (int i = 0; i < count; ++i) {
-    largest = std::max(largest, std::abs(b[i]));
-    difference = std::max(difference, std::abs(a[i] - b[i]));
-  }
-  return difference <= rounding * largest;
+template <int count>
+bool near(const double* a, const double* b) {
+  using Array = Eigen::Array<double, count, 1>;
+  const Eigen::Map<const Array> now(a), then(b);
+  return (now - then).abs().maxCoeff() <= rounding * then.abs().maxCoeff();
 }
 
 class SameEvent {
@@ -90,13 +89,13 @@ bool SameEvent::same_matrices(const ContactProblem& now) const {
     for (int b = 0; b < now.M.blocks(); ++b) {
       if (now.M.block_size(b) != 6) return false;
       const double *a = now.M.values.data() + now.M.offset[b], *c = problem_.M.values.data() + problem_.M.offset[b];
-      if (!near(a, c, 18) || !near(a + 18, c + 18, 18)) return false;  // mass; moments of inertia
+      if (!near<18>(a, c) || !near<18>(a + 18, c + 18)) return false;  // mass; moments of inertia
     }
   if (!equal(J.values, J_then.values))
     for (std::size_t e = 0; e < J.block.size(); ++e) {
       if (J.entry(static_cast<int>(e)).cols() != 6) return false;
       const double *a = J.values.data() + J.offset[e], *c = J_then.values.data() + J.offset[e];
-      if (!near(a, c, 9) || !near(a + 9, c + 9, 9)) return false;  // directions; arms
+      if (!near<9>(a, c) || !near<9>(a + 9, c + 9)) return false;  // directions; arms
     }
   return true;
 }

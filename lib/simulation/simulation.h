@@ -108,6 +108,7 @@ class Simulation {
   const ContactSolution& solution() const { return solution_; }
 
  private:
+  class Lap;
   void apply_forces();
   void accelerate_trees(const Vec3& gravity);
   void update_motions();
@@ -115,7 +116,7 @@ class Simulation {
   bool find_contacts();
   void shuffle_contacts();
   bool find_limits();
-  bool solve_event();
+  bool solve_event(Lap& lap);
   bool patch_spins();
   double first_contact(double horizon);
   double first_limit(double horizon) const;

@@ -241,6 +241,34 @@ TEST_CASE("the Delassus matrix and its diagonal blocks are J M^-1 J^T") {
     CHECK((diagonal[c] - expected.block<3, 3>(3 * c, 3 * c)).norm() < 1e-13 * expected.norm());
 }
 
+TEST_CASE("a contact's weight is the mean of its diagonal entries of W, whatever it joins, and W_nn without tangents") {
+  ContactProblem p;
+  for (const int size : {6, 9, 1, 6}) {
+    const int b = p.M.add_block(size);
+    for (int i = 0; i < size; ++i)
+      for (int j = 0; j < size; ++j) p.M.block(b)(i, j) = i == j ? 4 + i : 1.0 / (1 + i + j);
+  }
+  const std::vector<std::vector<int>> joins = {{0}, {0, 1}, {1, 3}, {3}, {1}};
+  for (const std::vector<int>& blocks : joins) {
+    p.J.add_band();
+    for (const int b : blocks) {
+      auto J = p.J.entry(p.J.add_entry(b, p.M.block_size(b)));
+      for (int i = 0; i < J.size(); ++i) J(i % 3, i / 3) = std::cos(7.0 * i + b + static_cast<double>(blocks.size()));
+    }
+  }
+  p.J.add_band();  // a joint at its limit
+  p.J.entry(p.J.add_entry(1, 9))(0, 4) = -1;
+  BlockCholesky factor;
+  REQUIRE(factor.factor(p.M));
+  std::vector<Eigen::Matrix3d> W;
+  diagonal_blocks(p, factor, W);
+  std::vector<double> weight;
+  contact_weights(p, factor, weight);
+  REQUIRE(static_cast<int>(weight.size()) == p.nc());
+  for (int c = 0; c < 5; ++c) CHECK(weight[c] == Approx(W[c].trace() / 3).epsilon(1e-14));
+  CHECK(weight[5] == Approx(W[5](0, 0)).epsilon(1e-14));
+}
+
 TEST_CASE(
     "with restitution a convex answer holds where nothing approaches and impulses are in their cones, and not else") {
   ContactProblem p = test::sphere({0, -10, 0}, {0, 0, 0});
