@@ -4,11 +4,12 @@
 //   x_i = sqrt(w_i) r_i / Q,  e_i = sqrt(w_i) eta_i / Q,  W and q with rows and columns over sqrt(w_i),  d_i =
 //   1/sqrt(w_i) y = W x + q - W_n e + d s,  a = (W x + q)_n,  b = kappa - d.x_n     (all three >= 0 in their cones)
 // Newton step, G^-1 the inverse of the squared scaling of a contact, c the right-hand sides of complementarity:
-//   [ W + G^-1   -W_n       d  ] [dx]   [ c_x + y - (W x + q - W_n e + d s) ]
-//   [ W_n'       a / e      0  ] [de] = [ c_e + a - (W x + q)_n             ]
-//   [ -d'        0        b / s] [ds]   [ c_s + b - kappa + d.x_n           ]
-// Source: as interior_point.cpp (Nesterov-Todd scaling, predictor and corrector); no proximal terms, because pivoting
-// does not need G^-1 to be bounded away from zero.
+//   [ W + G^-1 + P   -W_n       d  ] [dx]   [ c_x + y - (W x + q - W_n e + d s) ]
+//   [ W_n'           a / e      0  ] [de] = [ c_e + a - (W x + q)_n             ]
+//   [ -d'            0        b / s] [ds]   [ c_s + b - kappa + d.x_n           ]
+// Source: as interior_point.cpp (Nesterov-Todd scaling, predictor and corrector). Pivoting does not need G^-1 to be
+// bounded away from zero, but impulses are not unique, and where friction is strong the middle of the cones is far out:
+// without the proximal term P they drift there, until the rounding of what cancels is more than the gap.
 // Fails with `nonconverged` (iterations), `singular`, `not_finite`; the best iterate is returned.
 
 #include "cone/dense_interior_point.h"
@@ -17,6 +18,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cone/interior_point.h"
 #include "cone/second_order_cone.h"
 
 namespace cb {
@@ -37,7 +39,8 @@ struct Point {
 class Dense {
  public:
   Dense(const ConeProgram& program, const ConeOptions& options)
-      : options_(options),
+      : program_(program),
+        options_(options),
         n_(program.nc()),
         below_(program.bounded_below),
         bound_(program.has_bound()),
@@ -46,28 +49,34 @@ class Dense {
   }
 
   void operator()(ConeSolution& solution) {
-    solution.status = ConeStatus::nonconverged;
-    solution.iterations = 0;
+    solution = {};
     solution.r.assign(3 * n_, 0.0);
     solution.eta.assign(n_, 0.0);
-    solution.s = 0;
     if (n_ == 0 || size_ == 0) {
       solution.status = ConeStatus::solved;
+      solution.gap = solution.infeasibility = 0;
       return;
     }
     start();
     Real best_merit = HUGE_VALL;
+    int since_best = 0;
     for (int k = 0; k < options_.iteration_limit; ++k) {
       const Real merit = residuals();
       if (!std::isfinite(merit)) {
         solution.status = ConeStatus::not_finite;
         break;
       }
-      if (merit < best_merit) {
-        best_merit = merit;
-        best_ = at_;
+      // The certificate decides between iterates, because it multiplies by mu what the impulses lose as doubles, and
+      // each loses something else; as long as there is none, the merit.
+      const bool nearer = merit < best_merit;
+      round_off();
+      if (worth(rounded_) < worth(solution) || (worth(solution) == HUGE_VAL && nearer)) {
+        rounded_.iterations = solution.iterations;
+        solution = rounded_;
       }
-      if (merit < rounding) break;
+      since_best = nearer ? 0 : since_best + 1;
+      best_merit = std::min(best_merit, merit);
+      if (merit < rounding || (best_merit < near && since_best > options_.patience)) break;
       factor();
       predict();
       const Real affine = std::min<Real>(1, longest());
@@ -80,19 +89,16 @@ class Dense {
       move(alpha);
       ++solution.iterations;
     }
-    if (best_.x.size() == 0) return;
     if (best_merit < accepted) solution.status = ConeStatus::solved;
-    for (int c = 0; c < n_; ++c) {
-      for (int i = 0; i < 3; ++i) solution.r[3 * c + i] = static_cast<double>(best_.x[3 * c + i] * d_[c] * size_);
-      solution.eta[c] = static_cast<double>(best_.e[c] * d_[c] * size_);
-    }
-    solution.s = static_cast<double>(best_.s * size_);
   }
 
  private:
   // Of 1, the scaled problem's size. Where the iteration ends: looser leaves less to the certificate, which multiplies
-  // by mu. What counts as solved where rounding ends it before that.
-  static constexpr Real rounding = 1e-18L, accepted = 1e-12L;
+  // by mu. What counts as solved where rounding ends it before that. From where on it is given up without progress:
+  // before that it may well come back from iterates that are worse.
+  static constexpr Real rounding = 1e-18L, accepted = 1e-12L, near = 1e-9L;
+  // P, of 1, the contacts' mobility. It does not move the answer; larger: slower at the end.
+  static constexpr Real proximal = 1e-15L;
 
   void form(const ConeProgram& p) {
     const int nv = p.nv();
@@ -111,6 +117,8 @@ class Dense {
       q_.segment(3 * c, 3) *= d_[c];
     }
     size_ = q_.norm();
+    rounded_q_.resize(3 * n_);
+    for (int i = 0; i < 3 * n_; ++i) rounded_q_[i] = static_cast<double>(q_[i] / d_[i / 3]);
     if (size_ > 0) q_ /= size_;
     kappa_ = bound_ && size_ > 0 ? Real(p.kappa) / size_ : 0;
     W_ = Matrix::Zero(3 * n_, 3 * n_);
@@ -181,9 +189,29 @@ class Dense {
     return std::max(complementarity_, worst);
   }
 
+  // The point as doubles in the problem's units, and what a stranger would say of it.
+  void round_off() {
+    rounded_.r.resize(3 * n_);
+    rounded_.eta.resize(n_);
+    for (int c = 0; c < n_; ++c) {
+      for (int i = 0; i < 3; ++i) rounded_.r[3 * c + i] = static_cast<double>(at_.x[3 * c + i] * d_[c] * size_);
+      rounded_.eta[c] = static_cast<double>(at_.e[c] * d_[c] * size_);
+    }
+    rounded_.s = static_cast<double>(at_.s * size_);
+    velocities_.evaluate(program_, rounded_.r, rounded_.eta);
+    const Certificate certificate = certify(program_, rounded_.r, rounded_.eta, velocities_, rounded_q_);
+    rounded_.gap = certificate.gap;
+    rounded_.infeasibility = certificate.infeasibility;
+  }
+
+  double worth(const ConeSolution& x) const {
+    return x.infeasibility <= options_.feasibility ? std::abs(x.gap) : HUGE_VAL;
+  }
+
   void factor() {
     K_.setZero();
     K_.topLeftCorner(3 * n_, 3 * n_) = W_;
+    K_.diagonal().head(3 * n_).array() += proximal;
     for (int c = 0; c < n_; ++c) {
       if (below_) {
         K_.col(at_e() + c).head(3 * n_) = -W_.col(3 * c);
@@ -284,6 +312,7 @@ class Dense {
     at_.b += alpha * step_.b;
   }
 
+  const ConeProgram& program_;
   const ConeOptions& options_;
   const int n_;
   const bool below_, bound_;
@@ -292,7 +321,10 @@ class Dense {
   Matrix W_, K_;
   Vector q_, d_;
   Real size_ = 0, kappa_ = 0, complementarity_ = 0;
-  Point at_, step_, best_;
+  Point at_, step_;
+  ConeSolution rounded_;
+  std::vector<double> rounded_q_;  // m/s
+  ConeVelocities velocities_;
   Vector off_y_, off_a_, c_x_, c_e_;
   Real off_b_ = 0, c_s_ = 0;
   std::vector<ConeScaling<Real>> scaling_;

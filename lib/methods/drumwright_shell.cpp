@@ -427,6 +427,11 @@ bool DrumwrightShell::frictionless() {
     iterations_ += trial_.iterations;
     normal_solver_.solve(normal_program_, trial_);
     ok = trial_.status == ConeStatus::solved;
+    if (!ok && nc <= tolerances_.dense_limit) {
+      iterations_ += trial_.iterations;
+      solve_dense(normal_program_, tolerances_.cone, trial_);
+      ok = trial_.status == ConeStatus::solved && trial_.infeasibility <= tolerances_.infeasibility;
+    }
   }
   iterations_ += trial_.iterations;
   if (!all_finite(trial_.r)) {
@@ -569,9 +574,7 @@ bool DrumwrightShell::least_sum() {
       feasible = feasible && f_shifted_[c] * std::sqrt(island_.weight[c]) >= -tolerances_.solvable * size;
       f_[c] = std::max(0.0, f_shifted_[c]);
     }
-    lambda_.assign(nc, 0.0);
-    equalities(set_, 1, lambda_, z_);
-    multiply(island_.J, island_.M, z_, Jz_);
+    lift();
     if (feasible && proves_least_sum()) {
       lambda_.assign(nc, 0.0);
       return true;

@@ -38,7 +38,7 @@ class DrumwrightShell {
     /// -: first shift of the normal velocities, as a fraction of the event's, that finds the least sum where N z = 1
     /// has no solution; each further attempt takes a hundredth. Too large: another vertex, which the proof refutes.
     double shift = 1e-3;
-    int shift_attempts = 4;
+    int shift_attempts = 6;
     /// -: gap as a fraction of the event's energy up to which an answer that misses epsilon is `inaccurate` and not
     /// `nonconverged`.
     double inaccurate = 1e-8;
@@ -48,7 +48,7 @@ class DrumwrightShell {
         {1e-10, 1e-9, 0.5},  {1e-8, 1e-9, 1},     {1e-11, 1e-8, 0.25}};
     /// Contacts of an island up to which an answer that is still far off is looked for densely, in long double; larger:
     /// an event may take seconds.
-    int dense_limit = 64;
+    int dense_limit = 96;
     /// -: ConeOptions::step_fraction of the attempts at that; short steps stay in the middle of mixed scales.
     std::array<double, 2> dense_step_fractions = {0.98, 0.5};
     ConeOptions cone;

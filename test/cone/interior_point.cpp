@@ -203,6 +203,29 @@ TEST_CASE("the dense method gives the same motion, and a certificate where scale
   }
 }
 
+// Eighteen impulses for the six freedoms of each body: what cancels among them could be as large as friction lets it.
+TEST_CASE("impulses that cancel do not grow with the strength of friction", "[cone]") {
+  for (unsigned seed = 0; seed < 5; ++seed) {
+    Chain chain(3, 6, seed);
+    chain.mu.assign(chain.mu.size(), 5e5);
+    ConeProgram p = chain.program();
+    p.bounded_below = true;
+    p.kappa = 1;
+    ConeSolution x;
+    solve_dense(p, {}, x);
+    CHECK(x.status == ConeStatus::solved);
+    std::vector<double> q(x.r.size());
+    multiply(*p.J, *p.M, *p.v0, q);
+    const auto norm = [](std::vector<double>& values) {
+      return Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size())).norm();
+    };
+    const double weight = chain.weight[0], size = norm(q) / std::sqrt(weight);
+    CHECK(std::sqrt(weight) * norm(x.r) < 10 * size);
+    CHECK(x.gap < 1e-9 * size * size);
+    CHECK(x.infeasibility <= 1e-12);
+  }
+}
+
 TEST_CASE("a program with NaN, or without iterations, says so", "[cone]") {
   Chain chain(2, 2, 1);
   InteriorPoint solver;

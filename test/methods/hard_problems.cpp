@@ -8,14 +8,16 @@
 
 using namespace cb;
 
-// bench_random_problems by seed: 976 and 7252 end far off without the dense method, the least sum of 6169 needs a
-// direct solution of its proof.
+// bench_random_problems by seed: 976 and 7252 end far off without the dense method, 109340 is the largest of them. Of
+// 6169 and 8579 the least sum needs a direct solution of its proof, of 104039 the frictionless problem the dense
+// method. In the rest impulses drift apart without a proximal term, or lose as doubles what strong friction multiplies.
 TEST_CASE("problems whose masses and friction span decades are solved to a checked 1e-8", "[convex]") {
   if (!fclib_available()) {
     WARN("no HDF5 in this build: the stored problems are not read");
     return;
   }
-  for (const char* seed : {"976", "6169", "7252"}) {
+  for (const char* seed :
+       {"976", "6169", "7252", "6401", "8169", "8579", "9410", "104039", "105434", "106193", "109340"}) {
     const StoredProblem stored =
         read_contact_problem(std::string(SOURCE_ROOT) + "/scenarios/stress/problems/random_" + seed + ".hdf5");
     ContactSolution s;
