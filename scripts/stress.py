@@ -207,7 +207,7 @@ def do_problem(job, options):
         speed = None
         if job["speed"] is not None and u.exists():
             values = [float(line) for line in u.read_text().split("\n")[2:] if line and not line.startswith("%")]
-            speed = max(map(abs, values), default=0.0)
+            speed = max((math.hypot(*values[i : i + 3]) for i in range(0, len(values), 3)), default=0.0)  # n, t1, t2
     status = "time_limit" if hung else "input_error" if code == 2 else answer.get("status", "crash") if code in (0, 3) else "crash"
     residual = answer.get("residual")
     cell = {"status": status, "note": answer.get("reason") or (said.splitlines()[-1] if said and code else ""), "residual": residual,
