@@ -30,7 +30,7 @@ import time
 import tomllib
 from pathlib import Path
 
-from stressing import measures, problems, stability_limit
+from stressing import critical, measures, problems, stability_limit
 from sweeping import one
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -86,14 +86,19 @@ def rows_of(case, quick):
     return case["rows"][:2 if case.get("measure") == "same_as_first" else 1] if quick else case["rows"]
 
 
-def plan(cases, columns, only, quick):
-    """All runs: dictionaries with case, row, method and flags; those of an ensemble carry size and seed."""
-    jobs = []
+def plan(cases, columns, options):
+    """All runs: dictionaries with case, row, method and flags; those of an ensemble carry size and seed, those of the other
+    program its path."""
+    jobs, quick = [], options.quick
     for number, case in enumerate(cases["case"]):
-        if only and case["id"] not in only:
+        if options.only and case["id"] not in options.only or quick and case.get("long"):
             continue
+        chosen = [c for c in columns if c[0] in case.get("methods", [c[0]])]
+        if case.get("other_program") and options.other_program:
+            jobs += [{"case": number, "row": "by the other program", "first": False, "method": name, "flags": flags + row_flags(case["rows"][0]),
+                      "drawn": None, "program": options.other_program} for name, flags in chosen]
         for row in rows_of(case, quick):
-            for name, flags in columns:
+            for name, flags in chosen:
                 seeds = [(size, seed) for size in case["perturb"] for seed in range(1, 2 if quick else case["ensemble"] + 1)] if "ensemble" in case else [None]
                 for drawn in seeds:
                     extra = ["--perturb", f"{drawn[0]:g}", "--seed", str(drawn[1])] if drawn else []
@@ -109,7 +114,7 @@ def do_run(job, case, options, statuses):
         flags += ["--record-every", "1"]
     limit = case.get("time_limit_s", options.time_limit)
     with tempfile.TemporaryDirectory(dir=options.scratch) as folder:
-        command = [options.program, "run", str(scene), *flags, "--time-limit", f"{limit:g}", "--memory-limit", str(MEMORY_MB),
+        command = [job.get("program", options.program), "run", str(scene), *flags, "--time-limit", f"{limit:g}", "--memory-limit", str(MEMORY_MB),
                    "--out", folder, "--quiet"]
         wall = 3 * limit + 20
         code, stopped, peak, said = one.execute(command, wall, (2 * MEMORY_MB + 256) << 20)
@@ -118,13 +123,13 @@ def do_run(job, case, options, statuses):
                  "wall_limit_s": wall, "memory_limit_mb": MEMORY_MB}
         status, reason = one.verdict(code, stopped, peak, said, summary, asked)
         cell = {"status": status, "note": reason, "hung": stopped, "error": None, "residual": None, "energy_gain": None,
-                "penetration": None, "solve_s": None, "iterations": None, "place": None, "nan": False, "false_claims": 0,
+                "penetration": None, "solve_s": None, "iterations": None, "place": None, "memory": None, "nan": False, "false_claims": 0,
                 "command": " ".join(["contactbench", "run", str(scene.relative_to(ROOT)), *job["flags"]])}
         if one.fault_of(summary, asked):
             return cell
         residuals = summary["residuals"]
         cell.update(residual=residuals["max"], false_claims=residuals["false_claims"], energy_gain=summary["energy"]["max_gain_relative"],
-                    penetration=summary["max_penetration"], solve_s=summary["time"]["solve_s"], iterations=summary["iterations_total"])
+                    penetration=summary["max_penetration"], solve_s=summary["time"]["solve_s"], iterations=summary["iterations_total"], memory=summary["peak_memory_mb"])
         run = measures.Run(summary, Path(folder))
         cell["nan"] = run.has_nan()
         if status in ("ok", "inaccurate") and not cell["nan"]:
@@ -188,29 +193,66 @@ def do_limit(row, case, options):
             "note": f"measured {measured:.4g} s, estimated {estimate:.4g} s"}
 
 
-def do_problem(job, options):
-    """One stored problem through `solve`."""
-    command = [options.program, "solve", *job["arguments"], "--time-limit", f"{options.time_limit:g}", "--json"] \
-        if job["kind"] == "lcp" else [options.program, "solve", *job["arguments"], "--json"]
+def solve(kind, arguments, options):
+    """`solve` of one stored problem: status, its last words, its answer, the largest velocity of a contact after the event, exit code."""
+    command = [options.program, "solve", *arguments, "--json"]
     with tempfile.TemporaryDirectory(dir=options.scratch) as folder:
         u = Path(folder) / "u.mtx"
-        if job["kind"] == "contact":
-            command += ["--velocities", str(u)]
+        command += ["--velocities", str(u)] if kind == "contact" else ["--time-limit", f"{options.time_limit:g}"]
         try:
             ended = subprocess.run(command, capture_output=True, text=True, timeout=3 * options.time_limit + 20)
-            code, said, hung = ended.returncode, ended.stderr.strip(), False
+            code, said = ended.returncode, ended.stderr.strip()
             answer = json.loads(ended.stdout) if ended.stdout.strip() else {}
         except subprocess.TimeoutExpired:
-            code, said, answer, hung = -9, "did not come back", {}, True
+            return "time_limit", "did not come back", {}, None, -9
         except ValueError:
-            code, said, answer, hung = 1, "what it printed is no JSON", {}, False
+            code, said, answer = 1, "what it printed is no JSON", {}
         speed = None
-        if job["speed"] is not None and u.exists():
+        if u.exists():
             values = [float(line) for line in u.read_text().split("\n")[2:] if line and not line.startswith("%")]
             speed = max((math.hypot(*values[i : i + 3]) for i in range(0, len(values), 3)), default=0.0)  # n, t1, t2
-    status = "time_limit" if hung else "input_error" if code == 2 else answer.get("status", "crash") if code in (0, 3) else "crash"
+    status = "input_error" if code == 2 else answer.get("status", "crash") if code in (0, 3) else "crash"
+    return status, said.splitlines()[-1] if said and code else "", answer, speed, code
+
+
+def do_critical(case, column, options):
+    """From which value of a parameter on does it stand? By bisection, as a row of the table."""
+    method, flags = column
+    cell = {"id": case["id"], "scene": case["scene"], "row": f"critical {case['parameter']}", "method": method, "bound": case["bound"],
+            "expect": case["expect"], "energy_gain": None, "penetration": None, "share": None, "solve_s": None, "iterations": None,
+            "command": f"scripts/stress.py --only {case['id']} --method {method}"}
+    with tempfile.TemporaryDirectory(dir=options.scratch) as folder:
+        if case["scene"] == "arch":
+            def trial(value):
+                path = Path(folder) / "arch.dat"
+                path.write_text(problems.arch(value))
+                status, _, answer, speed, _ = solve("contact", [str(path), "--kind", "contact", *flags], options)
+                return status, answer.get("residual"), speed is not None and speed < 1e-6 * problems.FALL
+        else:
+            def trial(value):
+                command = [options.program, "run", str(scene_file(case["scene"])), *flags, "--set", f"{case['parameter']}={value!r}",
+                           "--duration", f"{case['duration']:g}", "--time-limit", f"{options.time_limit:g}", "--out", folder, "--quiet"]
+                one.execute(command, 3 * options.time_limit + 20, (2 * MEMORY_MB + 256) << 20)
+                run = measures.Run(one.read_json(Path(folder) / "summary.json"), Path(folder))
+                return run.summary["status"], run.summary["residuals"]["max"], measures.displacement(run, case, {})[0] < 1e-9
+        found = critical.bisect(trial, case["from"], case["to"], case["bound"] / 10)
+    cell.update(status=found.status, residual=found.residual, note=found.note)
+    cell["error"] = None if found.value is None else abs(found.value / case["critical"] - 1)
+    cell["verdict"] = judge({**cell, "hung": False, "nan": False, "false_claims": 0, "error": math.inf if found.value is None else cell["error"]},
+                            case, method)
+    if cell["verdict"] == "model":
+        cell["note"] += "; " + reason_of(case, method)
+    return cell
+
+
+def do_problem(job, options):
+    """One stored problem through `solve`."""
+    status, said, answer, speed, code = solve(job["kind"], job["arguments"], options)
+    hung = code == -9
+    if job["speed"] is None:
+        speed = None
     residual = answer.get("residual")
-    cell = {"status": status, "note": answer.get("reason") or (said.splitlines()[-1] if said and code else ""), "residual": residual,
+    cell = {"status": status, "note": answer.get("reason") or said, "residual": residual,
             "energy_gain": None, "penetration": None, "solve_s": answer.get("time_min_s"), "iterations": answer.get("iterations", answer.get("pivots")),
             "share": None, "error": residual, "bound": 1e-6, "command": job["text"]}
     if answer.get("condition"):
@@ -314,10 +356,13 @@ def main():
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--only", action="append", default=[], metavar="ID", help="only these cases; prints, writes no table")
     parser.add_argument("--method", action="append", default=[], help="only these columns, as in --method ap/lemke")
-    parser.add_argument("--quick", action="store_true", help="the first row of each case, one seed of an ensemble")
+    parser.add_argument("--other-program", metavar="PROGRAM", help="a build without fused multiply-add (preset portable), to compare with in N1")
+    parser.add_argument("--quick", action="store_true", help="the first row of each case but long ones, one seed of an ensemble")
     parser.add_argument("--time-limit", type=float, default=15, help="seconds a run may take [15]")
     options = parser.parse_args()
     options.program = str(Path(options.program).resolve())
+    if options.other_program:
+        options.other_program = str(Path(options.other_program).resolve())
 
     listed = json.loads(subprocess.run([options.program, "list", "--json"], check=True, capture_output=True, text=True).stdout)
     statuses = [s["name"] for s in listed["statuses"]]
@@ -327,12 +372,14 @@ def main():
     rows, began = [], time.monotonic()
     with tempfile.TemporaryDirectory(prefix="stress") as scratch, concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         options.scratch = scratch
-        jobs = plan(cases, columns, options.only, options.quick)
+        jobs = plan(cases, columns, options)
         solves = [j for j in problem_jobs(cases, columns, listed, options.only, scratch) if not options.method or j["method"] in options.method]
         futures = [pool.submit(do_run, job, cases["case"][job["case"]], options, statuses) for job in jobs]
         futures += [pool.submit(do_problem, job, options) for job in solves]
         limits = [pool.submit(do_limit, row, case, options) for case in cases["limit"] if not options.only or case["id"] in options.only
                   for row in rows_of(case, options.quick)]
+        limits += [pool.submit(do_critical, case, column, options) for case in cases["critical"] if not options.quick
+                   and (not options.only or case["id"] in options.only) for column in columns]
         cells = []
         for number_done, future in enumerate(futures, start=1):
             cells.append(future.result())
@@ -340,8 +387,9 @@ def main():
                 spent = time.monotonic() - began
                 print(f"{number_done} of {len(futures)}, {spent / number_done * (len(futures) - number_done):.0f} s left", file=sys.stderr, flush=True)
 
+    memory = {}  # MB, of the case's first row in the same column
     first = {}  # where the case's first row of the same column ended
-    for job, cell in zip(jobs, cells):
+    for job, cell in sorted(zip(jobs, cells), key=lambda pair: not pair[0]["first"]):
         case = cases["case"][job["case"]]
         if cell["place"] is not None:
             if job["first"]:
@@ -352,6 +400,12 @@ def main():
                 cell["status"] = "unsupported"
             else:
                 cell["error"] = max(abs(a - b) for a, b in zip(other, cell["place"]))
+        if case.get("memory_growth_mb") and cell["memory"] is not None:
+            memory.setdefault((job["case"], job["method"]), cell["memory"])
+            growth = cell["memory"] - memory[job["case"], job["method"]]
+            cell["note"] = f"creep {number(cell['error'])} m, memory {growth:+.1f} MB from the first row's"
+            if growth > case["memory_growth_mb"]:
+                cell["error"] = math.inf
         cell["verdict"] = judge(cell, case, job["method"])
         if cell["verdict"] == "model":
             cell["note"] = (cell["note"] + "; " if cell["note"] else "") + reason_of(case, job["method"])

@@ -92,16 +92,20 @@ void Assembler::assemble(const Model& model, const State& state, const std::vect
   }
   problem.mu = mu;
   problem.restitution = restitution;
+  problem.offset.assign(3 * (contacts.size() + limits.size()), 0.0);
+  std::size_t row = 3 * contacts.size();
   for (const LimitContact& limit : limits) {
     problem.J.add_band();
     const int index = block_of_tree_[limit.tree];
     auto J = problem.J.entry(problem.J.add_entry(index, problem.M.block_size(index)));
     const Tree& tree = model.trees[limit.tree];
-    J(0, tree.joints[limit.joint].v - tree.v) = limit.sign;
+    const Joint& joint = tree.joints[limit.joint];
+    J(0, joint.v - tree.v) = limit.sign;
+    problem.offset[row] = -limit.sign * joint.limit_rate;
+    row += 3;
     problem.mu.push_back(0);
     problem.restitution.push_back(0);
   }
-  problem.offset.assign(3 * (contacts.size() + limits.size()), 0.0);
 }
 
 }  // namespace cb

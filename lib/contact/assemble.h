@@ -8,10 +8,11 @@
 
 namespace cb {
 
-/// A joint that is at its limit: a contact without friction between a link and its parent.
+/// A joint that is at its limit: a contact without friction between a link and its parent. u_n = sign (qd - the
+/// limit's own rate).
 struct LimitContact {
   int tree = 0, joint = 0;
-  double sign = 1;  ///< 1: at the lower limit (u_n = qd), -1: at the upper one (u_n = -qd)
+  double sign = 1;  ///< 1: at the lower limit, -1: at the upper one
   double gap = 0;   ///< rad or m
 };
 

@@ -46,9 +46,11 @@ struct Joint {
   Vec3 anchor_P = Vec3::Zero();  ///< a point of the joint's axis, in the parent's frame (the world's), m
   Vec3 anchor_C = Vec3::Zero();  ///< the same point where q = 0, in the body's frame, m
   Quat turn_PC = Quat::Identity();
-  Vec3 axis_C = Vec3::UnitX();                                    ///< unit, in the body's frame
-  double lower = -std::numeric_limits<double>::infinity();        ///< least q, rad or m
-  double upper = std::numeric_limits<double>::infinity();         ///< largest q
+  Vec3 axis_C = Vec3::UnitX();                              ///< unit, in the body's frame
+  double lower = -std::numeric_limits<double>::infinity();  ///< least q, rad or m
+  double upper = std::numeric_limits<double>::infinity();   ///< largest q
+  /// With it both limits move, rad/s or m/s, whatever that takes: a stop driven from outside, not a motor.
+  double limit_rate = 0;
   double damping = 0;                                             ///< viscous, N m s/rad or N s/m: torque -damping qd
   double stiffness = 0;                                           ///< of a spring, N m/rad or N/m
   double rest = 0;                                                ///< q at which the spring has no torque
@@ -60,6 +62,10 @@ struct Joint {
   /// What damping and spring give at coordinate q and rate qd, N m or N.
   double passive_torque(double at_q, double qd) const { return -damping * qd - stiffness * (at_q - rest); }
   bool limited() const { return std::isfinite(lower) || std::isfinite(upper); }
+  /// How far coordinate q is from the lower (sign 1) or upper (sign -1) limit at time t (s); negative: beyond it.
+  double limit_gap(double sign, double at_q, double t) const {
+    return sign * (at_q - limit_rate * t - (sign > 0 ? lower : upper));
+  }
 };
 
 /// A robot: bodies joined without loops, in reduced coordinates.

@@ -491,7 +491,8 @@ class Loader {
       joint.kind = word == "revolute" ? JointKind::revolute : JointKind::prismatic;
       required.push_back("axis");
       if (word == "revolute") required.push_back("anchor");
-      optional = {"lower", "upper", "damping", "stiffness", "rest", "torque_limit", "position", "velocity"};
+      optional = {"lower", "upper",        "limit_rate", "damping", "stiffness",
+                  "rest",  "torque_limit", "position",   "velocity"};
     } else if (word == "free") {
       joint.kind = JointKind::free;
       optional = {"velocity", "angular_velocity"};
@@ -516,6 +517,11 @@ class Loader {
     };
     read("lower", any_number, joint.lower);
     read("upper", any_number, joint.upper);
+    read("limit_rate", any_number, joint.limit_rate);
+    if (element.find("limit_rate") && !element.find("lower") && !element.find("upper"))
+      source_.fail(
+          element.find("limit_rate")->value_at,
+          fmt::format("limit_rate without a limit that it could move; give {} a lower or an upper one", joint.name));
     read("damping", not_negative, joint.damping);
     read("stiffness", not_negative, joint.stiffness);
     read("rest", any_number, joint.rest);

@@ -60,6 +60,7 @@ class Builder {
       joint.axis_C = (pose.q.conjugate() * (robot_.pose.q * from.axis.stableNormalized())).normalized();
       joint.lower = from.lower;
       joint.upper = from.upper;
+      joint.limit_rate = from.limit_rate;
       joint.damping = from.damping;
       joint.stiffness = from.stiffness;
       joint.rest = from.rest;

@@ -28,7 +28,7 @@ struct RobotDescription {
     Vec3 anchor = Vec3::Zero();
     Vec3 axis = Vec3::UnitX();  ///< of any length but 0
     double lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();
-    double damping = 0, stiffness = 0, rest = 0, torque_limit = std::numeric_limits<double>::infinity();
+    double limit_rate = 0, damping = 0, stiffness = 0, rest = 0, torque_limit = std::numeric_limits<double>::infinity();
     double position = 0, velocity = 0;                                     ///< at t = 0; revolute and prismatic
     Vec3 linear_velocity = Vec3::Zero(), angular_velocity = Vec3::Zero();  ///< at t = 0, of a free joint's child
     std::size_t at = 0, parent_at = 0, child_at = 0;

@@ -17,6 +17,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "contact/feasibility.h"
 #include "dynamics/free_bodies.h"
 
 namespace cb {
@@ -270,12 +271,12 @@ bool Simulation::find_limits() {
     for (int j = 0; j < static_cast<int>(joints.size()); ++j) {
       const Joint& joint = joints[j];
       if (joint.q < 0 || !joint.limited()) continue;
-      const double q = state_.q[joint.q], rate = state_.qd[joint.v];
+      const double rate = state_.qd[joint.v], speed = std::abs(rate) + std::abs(joint.limit_rate) + joint_speed_;
       for (const double sign : {1.0, -1.0}) {
-        const double gap = sign > 0 ? q - joint.lower : joint.upper - q;
+        const double gap = joint.limit_gap(sign, state_.q[joint.q], state_.t);
         if (gap > options_.closed_gap) continue;
         limits_.push_back({t, j, sign, gap});
-        if (sign * rate < -options_.approach * (std::abs(rate) + joint_speed_)) approaching = true;
+        if (sign * (rate - joint.limit_rate) < -options_.approach * speed) approaching = true;
       }
     }
   }
@@ -288,8 +289,8 @@ double Simulation::first_limit(double horizon) const {
   for (const Tree& tree : scenario_.model.trees) {
     for (const Joint& joint : tree.joints) {
       if (joint.q < 0 || !joint.limited()) continue;
-      const double q = state_.q[joint.q], rate = state_.qd[joint.v];
-      const double gap = rate < 0 ? q - joint.lower : joint.upper - q;
+      const double rate = state_.qd[joint.v] - joint.limit_rate;
+      const double gap = joint.limit_gap(rate < 0 ? 1 : -1, state_.q[joint.q], state_.t);
       if (rate != 0 && gap > options_.closed_gap)
         first = std::min(first, (gap - options_.closed_gap / 2) / std::abs(rate));
     }
@@ -336,13 +337,16 @@ bool Simulation::solve_event(Lap& lap) {
     return false;
   }
   if (solution_.status != Status::ok && solution_.status != Status::inaccurate) {
-    fail(solution_.status, solution_.reason);
+    fail(solution_.status,
+         feasible(problem_) ? solution_.reason : "infeasible, no velocity lets nothing approach; " + solution_.reason);
     return false;
   }
   if (!holds) {
     record_.status = Status::inaccurate;
     reason_ = fmt::format("checked residual {:.3g} at t = {:.9g} s", residuals_.model, state_.t);
   }
+  for (std::size_t row = 3 * contacts_.size(); row < problem_.offset.size(); row += 3)  // limits that move do work
+    energy_input_ += std::abs(solution_.impulse[row] * problem_.offset[row]);
   record_.event_energy_gain += residuals_.energy_gain;
   if (residuals_.energy_before > 0)
     record_.event_energy_gain_relative =

@@ -1,6 +1,8 @@
 """Contact problems made for the suite, as Siconos text: what, file, how it may end, and what the answer must be."""
 import math
 
+FALL = 9.8e-3  # m/s: how fast what stands at first falls after one step, unless it is held
+
 
 def text(W, q, mu):
     n = len(q)
@@ -20,6 +22,34 @@ def body(points, velocity, mass=1.0, inertia=1 / 6):
     inverse = [1 / mass] * 3 + [1 / inertia] * 3
     W = [[sum(a * m * b for a, m, b in zip(x, inverse, y)) for y in J] for x in J]
     return W, [sum(a * b for a, b in zip(x, velocity)) for x in J]
+
+
+def arch(ratio, mu=1.0, count=27, radius=10.0):
+    """S2: a half circle of `count` voussoirs, its middle line of `radius` m, `ratio` of that thick, on fixed ground; from rest, one
+    step's fall. Each joint has two contacts, at its inner and outer edge: normal along the arch, t1 radial, t2 sideways.
+    Bodies move in the plane, and as points sideways."""
+    inner, outer, half = radius * (1 - ratio / 2), radius * (1 + ratio / 2), math.pi / (2 * count)
+    centre = 2 / 3 * (outer**3 - inner**3) / (outer**2 - inner**2) * math.sin(half) / half
+    mass = (outer**2 - inner**2) * half
+    inertia = mass * ((outer**2 + inner**2) / 2 - centre**2)
+    inverse = [1 / mass, 1 / mass, 1 / mass, 1 / inertia]  # x, y, z, about z
+    J, q = [], []  # rows: body -> x, y, z, about z
+    for joint in range(count + 1):
+        angle = 2 * half * joint
+        out, along = (math.cos(angle), math.sin(angle)), (-math.sin(angle), math.cos(angle))
+        for r in (inner, outer):
+            point = (r * out[0], r * out[1])
+            for d in ((*along, 0.0), (*out, 0.0), (0.0, 0.0, 1.0)):
+                row = {}
+                for voussoir, sign in ((joint, 1), (joint - 1, -1)):
+                    if 0 <= voussoir < count:
+                        middle = (2 * voussoir + 1) * half
+                        arm = (point[0] - centre * math.cos(middle), point[1] - centre * math.sin(middle))
+                        row[voussoir] = [sign * x for x in (*d, arm[0] * d[1] - arm[1] * d[0])]
+                J.append(row)
+                q.append(sum(x[1] for x in row.values()) * -FALL)
+    W = [[sum(a * m * b for body in x.keys() & y.keys() for a, m, b in zip(x[body], inverse, y[body])) for y in J] for x in J]
+    return text(W, q, [mu] * (len(q) // 3))
 
 
 def made():

@@ -118,6 +118,7 @@ const Broken table[] = {
     {"robot_not_definite", 9, 19, "all have to be more than 0"},
     {"robot_two_links", 9, 19, "a second link named arm"},
     {"robot_nothing_moves", 7, 18, "nothing of robot can move"},
+    {"robot_rate_without_limit", 14, 109, "limit_rate without a limit"},
     {"robot_start_outside", 13, 20, "outside its limits"},
     {"robot_limits_swapped", 13, 20, "swap them"},
     {"robot_zero_axis", 13, 94, "point somewhere"},

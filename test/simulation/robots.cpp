@@ -85,6 +85,43 @@ TEST_CASE("a pendulum that meets its limit stops there, with every method, and c
   }
 }
 
+TEST_CASE("a limit that moves takes the joint along, and what the joint pushes; between two it has no other rate") {
+  for (const std::string limits : {"lower=\"0\"", "lower=\"0\" upper=\"0\""}) {
+    const std::string ram = R"(<robot name="press"><link name="ram" mass="2" position="0 0 0" inertia="1 1 1">
+      <sphere name="head" radius="0.5" position="0 0 0"/></link>
+      <joint name="rail" kind="prismatic" parent="world" child="ram" axis="1 0 0" limit_rate="0.5" )" +
+                            limits + R"(/></robot><sphere name="ball" radius="0.5" mass="3" position="1.1 0 0"/>)";
+    const Scenario s = scene(ram, "<contacts><pair a=\"ball\" b=\"head\" mu=\"0\"/></contacts>", 1e-3, 1, "-9.8 0 0");
+    for (const MethodRow& row : methods()) {
+      INFO(row.name << ", " << limits);
+      Simulation simulation(s, options_of(s), method(std::string(row.name)), row.law);
+      while (simulation.step_index() < simulation.steps_total()) REQUIRE(simulation.step().status == Status::ok);
+      CHECK(simulation.state().q[0] == Approx(0.5).epsilon(1e-8));
+      CHECK(simulation.state().pose[1].p[0] == Approx(1.5).epsilon(1e-8));  // in touch, e = 0
+    }
+  }
+}
+
+TEST_CASE("a driven joint that pushes a body into a wall ends there, as infeasible, with every method") {
+  const Scenario s = scene(R"(<half_space name="wall" point="1.6 0 0" normal="-1 0 0"/>
+    <robot name="press"><link name="ram" mass="2" position="0 0 0" inertia="1 1 1">
+    <sphere name="head" radius="0.5" position="0 0 0"/></link>
+    <joint name="rail" kind="prismatic" parent="world" child="ram" axis="1 0 0" lower="0" limit_rate="0.5"/></robot>
+    <sphere name="ball" radius="0.5" mass="3" position="1 0 0"/>)",
+                           "<contacts><pair a=\"ball\" b=\"*\" mu=\"0.3\"/></contacts>", 1e-3, 1, "-9.8 0 0");
+  for (const MethodRow& row : methods()) {
+    INFO(row.name);
+    Simulation simulation(s, options_of(s), method(std::string(row.name)), row.law);
+    Status status = Status::ok;
+    while (simulation.step_index() < simulation.steps_total() && status == Status::ok)
+      status = simulation.step().status;
+    CHECK(status != Status::ok);
+    CHECK(status != Status::inaccurate);
+    CHECK(simulation.state().t == Approx(0.2).margin(2e-3));  // the gap of 0.1 m at 0.5 m/s
+    CHECK(simulation.reason().starts_with("infeasible"));
+  }
+}
+
 TEST_CASE("a link on the ground carries the weight that the lever gives it") {
   // The bar's far end is a ball on the ground, level: the ground carries half of the weight, the hinge the other half.
   const std::string robot = R"(<half_space name="ground" point="0 -0.1 0" normal="0 1 0"/>
