@@ -93,7 +93,7 @@ Row measure(const Case& c) {
   return {c, with.best, without.best, std::max(with.status, without.status)};
 }
 
-const Setting nothing = {false, {}, {false, false}, false};
+const Setting nothing = {false, {}, {false, false, false}, false};
 const std::string boxes = SOURCE_ROOT "/bench/scenes/boxes.xml",
                   grid = SOURCE_ROOT "/scenarios/stress/contact_grid.xml";
 
@@ -165,6 +165,18 @@ std::vector<Case> ablation() {
        {{"n", "8"}},
        {"ap", "convex"},
        false},
+      {"unknowns of friction where mu = 0",
+       [](Setting& s) { s.contact.idle_friction = false; },
+       "stack.xml",
+       {{"boxes", "16"}, {"mu", "0"}},
+       {"ap"},
+       false},
+      {"searches for pairs",
+       [](Setting& s) { s.step.pair_searches = false; },
+       "stack.xml",
+       {{"boxes", "16"}},
+       {"ap", "convex"},
+       true},
       {"searches for times of contact",
        [](Setting& s) { s.step.contact_times = false; },
        "stack.xml",

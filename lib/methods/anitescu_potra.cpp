@@ -18,7 +18,9 @@
 //  2. No joint constraints: joints are inside M.
 //  3. Small problems eliminate v+ (matrix of order (k + 2) nc from the Delassus matrix); larger ones keep it as free
 //     unknowns, so that what is sparse stays sparse. dense_limit decides, by the number of unknowns.
-//  4. Optional regularisation: E is added to the diagonal of all rows of the LCP, in the unit of each row.
+//  4. A contact with mu = 0 has no use for its c_t and lam: where told so (MethodOptions::idle_friction) they are no
+//     unknowns, and z gets c_t = 0 and the lam that its slip asks for. Not with e > 0 or regularisation.
+//  5. Optional regularisation: E is added to the diagonal of all rows of the LCP, in the unit of each row.
 //
 // With --warm-start, where the previous event left everything at rest, its impulses are tried first: if they hold the
 // present event at rest and lie in the polygons, they are an answer with lam = 0. Then the active set of the previous
@@ -63,16 +65,25 @@ class AnitescuPotra {
   bool start_warm();
   void note_active(const ContactProblem& problem, const ContactSolution& solution);
   bool solve_phase(ContactSolution& solution);
+  void append_answer(std::vector<double>& z) const;
+  double least_slip_bound(const double* u) const;
+  void bound_idle_slip(const ContactProblem& problem, ContactSolution& solution);
+  int unknowns() const { return nc_ + (k_ + 1) * rough(); }
+  int rough() const { return static_cast<int>(rough_.size()); }
+  int first_direction(int f) const { return nc_ + k_ * f; }       // unknowns c_t of the f-th contact with friction
+  int slip_bound(int f) const { return nc_ + k_ * rough() + f; }  // and its lam
   void add_impulses(ContactSolution& solution) const;
 
   int k_;
   double regularise_;
+  bool idle_friction_;
   LcpOptions lcp_options_;
   LcpSolver solver_;
   std::string solver_failure_;
   std::vector<double> cosine_, sine_;  // k
 
   int nc_ = 0;
+  std::vector<int> rough_;  // contacts whose friction has unknowns
   BlockCholesky factor_;
   Eigen::MatrixXd W_;
   LcpProblem lcp_;
@@ -96,7 +107,11 @@ class AnitescuPotra {
 };
 
 AnitescuPotra::AnitescuPotra(const MethodOptions& options)
-    : k_(options.k), regularise_(options.regularise), warm_(options.warm_start), warm_starts_(options.warm_starts) {
+    : k_(options.k),
+      regularise_(options.regularise),
+      idle_friction_(options.idle_friction),
+      warm_(options.warm_start),
+      warm_starts_(options.warm_starts) {
   const std::string_view solver = options.solver.empty() ? std::string_view("lemke") : options.solver;
   const LcpSolverRow* row = find_lcp_solver(solver);
   if (row == nullptr) {
@@ -119,29 +134,33 @@ AnitescuPotra::AnitescuPotra(const MethodOptions& options)
 
 // The matrix of the LCP from W = J M^-1 J^T, v+ eliminated.
 void AnitescuPotra::build_dense(const ContactProblem& problem) {
-  const int nc = nc_, k = k_, n = (k + 2) * nc;
+  const int nc = nc_, k = k_, n = unknowns();
   delassus(problem, factor_, W_);
   lcp_.expanded = false;
   lcp_.M.resize(n, n);
   lcp_.M.setZero();
   auto& M = lcp_.M;
-  for (int j = 0; j < nc; ++j) {
-    for (int b = -1; b < k; ++b) {
-      const int column = b < 0 ? j : nc + k * j + b;
-      double* m = M.data() + std::size_t(column) * n;
-      const double* Wn = W_.data() + std::size_t(3 * j) * (3 * nc);
-      const double *W1 = Wn + 3 * nc, *W2 = W1 + 3 * nc;
-      const double c = b < 0 ? 0 : cosine_[b], s = b < 0 ? 0 : sine_[b];
-      for (int i = 0; i < nc; ++i) {
-        const double un = b < 0 ? Wn[3 * i] : c * W1[3 * i] + s * W2[3 * i];
-        const double u1 = b < 0 ? Wn[3 * i + 1] : c * W1[3 * i + 1] + s * W2[3 * i + 1];
-        const double u2 = b < 0 ? Wn[3 * i + 2] : c * W1[3 * i + 2] + s * W2[3 * i + 2];
-        m[i] = un;
-        for (int a = 0; a < k; ++a) m[nc + k * i + a] = cosine_[a] * u1 + sine_[a] * u2;
-      }
-      m[nc + k * nc + j] = b < 0 ? problem.mu[j] : -1;
+  // What an impulse at contact j makes of all contacts: along its normal (b < 0), or its direction b.
+  const auto fill = [&](int column, int j, int b) {
+    double* m = M.data() + std::size_t(column) * n;
+    const double* Wn = W_.data() + std::size_t(3 * j) * (3 * nc);
+    const double *W1 = Wn + 3 * nc, *W2 = W1 + 3 * nc;
+    const double c = b < 0 ? 0 : cosine_[b], s = b < 0 ? 0 : sine_[b];
+    const auto u = [&](int row) { return b < 0 ? Wn[row] : c * W1[row] + s * W2[row]; };
+    for (int i = 0; i < nc; ++i) m[i] = u(3 * i);
+    for (int f = 0; f < rough(); ++f) {
+      const double u1 = u(3 * rough_[f] + 1), u2 = u(3 * rough_[f] + 2);
+      for (int a = 0; a < k; ++a) m[first_direction(f) + a] = cosine_[a] * u1 + sine_[a] * u2;
     }
-    for (int a = 0; a < k; ++a) M(nc + k * j + a, nc + k * nc + j) = 1;
+  };
+  for (int j = 0; j < nc; ++j) fill(j, j, -1);
+  for (int f = 0; f < rough(); ++f) {
+    M(slip_bound(f), rough_[f]) = problem.mu[rough_[f]];
+    for (int b = 0; b < k; ++b) {
+      fill(first_direction(f) + b, rough_[f], b);
+      M(slip_bound(f), first_direction(f) + b) = -1;
+      M(first_direction(f) + b, slip_bound(f)) = 1;
+    }
   }
   if (regularise_ != 0) M.diagonal().array() += regularise_;
 }
@@ -167,7 +186,7 @@ void negate_transposed(const SparseMatrix& B, SparseMatrix& T) {
 
 // v+ stays: A = M, B = -[N^T D^T 0], C = [N; D; 0].
 void AnitescuPotra::build_expanded(const ContactProblem& problem) {
-  const int nc = nc_, k = k_, n = (k + 2) * nc, nv = problem.nv();
+  const int nc = nc_, k = k_, n = unknowns(), nv = problem.nv();
   lcp_.expanded = true;
   lcp_.A.resize(nv, nv);
   lcp_.A.setZero();
@@ -196,25 +215,25 @@ void AnitescuPotra::build_expanded(const ContactProblem& problem) {
         lcp_.B.insertBack(first + i, column) = -(n_part * entry(0, i) + t1_part * entry(1, i) + t2_part * entry(2, i));
     }
   };
-  for (int c = 0; c < nc; ++c) {
+  for (int c = 0, f = 0; c < nc; ++c) {
     band(c, c, 1, 0, 0);
     lcp_.D.startVec(c);
     diagonal(c, c);
-    lcp_.D.insertBack(nc + k * nc + c, c) = problem.mu[c];
+    if (f < rough() && rough_[f] == c) lcp_.D.insertBack(slip_bound(f++), c) = problem.mu[c];
   }
-  for (int c = 0; c < nc; ++c)
+  for (int f = 0; f < rough(); ++f)
     for (int b = 0; b < k; ++b) {
-      const int column = nc + k * c + b;
-      band(c, column, 0, cosine_[b], sine_[b]);
+      const int column = first_direction(f) + b;
+      band(rough_[f], column, 0, cosine_[b], sine_[b]);
       lcp_.D.startVec(column);
       diagonal(column, column);
-      lcp_.D.insertBack(nc + k * nc + c, column) = -1;
+      lcp_.D.insertBack(slip_bound(f), column) = -1;
     }
-  for (int c = 0; c < nc; ++c) {
-    const int column = nc + k * nc + c;
+  for (int f = 0; f < rough(); ++f) {
+    const int column = slip_bound(f);
     lcp_.B.startVec(column);
     lcp_.D.startVec(column);
-    for (int a = 0; a < k; ++a) lcp_.D.insertBack(nc + k * c + a, column) = 1;
+    for (int a = 0; a < k; ++a) lcp_.D.insertBack(first_direction(f) + a, column) = 1;
     diagonal(column, column);
   }
   lcp_.B.finalize();
@@ -224,8 +243,7 @@ void AnitescuPotra::build_expanded(const ContactProblem& problem) {
 
 // The vectors of the LCP for velocity v before the phase; the slack of the friction bound is restored_ (mu e c_n).
 void AnitescuPotra::set_load(const ContactProblem& problem, const std::vector<double>& v) {
-  const int nc = nc_, k = k_;
-  lcp_.q.resize((k + 2) * nc);
+  lcp_.q.resize(unknowns());
   contact_velocity(problem, v, u_);
   lcp_.size = problem.M.blocks() > 1 ? size(problem) : 0;
   const std::vector<double>& load = lcp_.expanded ? problem.offset : u_;
@@ -234,10 +252,11 @@ void AnitescuPotra::set_load(const ContactProblem& problem, const std::vector<do
     multiply(problem.M, v, scratch_);
     lcp_.a = -Eigen::Map<const Eigen::VectorXd>(scratch_.data(), problem.nv());
   }
-  for (int c = 0; c < nc; ++c) {
-    lcp_.q[c] = load[3 * c];
-    for (int a = 0; a < k; ++a) lcp_.q[nc + k * c + a] = cosine_[a] * load[3 * c + 1] + sine_[a] * load[3 * c + 2];
-    lcp_.q[nc + k * nc + c] = restored_[c];
+  for (int c = 0; c < nc_; ++c) lcp_.q[c] = load[3 * c];
+  for (int f = 0; f < rough(); ++f) {
+    const double* along = &load[3 * rough_[f]];
+    for (int a = 0; a < k_; ++a) lcp_.q[first_direction(f) + a] = cosine_[a] * along[1] + sine_[a] * along[2];
+    lcp_.q[slip_bound(f)] = restored_[rough_[f]];
   }
 }
 
@@ -289,9 +308,7 @@ bool AnitescuPotra::start_at_rest(const ContactProblem& problem, ContactSolution
         std::max(violation, std::max(-r[3 * c], friction - problem.mu[c] * normal) * std::sqrt(weight_[c]) / size_);
     if (!(violation <= rounding)) return false;
     solution.z[c] = normal;
-    for (int a = 0; a < k_ && problem.mu[c] == 0; ++a)
-      solution.z[nc_ + k_ * nc_ + c] =
-          std::max(solution.z[nc_ + k_ * nc_ + c], -cosine_[a] * u[3 * c + 1] - sine_[a] * u[3 * c + 2]);
+    if (problem.mu[c] == 0) solution.z[nc_ + k_ * nc_ + c] = least_slip_bound(&u[3 * c]);
   }
   solution.impulse = r;
   for (int c = 0; c < nc_; ++c) solution.impulse[3 * c] = solution.z[c];
@@ -338,10 +355,11 @@ bool AnitescuPotra::start_warm() {
   }
   // The denominator is data: the load with v+ eliminated, and the size of the event.
   double scale = lcp_.size;
-  for (int c = 0; c < nc_; ++c) {
-    const auto about = [&](int i, double q) { scale = std::max(scale, std::abs(q) / std::sqrt(scales_.rho[i])); };
-    about(c, u_[3 * c]);
-    for (int a = 0; a < k_; ++a) about(nc_ + k_ * c + a, cosine_[a] * u_[3 * c + 1] + sine_[a] * u_[3 * c + 2]);
+  const auto about = [&](int i, double q) { scale = std::max(scale, std::abs(q) / std::sqrt(scales_.rho[i])); };
+  for (int c = 0; c < nc_; ++c) about(c, u_[3 * c]);
+  for (int f = 0; f < rough(); ++f) {
+    const double* u = &u_[3 * rough_[f]];
+    for (int a = 0; a < k_; ++a) about(first_direction(f) + a, cosine_[a] * u[1] + sine_[a] * u[2]);
   }
   for (int i = 0; i < n; ++i) {
     const double root = std::sqrt(scales_.rho[i]), e = std::abs(std::min(z[i] * root, w_[i] / root));
@@ -365,23 +383,23 @@ void AnitescuPotra::note_active(const ContactProblem& problem, const ContactSolu
   previous_ = -1;
   if (answer_.status != LcpStatus::solved) return;
   const auto& z = answer_.z;
-  const int bounds = nc_ + k_ * nc_;
   double speed = 0;
   for (const double u : u_) speed = std::max(speed, std::abs(u));
-  const double least_impulse = rounding * z.head(bounds).maxCoeff(), least_slip = rounding * speed;
+  const double least_impulse = rounding * z.head(slip_bound(0)).maxCoeff(), least_slip = rounding * speed;
   apply_impulse(problem, factor_, solution.impulse, v_);
   contact_velocity(problem, v_, u_);
   active_.clear();
   for (int c = 0; c < nc_; ++c)
     if (z[c] > least_impulse) active_.push_back(c);
-  for (int c = 0; c < nc_; ++c) {
-    const int first = nc_ + k_ * c;
+  for (int f = 0; f < rough(); ++f) {
+    const int first = first_direction(f);
+    const double* u = &u_[3 * rough_[f]];
     bool carries = false;
     for (int a = 0; a < k_; ++a) carries = carries || z[first + a] > least_impulse;
     int against = -1;
     double least = HUGE_VAL;
-    for (int a = 0; a < k_ && !carries && z[bounds + c] > least_slip; ++a) {
-      const double along = cosine_[a] * u_[3 * c + 1] + sine_[a] * u_[3 * c + 2];
+    for (int a = 0; a < k_ && !carries && z[slip_bound(f)] > least_slip; ++a) {
+      const double along = cosine_[a] * u[1] + sine_[a] * u[2];
       if (along < least) {
         least = along;
         against = a;
@@ -390,13 +408,13 @@ void AnitescuPotra::note_active(const ContactProblem& problem, const ContactSolu
     for (int a = 0; a < k_; ++a)
       if (z[first + a] > least_impulse || a == against) active_.push_back(first + a);
   }
-  for (int c = 0; c < nc_; ++c) {
+  for (int f = 0; f < rough(); ++f) {
     // Of friction that sticks at the bound the equations without it would leave a part undetermined.
-    double left = problem.mu[c] * z[c], friction = 0;
-    for (int a = 0; a < k_; ++a) friction += z[nc_ + k_ * c + a];
+    double left = problem.mu[rough_[f]] * z[rough_[f]], friction = 0;
+    for (int a = 0; a < k_; ++a) friction += z[first_direction(f) + a];
     left -= friction;
-    if (z[bounds + c] > least_slip || (friction > least_impulse && left <= least_impulse))
-      active_.push_back(bounds + c);
+    if (z[slip_bound(f)] > least_slip || (friction > least_impulse && left <= least_impulse))
+      active_.push_back(slip_bound(f));
   }
   previous_ = static_cast<int>(z.size());
 }
@@ -411,21 +429,49 @@ bool AnitescuPotra::solve_phase(ContactSolution& solution) {
     solution.reason = answer_.reason;
   }
   const bool usable = answer_.z.size() == lcp_.q.size() && answer_.z.allFinite();
-  solution.z.insert(solution.z.end(), answer_.z.data(), answer_.z.data() + (usable ? answer_.z.size() : 0));
+  if (usable) append_answer(solution.z);
   return usable;
+}
+
+// In the places that all contacts would have.
+void AnitescuPotra::append_answer(std::vector<double>& z) const {
+  const std::size_t at = z.size(), nc = nc_, k = k_;
+  z.resize(at + (k + 2) * nc, 0.0);
+  const double* answer = answer_.z.data();
+  std::copy_n(answer, nc, &z[at]);
+  for (int f = 0; f < rough(); ++f) {
+    std::copy_n(answer + first_direction(f), k, &z[at + nc + k * rough_[f]]);
+    z[at + nc + k * nc + rough_[f]] = answer[slip_bound(f)];
+  }
+}
+
+// lam of the contacts without unknowns of friction.
+void AnitescuPotra::bound_idle_slip(const ContactProblem& problem, ContactSolution& solution) {
+  if (rough() == nc_) return;
+  apply_impulse(problem, factor_, solution.impulse, v_);
+  contact_velocity(problem, v_, u_);
+  for (int c = 0; c < nc_; ++c)
+    if (problem.mu[c] == 0) solution.z[(k_ + 1) * nc_ + c] = least_slip_bound(&u_[3 * c]);
+}
+
+// The least lam that lets a contact slip with u (n, t1, t2) without friction.
+double AnitescuPotra::least_slip_bound(const double* u) const {
+  double lam = 0;
+  for (int a = 0; a < k_; ++a) lam = std::max(lam, -cosine_[a] * u[1] - sine_[a] * u[2]);
+  return lam;
 }
 
 void AnitescuPotra::add_impulses(ContactSolution& solution) const {
   const double* z = answer_.z.data();
-  for (int c = 0; c < nc_; ++c) {
+  for (int c = 0; c < nc_; ++c) solution.impulse[3 * c] += z[c];
+  for (int f = 0; f < rough(); ++f) {
     double t1 = 0, t2 = 0;
     for (int a = 0; a < k_; ++a) {
-      t1 += cosine_[a] * z[nc_ + k_ * c + a];
-      t2 += sine_[a] * z[nc_ + k_ * c + a];
+      t1 += cosine_[a] * z[first_direction(f) + a];
+      t2 += sine_[a] * z[first_direction(f) + a];
     }
-    solution.impulse[3 * c] += z[c];
-    solution.impulse[3 * c + 1] += t1;
-    solution.impulse[3 * c + 2] += t2;
+    solution.impulse[3 * rough_[f] + 1] += t1;
+    solution.impulse[3 * rough_[f] + 2] += t2;
   }
 }
 
@@ -434,7 +480,13 @@ void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& soluti
   nc_ = problem.nc();
   solution.k = k_;
   solution.regularisation = regularise_;
-  solution.size = (k_ + 2) * nc_;
+  bool elastic = false;
+  for (const double e : problem.restitution) elastic = elastic || e != 0;
+  const bool all = idle_friction_ || elastic || regularise_ != 0;
+  rough_.clear();
+  for (int c = 0; c < nc_; ++c)
+    if (all || problem.mu[c] != 0) rough_.push_back(c);
+  solution.size = unknowns();
   solution.impulse.assign(3 * nc_, 0.0);
   if (nc_ == 0) return;
   if (!solver_) {
@@ -448,8 +500,6 @@ void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& soluti
     return;
   }
 
-  bool elastic = false;
-  for (const double e : problem.restitution) elastic = elastic || e != 0;
   const bool may_rest = warm_ && !elastic && regularise_ == 0;
   if (may_rest && start_at_rest(problem, solution)) return;
   solution.z.clear();
@@ -468,6 +518,7 @@ void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& soluti
     return;
   }
   add_impulses(solution);
+  bound_idle_slip(problem, solution);
   if (warm_) note_active(problem, solution);
   if (may_rest)
     resting_.remember({problem.M, factor_, problem.J, problem.v_minus, problem.offset, problem.mu, weight_},

@@ -23,6 +23,7 @@
 #include <cmath>
 
 #include "contact/islands.h"
+#include "linalg/finite.h"
 
 namespace cb {
 
@@ -32,6 +33,10 @@ namespace {
 constexpr double clearly_parting = 1e-6;
 /// -: entries of W_ii that couple normal and tangential directions, as a fraction of w, below which it is decoupled.
 constexpr double decoupled = 1e-15;
+
+bool all_zero(const std::vector<double>& x) {
+  return std::all_of(x.begin(), x.end(), [](double value) { return value == 0; });
+}
 
 // Does any contact part (or is not a number)?
 bool any_parts(const ContactProblem& problem) {
@@ -53,6 +58,8 @@ class Pruned {
   Pruned(const MethodRow& row, const MethodOptions& options, std::shared_ptr<LeftOut> left_out,
          const PruneOptions& prune)
       : make_(row.make), law_(row.law), options_(options), prune_(prune), left_out_(std::move(left_out)) {
+    options_.idle_friction = !prune.idle_friction;
+    counts_idle_friction_ = prune.idle_friction && law_ == Law::anitescu_potra && options.regularise == 0;
     closed_form_ = prune.closed_forms && ((law_ == Law::anitescu_potra && options.regularise == 0) ||
                                           (law_ == Law::convex && options.compression_bound));
     if (law_ == Law::anitescu_potra)
@@ -73,14 +80,14 @@ class Pruned {
                  ContactSolution& solution) const;
   bool certify(const ContactProblem& problem, ContactSolution& solution);
 
-  ContactMethod& method(int part);
+  void call_method(int part, const ContactProblem& problem, ContactSolution& solution);
 
   ContactMethod (*make_)(const MethodOptions&);
   std::vector<ContactMethod> methods_;  // one; with a warm start one a part, for each to know its own previous event
   Law law_;
   MethodOptions options_;
   PruneOptions prune_;
-  bool closed_form_ = false;
+  bool closed_form_ = false, counts_idle_friction_ = false;
   std::vector<Eigen::Vector2d> directions_;  // ap: k, of the friction polygon
   std::shared_ptr<LeftOut> left_out_;
 
@@ -88,7 +95,8 @@ class Pruned {
   std::vector<double> u_;  // 3 nc, before the event
   std::vector<char> out_;  // nc: left out as parting?
   int out_count_ = 0;
-  Islands islands_, islands_kept_;  // of the whole problem; without the contacts left out
+  Islands islands_, islands_kept_;               // of the whole problem; without the contacts left out
+  std::vector<int> joined_band_, joined_block_;  // what islands_ were found from
   std::vector<int> part_of_contact_, part_of_block_, block_in_part_;
   Groups contacts_of_, blocks_of_;
 
@@ -105,7 +113,7 @@ void Pruned::operator()(const ContactProblem& problem, ContactSolution& solution
     return;
   }
   if (!look(problem)) {
-    method(0)(problem, solution);
+    call_method(0, problem, solution);
     return;
   }
   for (;;) {
@@ -115,10 +123,12 @@ void Pruned::operator()(const ContactProblem& problem, ContactSolution& solution
   left_out_->parted_contacts += out_count_;
 }
 
-ContactMethod& Pruned::method(int part) {
+void Pruned::call_method(int part, const ContactProblem& problem, ContactSolution& solution) {
   const std::size_t index = options_.warm_start ? part : 0;
   while (methods_.size() <= index) methods_.push_back(make_(options_));
-  return methods_[index];
+  methods_[index](problem, solution);
+  if (counts_idle_friction_ && all_zero(problem.restitution))
+    left_out_->idle_friction += std::count(problem.mu.begin(), problem.mu.end(), 0.0);
 }
 
 // Is there anything to leave out? Decides which contacts, and finds the islands.
@@ -127,13 +137,9 @@ bool Pruned::look(const ContactProblem& problem) {
   if (nc == 0) return false;
   if (problem.M.blocks() == 1 && nc > 1 && !any_parts(problem)) return false;  // at little cost
   contact_velocity(problem, problem.v_minus, u_);
-  speed_ = 0;
-  for (const double x : u_) {
-    if (!std::isfinite(x)) return false;
-    speed_ = std::max(speed_, std::abs(x));
-  }
-  bool elastic = false;
-  for (const double e : problem.restitution) elastic = elastic || e != 0;
+  if (!all_finite(u_)) return false;
+  speed_ = Eigen::Map<const Eigen::ArrayXd>(u_.data(), 3 * nc).abs().maxCoeff();
+  const bool elastic = !all_zero(problem.restitution);
   if (elastic && law_ == Law::anitescu_potra) return false;
 
   out_.assign(nc, 0);
@@ -144,12 +150,12 @@ bool Pruned::look(const ContactProblem& problem) {
         out_[c] = 1;
         ++out_count_;
       }
-  if (problem.M.blocks() > 1) {
+  // The same bodies touch as in the event before, as a rule.
+  if (problem.J.band != joined_band_ || problem.J.block != joined_block_ ||
+      problem.M.blocks() != static_cast<int>(islands_.of_block.size())) {
     find_islands(problem, islands_);
-  } else {
-    islands_.count = 1;
-    islands_.of_contact.assign(nc, 0);
-    islands_.of_block.assign(1, 0);
+    joined_band_ = problem.J.band;
+    joined_block_ = problem.J.block;
   }
   if (out_count_ > 0 && (law_ == Law::newton || law_ == Law::mirtich)) keep_mixed_islands();
   if (out_count_ > 0 && law_ == Law::convex && tears_an_island(problem)) {
@@ -223,7 +229,7 @@ void Pruned::solve_parts(const ContactProblem& problem, ContactSolution& solutio
     if (closed_form_ && contacts.size() == 1 && closed_form(part_, answer_))
       ++left_out_->closed_forms;
     else
-      method(part)(part_, answer_);
+      call_method(part, part_, answer_);
     take_over(problem, contacts, of_part, solution);
   }
   if (solved > 1) left_out_->islands += solved;
@@ -472,6 +478,8 @@ std::vector<LeftOutItem> items(const LeftOut& left_out) {
       {"solver calls for events in which all contacts separate", "there is nothing to solve", left_out.solver_calls},
       {"solver calls for single contacts with a closed form", "one contact through a centre of mass has a formula",
        left_out.closed_forms},
+      {"unknowns of friction of contacts with mu = 0", "they are zero, or follow from the slip",
+       left_out.idle_friction},
   };
 }
 

@@ -8,7 +8,7 @@ namespace cb {
 
 /// What to leave out of contact problems; each can be told off, to see what it saves.
 struct PruneOptions {
-  bool islands = true, parted_contacts = true, closed_forms = true;
+  bool islands = true, parted_contacts = true, closed_forms = true, idle_friction = true;
 };
 
 /// What was left out of the contact problems of a run, summed over its events.
@@ -18,6 +18,7 @@ struct LeftOut {
   long brought_back = 0;     ///< contacts of those whose certificate failed: solved again with them
   long solver_calls = 0;     ///< events in which every contact separates: no solver was called
   long closed_forms = 0;     ///< islands of one contact answered by a formula
+  long idle_friction = 0;    ///< contacts with mu = 0 whose unknowns of friction an LCP did not get
 };
 
 /// Something that runs leave out: its name in summary.json, why nothing changes without it, and how often it was.
@@ -35,7 +36,9 @@ std::vector<LeftOutItem> items(const LeftOut& left_out);
 ///     other, so that one that parts may be met on the way: they leave out whole islands that part, and nothing else;
 ///  3. where nothing is left the method is not called;
 ///  4. a contact alone on its island whose normal and tangential directions do not couple (a sphere on the ground) has
-///     a closed form: ap, convex.
+///     a closed form: ap, convex;
+///  5. ap gets no unknowns for the friction of contacts with mu = 0 (convex has none in any case, but tries its
+///     frictionless answer first).
 /// Events with restitution: 1 only, and for `ap` nothing; a phase between would need certificates of its own.
 /// The answer is one of the whole problem, to the same tolerances, and the referee checks it there. Where nothing can
 /// be left out the method sees the problem itself: its answer is the same to the last bit.

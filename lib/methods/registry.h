@@ -21,6 +21,7 @@ struct MethodOptions {
   std::optional<double> epsilon_relative;  ///< convex: the same as a fraction of the kinetic energy before the event
   bool compression_bound = true;           ///< convex: bound the sum of normal impulses of each island
   double regularise = 0;                   ///< ap: added to the diagonal of the LCP
+  bool idle_friction = true;               ///< ap: keep the unknowns of friction where mu = 0
   bool warm_start = false;                 ///< ap, convex: try the active set of the previous event first
   std::shared_ptr<long> warm_starts;       ///< receives how many such starts were accepted, where it is given
 };

@@ -6,7 +6,7 @@ namespace {
 
 SimulationOptions with_pruning(SimulationOptions simulation, const MethodOptions& options, bool prune) {
   // A regularised problem has another answer for each number of contacts.
-  simulation.prune = {prune && options.regularise == 0, prune};
+  simulation.prune = {prune && options.regularise == 0, prune, prune};
   return simulation;
 }
 
@@ -30,6 +30,8 @@ std::vector<LeftOutItem> PrunedRun::items() const {
   const StepLeftOut& steps = simulation.left_out();
   all.push_back({"coplanar contacts", "the corners of their hull carry whatever they can", steps.coplanar_points});
   all.push_back({"searches for times of contact", "the pair hardly moves before the step ends", steps.contact_times});
+  all.push_back({"searches for pairs that can meet", "nothing has moved by more than the last one allowed for",
+                 steps.pair_searches});
   all.push_back({"cold solves: warm starts accepted", "the previous event's answer led to one that passes the check",
                  *warm_starts});
   return all;

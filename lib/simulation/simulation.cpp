@@ -86,7 +86,8 @@ const StepRecord& Simulation::step() {
   bool moved_on = false;  // has a time of contact split this step?
   while (record_.status == Status::ok || record_.status == Status::inaccurate) {
     update_motions();
-    if (!moved_on) find_pairs(remaining);
+    const bool old_pairs = !moved_on && pairs_hold();
+    if (!moved_on && !old_pairs) find_pairs(remaining);
     const bool event = find_contacts();
     lap.add_to(record_.times.collision_s);
     if (event) {
@@ -99,10 +100,17 @@ const StepRecord& Simulation::step() {
       if (!solved) break;
       left_out_.coplanar_points += points_left_out_;
       update_motions();
-      // Velocities changed: the pairs found before may no longer be all, unless hardly anything moves.
-      if (displacement_bound(remaining) > 0.5 * margin_) find_pairs(remaining);
     }
-    const double dt = first_contact(remaining);
+    const double reach = displacement_bound(remaining);
+    if (event || old_pairs) {
+      // Velocities changed: the pairs found before may no longer be all, unless hardly anything moves.
+      if (moved_ + reach > 0.5 * margin_)
+        find_pairs(remaining);
+      else if (old_pairs)
+        ++left_out_.pair_searches;
+    }
+    const double dt = first_contact(remaining, reach);
+    moved_ += reach;
     lap.add_to(record_.times.collision_s);
     advance_positions(dt);
     remaining -= dt;
@@ -204,7 +212,13 @@ double Simulation::displacement_bound(double horizon) {
   return bound;
 }
 
+// Are the pairs of an earlier step still all that can touch now?
+bool Simulation::pairs_hold() const {
+  return options_.prune.pair_searches && scenario_.model.trees.empty() && pairs_ != nullptr && moved_ <= 0.25 * margin_;
+}
+
 void Simulation::find_pairs(double horizon) {
+  moved_ = 0;
   pairs_ = &broad_phase_.pairs(scenario_.shapes, motions_, margin_, horizon, [&](int i, int j) {
     const int body = scenario_.shapes[i].body;
     return scenario_.pairs.find(i, j) != nullptr && (body < 0 || body != scenario_.shapes[j].body);
@@ -386,12 +400,13 @@ bool Simulation::patch_spins() {
   return spinning_;
 }
 
-// The first time of contact of an open feature within `horizon`, or `horizon`.
-double Simulation::first_contact(double horizon) {
+// The first time of contact of an open feature within `horizon`, or `horizon`; travel_ and `reach` are
+// displacement_bound(horizon)'s.
+double Simulation::first_contact(double horizon, double reach) {
   double first = horizon;
   // A feature that is open has more than this to go before it closes: tolerance less what the search aims at.
   constexpr double still = 0.25;
-  const bool skip = options_.prune.contact_times && displacement_bound(horizon) < margin_;
+  const bool skip = options_.prune.contact_times && reach < margin_;
   for (const auto& [i, j] : *pairs_) {
     if (skip && travel_[i] + travel_[j] <= still * std::min(tolerance_[i], tolerance_[j])) {
       ++left_out_.contact_times;

@@ -58,12 +58,16 @@ struct StepPruning {
   bool coplanar_points = true;
   /// Times of contact of pairs that move by less than a quarter of the tolerance before the step ends.
   bool contact_times = true;
+  /// Searches for pairs of shapes that can meet, while everything has moved by less than a quarter of the margin since
+  /// the last one. Not with robots, whose links are moved without a velocity too (drift.h).
+  bool pair_searches = true;
 };
 
 /// What a run left out of its steps, summed over it.
 struct StepLeftOut {
   long coplanar_points = 0;  ///< contacts of events
   long contact_times = 0;    ///< searches
+  long pair_searches = 0;
 };
 
 struct SimulationOptions {
@@ -83,7 +87,7 @@ struct SimulationOptions {
   /// put it in themselves. Far above any scene's, far below overflow.
   double blowup_energy = 1e60;
   double penetration_limit = 0.1;  ///< fraction of the body's size; deeper: penetration
-  StepPruning prune = {false, false};
+  StepPruning prune = {false, false, false};
 };
 
 /// The event-driven stepper (spec: methods.md, "The step"). Is handed a method and never asks which.
@@ -112,13 +116,14 @@ class Simulation {
   void apply_forces();
   void accelerate_trees(const Vec3& gravity);
   void update_motions();
+  bool pairs_hold() const;
   void find_pairs(double horizon);
   bool find_contacts();
   void shuffle_contacts();
   bool find_limits();
   bool solve_event(Lap& lap);
   bool patch_spins();
-  double first_contact(double horizon);
+  double first_contact(double horizon, double reach);
   double first_limit(double horizon) const;
   void advance_positions(double dt);
   double displacement_bound(double horizon);
@@ -163,6 +168,7 @@ class Simulation {
   const std::vector<std::pair<int, int>>* pairs_ = nullptr;
   std::vector<double> travel_;  // per shape, m: bound on its displacement before the step ends
   double margin_ = 0;           // m, by which the pairs were widened
+  double moved_ = 0;            // m, bound on what any shape has moved by since they were found
 
   StepLeftOut left_out_;
   std::vector<std::pair<int, int>> patches_;  // contacts [first, second) that stand for more of them

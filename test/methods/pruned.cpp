@@ -2,6 +2,7 @@
 
 #include "methods/pruned.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
@@ -187,6 +188,29 @@ TEST_CASE("each thing left out can be left in", "[pruned]") {
     CHECK((left_out->parted_contacts == 0) == (item == 1));
     CHECK((left_out->closed_forms == 0) == (item == 0 || item == 2));
   }
+}
+
+// A stack that is pushed, on ice and with ice below every second box, by the dense and the sparse form of the LCP.
+TEST_CASE("the friction of contacts without any gets no unknowns, and nothing else changes", "[pruned]") {
+  for (const Choice& choice : choices())
+    for (const int boxes : {1, 2, 8})
+      for (const double mu : {0.0, 0.5})
+        for (const double e : {0.0, 0.3}) {
+          if (choice.row->law != Law::anitescu_potra) continue;
+          INFO(choice.label << ", " << boxes << " boxes, mu = " << mu << ", e = " << e);
+          ContactProblem p = stack(boxes, 0, {0.3, -1, 0.1});
+          for (int c = 0; c < p.nc(); ++c) p.mu[c] = c / 4 % 2 == 1 ? mu : 0;
+          std::fill(p.restitution.begin(), p.restitution.end(), e);
+          const long idle = e == 0 ? std::count(p.mu.begin(), p.mu.end(), 0.0) : 0;
+          const auto left_out = std::make_shared<LeftOut>();
+          const Answer plain = judge(choice.row->make(choice.options), *choice.row, p);
+          const Answer less = judge(pruned(*choice.row, choice.options, left_out), *choice.row, p);
+          CHECK(plain.holds);
+          CHECK(less.holds);
+          CHECK(distance(plain.v_plus, less.v_plus) <= 1e-10);
+          CHECK(left_out->idle_friction == idle);
+          CHECK(plain.solution.size - less.solution.size == (choice.options.k + 1) * idle);
+        }
 }
 
 // Two boxes that touch a third at contacts which part: the bound of the convex model is one of the whole island.

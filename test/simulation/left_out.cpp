@@ -98,6 +98,32 @@ TEST_CASE("a box on its edge keeps the ends of the edge, and one that flies has 
   CHECK(points.size() > 6);
 }
 
+TEST_CASE("pairs that can meet are sought once for a box at rest, and in each step of one that moves", "[left_out]") {
+  const std::array<double, 6> rest = {};
+  CHECK(count(after("ap", true, 2, rest), "searches for pairs that can meet") == 20 - 1);
+  CHECK(count(after("ap", false, 2, rest), "searches for pairs that can meet") == 0);
+  CHECK(count(after("ap", true, 2, {0.5, 0, 0, 0, 0, 0}), "searches for pairs that can meet") == 0);
+}
+
+// Without gravity, at 2e-8 m a step: pairs are sought again every few steps only, with 1e-6 m to spare.
+TEST_CASE("a slow box finds the ground though pairs are sought in few steps", "[left_out]") {
+  Scenario scenario = load_scenario(SOURCE_ROOT "/scenarios/stress/contact_grid.xml", {{"n", "2"}});
+  scenario.gravity.constant = Vec3::Zero();
+  scenario.initial.v[1] = -2e-5;
+  scenario.initial.pose[0].p[1] += 1.5e-6;
+  SimulationOptions options;
+  options.step = 1e-3;
+  std::array<double, 2> height{};
+  for (const bool prune : {false, true}) {
+    PrunedRun run(scenario, options, *find_method("ap"), {}, prune);
+    for (int i = 0; i < 100; ++i) CHECK(run.simulation.step().status == Status::ok);
+    CHECK(run.simulation.state().v[1] == Approx(0).margin(1e-12));  // 75 steps to the ground, where it stays
+    height[prune ? 1 : 0] = run.simulation.state().pose[0].p[1];
+    CHECK((run.simulation.left_out().pair_searches > 50) == prune);
+  }
+  CHECK(height[0] == height[1]);
+}
+
 TEST_CASE("a box at rest needs no search for times of contact, one that falls does", "[left_out]") {
   CHECK(count(after("ap", true, 2, {0, 0, 0, 0, 0, 0}), "searches for times of contact") == 20);
   CHECK(count(after("ap", true, 2, {0.5, 0, 0, 0, 0, 0}), "searches for times of contact") == 0);
