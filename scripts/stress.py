@@ -226,14 +226,18 @@ def do_critical(case, column, options):
             def trial(value):
                 path = Path(folder) / "arch.dat"
                 path.write_text(problems.arch(value))
-                status, _, answer, speed, _ = solve("contact", [str(path), "--kind", "contact", *flags], options)
-                return status, answer.get("residual"), speed is not None and speed < 1e-6 * problems.FALL
+                status, _, answer, speed, code = solve("contact", [str(path), "--kind", "contact", *flags], options)
+                return "crash" if code == -9 else status, answer.get("residual"), speed is not None and speed < 1e-6 * problems.FALL
         else:
             def trial(value):
                 command = [options.program, "run", str(scene_file(case["scene"])), *flags, "--set", f"{case['parameter']}={value!r}",
                            "--duration", f"{case['duration']:g}", "--time-limit", f"{options.time_limit:g}", "--out", folder, "--quiet"]
+                (Path(folder) / "summary.json").unlink(missing_ok=True)
                 one.execute(command, 3 * options.time_limit + 20, (2 * MEMORY_MB + 256) << 20)
-                run = measures.Run(one.read_json(Path(folder) / "summary.json"), Path(folder))
+                summary = one.read_json(Path(folder) / "summary.json")
+                if summary is None:
+                    return "crash", None, False
+                run = measures.Run(summary, Path(folder))
                 return run.summary["status"], run.summary["residuals"]["max"], measures.displacement(run, case, {})[0] < 1e-9
         found = critical.bisect(trial, case["from"], case["to"], case["bound"] / 10)
     cell.update(status=found.status, residual=found.residual, note=found.note)
