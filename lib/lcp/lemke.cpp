@@ -62,11 +62,13 @@ struct Rung {
   bool random_cover;
   double pivot_tolerance;  ///< as a multiple of the option
 };
-constexpr std::array<Rung, 5> ladder{{{"cover of ones", 1, 1, false, 1},
+constexpr std::array<Rung, 7> ladder{{{"cover of ones", 1, 1, false, 1},
                                       {"larger perturbation", 100, 2, false, 1e-2},
                                       {"random cover", 1, 3, true, 1e-2},
                                       {"random cover, smaller pivots", 10, 4, true, 1e-4},
-                                      {"random cover, smaller perturbation", 0.01, 5, true, 1}}};
+                                      {"random cover, smaller perturbation", 0.01, 5, true, 1},
+                                      {"another random cover", 1, 6, true, 1},
+                                      {"a third random cover", 1, 7, true, 1}}};
 
 class Lemke {
  public:
