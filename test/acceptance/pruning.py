@@ -44,8 +44,9 @@ SCENES = [
     ("mobile_robot", {}, ["--duration", "0.1"]), ("mobile_robot_caster", {}, ["--duration", "0.1"]),
     ("grasp", {}, ["--duration", "0.05"]), ("urdf_arm", {}, ["--duration", "0.6"]),
 ]
-STRESS = ["alternating_stack", "bouncing_ball", "bullet", "card_house", "contact_grid", "cradle", "far_away", "friction_contrast",
-          "groove", "mass_ratio", "painleve", "repeated_contact", "rocking_block", "slender", "squeeze", "units", "wall"]
+STRESS = ["alternating_stack", "bouncing_ball", "bullet", "card_house", "chain", "contact_grid", "cradle", "driven_ram", "far_away",
+          "friction_contrast", "groove", "mass_ratio", "painleve", "repeated_contact", "rocking_block", "slender", "squeeze",
+          "stiff_joints", "units", "wall"]
 
 
 def method_flags(program):
