@@ -52,6 +52,13 @@ def cells(options, scene, sweep="paper", **wanted):
     return Results(options.results, options.runs).cells(scene, sweep, **wanted)
 
 
+def uncut(some):
+    """For pictures without times: the cells that no limit cut, so that the picture comes out the same when made again; and
+    what it says of the others."""
+    cut = [cell.label for cell in some if cell.cut]
+    return [cell for cell in some if not cell.cut], "cut by a limit, not drawn: " + ", ".join(cut) if cut else ""
+
+
 def styles(some):
     """A look for each cell: colour and marker by method and solver, line by knob (k, epsilon)."""
     looks, knobs, later = {}, {}, iter(LATER)
@@ -119,8 +126,10 @@ def ending(cell):
     return rf" ($\bf{{\times}}$ {ended})" if " at " in ended else f" ({ended})" if ended else ""
 
 
-def legend(figure, handles, columns=3):
-    """One legend for the whole figure, below it."""
+def legend(figure, handles, columns=3, note=""):
+    """One legend for the whole figure, below it; `note` is its last entry."""
+    if note:
+        handles = [*handles, plt.Line2D([], [], linestyle="", label=note)]
     figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, 0.0), borderaxespad=0.2, ncol=columns,
                   columnspacing=1.6, handlelength=3.2)
 

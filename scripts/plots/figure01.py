@@ -9,7 +9,7 @@ from common import plt
 SCENE = "impacting_sphere"
 
 options = common.arguments()
-cells = common.cells(options, SCENE)
+cells, missing = common.uncut(common.cells(options, SCENE))
 if not cells:
     common.nothing(options, "figure01", SCENE)
     raise SystemExit
@@ -38,5 +38,5 @@ if impact:
     close.annotate("before the impact", (where + 0.05, max(before)), xytext=(0, -3), textcoords="offset points",
                    ha="right", va="top", fontsize=7.5, color="0.35")
 figure.tight_layout()
-common.legend(figure, common.handles(cells, looks))
+common.legend(figure, common.handles(cells, looks), note=missing)
 common.save(figure, options, "figure01")

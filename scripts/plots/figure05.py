@@ -19,7 +19,7 @@ def exact(t):
 
 
 options = common.arguments()
-cells = common.cells(options, SCENE)
+cells, missing = common.uncut(common.cells(options, SCENE))
 if not cells:
     common.nothing(options, "figure05", SCENE)
     raise SystemExit
@@ -58,5 +58,5 @@ path.invert_yaxis()  # y points up, towards the reader: x to the right puts z do
 distance.set(title="distance from the exact position", xlabel="time (s)", ylabel="distance (m)", yscale="log")
 distance.set_ylim(bottom=least / 3)  # all begin at 0
 figure.tight_layout()
-common.legend(figure, [truth] + common.handles(cells, looks))
+common.legend(figure, [truth] + common.handles(cells, looks), note=missing)
 common.save(figure, options, "figure05")

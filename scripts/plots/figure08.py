@@ -13,7 +13,7 @@ SCENE = "mobile_robot"
 LEAST = 1e-3  # m, drawn at least: all begin at 0
 
 options = common.arguments()
-cells = common.cells(options, SCENE)
+cells, missing = common.uncut(common.cells(options, SCENE))
 if not cells:
     common.nothing(options, "figure08", SCENE)
     raise SystemExit
@@ -56,5 +56,5 @@ share.set(title="share of the load: left wheel (blue), right wheel (red)", xlabe
           ylim=(len(cells) - 0.5, -0.5))
 share.set_yticks(range(len(cells)), [look["label"] for look in looks], fontsize=7.5)
 figure.tight_layout()
-common.legend(figure, [truth] + common.handles(cells, looks))
+common.legend(figure, [truth] + common.handles(cells, looks), note=missing)
 common.save(figure, options, "figure08")

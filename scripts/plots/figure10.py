@@ -13,7 +13,7 @@ SIZE = 0.03    # m, of the box (scenarios/grasp.xml)
 LEAST = 1e-7   # m, drawn at least: all begin at 0
 
 options = common.arguments()
-cells = common.cells(options, SCENE)
+cells, missing = common.uncut(common.cells(options, SCENE))
 if not cells:
     common.nothing(options, "figure10", SCENE)
     raise SystemExit
@@ -27,5 +27,5 @@ axes.set(title="creep of the grasped box", xlabel="time (s)", ylabel="displaceme
 # What falls further than this was dropped long before.
 axes.set_ylim(LEAST, min(axes.get_ylim()[1], 1.0))
 figure.tight_layout()
-common.legend(figure, [dropped] + common.handles(cells, looks))
+common.legend(figure, [dropped] + common.handles(cells, looks), note=missing)
 common.save(figure, options, "figure10")

@@ -21,7 +21,7 @@ UP = np.array([-np.sin(SIDE) * np.sin(RAISED), np.cos(RAISED), -np.cos(SIDE) * n
 VIEW = np.stack([RIGHT, UP])
 
 options = common.arguments()
-cells = common.cells(options, SCENE)
+cells, missing = common.uncut(common.cells(options, SCENE))
 if not cells:
     common.nothing(options, "grasp_picture", SCENE)
     raise SystemExit
@@ -86,4 +86,5 @@ if box_places:
     # Room for the hand; a box that falls leaves the picture.
     axes[0, 0].set(xlim=(low[0] - 0.1, high[0] + 0.02), ylim=(low[1] - 0.07, high[1] + 0.06))
 figure.tight_layout(h_pad=0.4, w_pad=0.2)
+common.legend(figure, [], note=missing)
 common.save(figure, options, "grasp_picture")

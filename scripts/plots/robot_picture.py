@@ -15,7 +15,7 @@ AHEAD = 0.055                    # m, from the base's middle to the axle
 AXLE, RADIUS = 0.3206, 0.0825    # m
 
 options = common.arguments()
-cells = common.cells(options, SCENE)
+cells, missing = common.uncut(common.cells(options, SCENE))
 if not cells:
     common.nothing(options, "robot_picture", SCENE)
     raise SystemExit
@@ -62,4 +62,5 @@ for panel in axes[:, 0]:
 for panel in axes[-1]:
     panel.set_xlabel("x (m)")
 figure.tight_layout()
+common.legend(figure, [], note=missing)
 common.save(figure, options, "robot_picture")

@@ -60,6 +60,11 @@ def unknown(results, scene, text, variant=""):
                 "a run that it needs is not there, or did not reach the end", variant)
 
 
+def outcome(cell, came_to=""):
+    """How a run ended and what it came to; of one that a limit cut just that."""
+    return cell.cut or (cell.how_it_ended or "finished") + came_to
+
+
 def find(cells, method, choice="", **more):
     """The one cell of a method with that solver or variant; None where there is none."""
     for c in cells:
@@ -167,7 +172,7 @@ def c3(results):
     for text, cell in (("Mirtich does not finish", find(eight, "mirtich")),
                        ("A-P PATH with 16 edges does not finish", find(cells, "ap", "path", k="16"))):
         parts.append(unknown(results, "sticking_box", text) if cell is None else
-                     part(text, not cell.finished, {cell.label: cell.how_it_ended or "finished"}, [cell],
+                     part(text, not cell.finished, {cell.label: outcome(cell)}, [cell],
                           why="the paper lays it to robustness; nothing in the model stops this scene"))
     return Claim("C3", "sticking box", "Newton's model does not hold for much over 1 s; the others creep, with about seven orders of "
                  "magnitude between the best (A-P/Lemke) and the worst (A-P/PATH); Mirtich and A-P/PATH with 16 edges do not finish "
@@ -283,7 +288,7 @@ def c6(results):
     cells = [c for c in results.cells("mobile_robot", knobs="", parameters="") if c["epsilon"] in ("", EPS)]
     off = lambda c: c.error("cross_track_rms_m")  # noqa: E731
     drives = lambda c: c.finished and off(c) <= 2 * c.error("no_slip_cross_track_rms_m")  # noqa: E731
-    how = lambda c: f"{c.how_it_ended or 'finished'}, off by {said(off(c))} m rms, without slip {said(c.error('no_slip_cross_track_rms_m'))}"  # noqa: E731
+    how = lambda c: outcome(c, f", off by {said(off(c))} m rms, without slip {said(c.error('no_slip_cross_track_rms_m'))}")  # noqa: E731
     drive = "drives the figure eight: to the end, off its path by at most twice what a robot without slip is (rms)"
     convex, lemke = find(cells, "convex"), find(cells, "ap", "lemke")
     parts = [unknown(results, "mobile_robot", f"convex {drive}") if convex is None else
@@ -315,8 +320,8 @@ def c6(results):
 def c7(results):
     cells = [c for c in results.cells("grasp", knobs="", parameters="") if c["epsilon"] in ("", EPS)]
     holds = lambda c: c.finished and math.isnan(c.error("dropped_s")) and c.error("creep_linf_m") <= 5e-3  # noqa: E731
-    how = lambda c: f"{c.how_it_ended or 'finished'}, creep {said(c.error('creep_linf_m'))} m" + (  # noqa: E731
-        "" if math.isnan(c.error("dropped_s")) else f", dropped at {said(c.error('dropped_s'))} s")
+    how = lambda c: outcome(c, f", creep {said(c.error('creep_linf_m'))} m" + (  # noqa: E731
+        "" if math.isnan(c.error("dropped_s")) else f", dropped at {said(c.error('dropped_s'))} s"))
     text, convex = "convex holds the box to the end (not dropped, creep at most 5 mm)", find(cells, "convex")
     parts = [unknown(results, "grasp", text) if convex is None else part(text, holds(convex), named([convex], how), [convex])]
     for who, cell, v in (*((f"Newton {v}", newton(cells, v), v) for v in VARIANTS), ("Mirtich", find(cells, "mirtich"), "")):
@@ -385,7 +390,7 @@ def c10(results):
     parts, text = [], "convex (1e-12 J) ends every run ok"
     cells = [c for c in results.cells(sweep=None, method="convex", epsilon=EPS)]
     bad = [c for c in cells if c["status"] != "ok"]
-    parts.append(part(text, not bad, {"runs": len(cells), **{f"{c['scene']} {c.label}": c.how_it_ended for c in bad}}, bad,
+    parts.append(part(text, not bad, {"runs": len(cells), **{f"{c['scene']} {c.label}": outcome(c) for c in bad}}, bad,
                       why="see the reasons in runs.csv") if cells else unknown(results, "stack", text))
     by_size = stacks(results)
     growth = {}
@@ -409,7 +414,7 @@ def c10(results):
     grasp = find(results.cells("grasp", knobs="", parameters=""), "convex", epsilon=EPS)
     text = "closed loops: convex gets through the grasp"
     parts.append(unknown(results, "grasp", text) if grasp is None else
-                 part(text, grasp.finished, {grasp.label: grasp.how_it_ended or "finished"}, [grasp]))
+                 part(text, grasp.finished, {grasp.label: outcome(grasp)}, [grasp]))
     return Claim("C10", "many contacts, loops, cones", "convex is robust and fast with good worst-case growth", parts)
 
 

@@ -63,6 +63,12 @@ class Cell:
         return bad["status"] + (f" at {float(bad['t_reached']):.3g} s" if bad["t_reached"] else "")
 
     @property
+    def cut(self):
+        """The limit that cut a repeat, empty where none did: how far such a run comes depends on the machine, and what
+        is to come out the same when made again must not show it."""
+        return next((r["status"] for r in self.rows if r["status"] in ("time_limit", "memory_limit")), "")
+
+    @property
     def name(self):
         """The method as a reader would say it."""
         names = {"newton": "Newton", "mirtich": "Mirtich", "ap": "A-P", "convex": "convex", "lemke": "Lemke", "path": "PATH",

@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 from sweeping.gather import TIMING  # noqa: E402
 
-WITHOUT_TIMES = ("figure01", "figure05", "figure08", "figure10")
+WITHOUT_TIMES = ("figure01", "figure05", "figure08", "figure10", "grasp_picture", "robot_picture")
 
 
 def table(out):
