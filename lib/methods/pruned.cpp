@@ -79,6 +79,7 @@ class Pruned {
   void take_over(const ContactProblem& problem, std::span<const int> contacts, std::span<const int> blocks,
                  ContactSolution& solution) const;
   bool certify(const ContactProblem& problem, ContactSolution& solution);
+  void bring_all_back();
 
   void call_method(int part, const ContactProblem& problem, ContactSolution& solution);
 
@@ -119,6 +120,8 @@ void Pruned::operator()(const ContactProblem& problem, ContactSolution& solution
   for (;;) {
     solve_parts(problem, solution);
     if (out_count_ == 0 || certify(problem, solution)) break;
+    // Contacts that came back may be an island beside the rest of theirs.
+    if (law_ == Law::convex && tears_an_island(problem)) bring_all_back();
   }
   left_out_->parted_contacts += out_count_;
 }
@@ -466,6 +469,12 @@ bool Pruned::certify(const ContactProblem& problem, ContactSolution& solution) {
   }
   left_out_->brought_back += failed;
   return failed == 0;
+}
+
+void Pruned::bring_all_back() {
+  left_out_->brought_back += out_count_;
+  out_.assign(out_.size(), 0);
+  out_count_ = 0;
 }
 
 }  // namespace

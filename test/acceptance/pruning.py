@@ -28,7 +28,7 @@ MAY_PART = {
     ("urdf_arm", "ap"): "finger and box slip and turn: who carries the friction is open, and with it the box's turn",
     ("grasp", "ap"): "two fingers hold with friction: the forces between them are open, and the joints feel them",
     ("mass_ratio", "ap"): "a box of 1e3 kg on one of 1 g: answers within rounding of the load, far apart for the light box",
-    ("painleve", "convex"): "answers are good to epsilon: 1e-12 J of 1 kg are 1.4e-6 m/s, 5e-10 m/s were met",
+    ("card_house_three", "mirtich"): "impacts one at a time: which of two equally fast ones comes first is up to rounding",
 }
 # Of these: whose answers may differ in energy.
 SEVERAL_ENERGIES = {("urdf_arm", "ap"), ("grasp", "ap")}
@@ -43,6 +43,7 @@ SCENES = [
     ("stack", {"boxes": "1"}, ["--duration", "0.05"]), ("stack", {"boxes": "4"}, ["--duration", "0.05"]),
     ("mobile_robot", {}, ["--duration", "0.1"]), ("mobile_robot_caster", {}, ["--duration", "0.1"]),
     ("grasp", {}, ["--duration", "0.05"]), ("urdf_arm", {}, ["--duration", "0.6"]),
+    ("stress/card_house_three", {}, ["--duration", "0.01"]),
 ]
 STRESS = ["alternating_stack", "bouncing_ball", "bullet", "card_house", "chain", "contact_grid", "cradle", "driven_ram", "far_away",
           "friction_contrast", "groove", "mass_ratio", "painleve", "repeated_contact", "rocking_block", "slender", "squeeze",
