@@ -14,7 +14,7 @@ namespace cb {
 ///   subject to  N v + w_n >= 0                      (where `bounded_below`; N: first row of each band)
 ///               N v + w_n = 0                       (where `fixed` says so)
 ///               r_i in K_i = { |r_t| <= mu_i r_n }   (band i of J; mu_i = 0 leaves r_n >= 0, r_t = 0)
-///               sum of all r_n <= kappa             (where kappa is finite)
+///               d . r <= kappa                      (where kappa is finite; d = `bound`, or the sum of all r_n)
 /// In terms of r alone the objective is 1/2 r.W r + r.(J v0 + w) up to a constant, W = J M^-1 J^T.
 /// One program is one island: what does not touch is solved apart. Views only: the caller keeps the data alive.
 struct ConeProgram {
@@ -28,6 +28,7 @@ struct ConeProgram {
   bool bounded_below = false;                   ///< N v + w_n >= 0 enforced?
   bool fixed = false;                           ///< N v + w_n = 0 enforced on all bands?
   double kappa = std::numeric_limits<double>::infinity();  ///< N s, >= 0
+  const std::vector<double>* bound = nullptr;              ///< 3 nc, d, of order 1; null: e_n of every contact
 
   int nc() const { return J->bands(); }
   int nv() const { return M->order(); }

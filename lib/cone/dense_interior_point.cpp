@@ -199,7 +199,7 @@ class Dense {
     }
     rounded_.s = static_cast<double>(at_.s * size_);
     velocities_.evaluate(program_, rounded_.r, rounded_.eta);
-    const Certificate certificate = certify(program_, rounded_.r, rounded_.eta, velocities_, rounded_q_);
+    const Certificate certificate = certify(program_, rounded_.r, rounded_.eta, rounded_.s, velocities_, rounded_q_);
     rounded_.gap = certificate.gap;
     rounded_.infeasibility = certificate.infeasibility;
   }

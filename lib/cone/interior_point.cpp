@@ -1,10 +1,10 @@
 // Primal-dual interior point method for the cone programs of cone_program.h, and the Newton method that finishes them.
 //
 // Problem (nc contacts, r in N s, v and u in m/s, energies in J):
-//   min 1/2 v.M v,  v = v0 + M^-1 J^T r,   r_i in K_i,   u_n = N v + w_n >= 0 (or = 0),   1.r_n <= kappa
+//   min 1/2 v.M v,  v = v0 + M^-1 J^T r,   r_i in K_i,   u_n = N v + w_n >= 0 (or = 0),   d.r <= kappa
 // Optimality, with y_i in the dual cone K_i*: mu |y_t| <= y_n, eta >= 0 (free where u_n = 0 is asked), s >= 0:
-//   y = J v_hat + w + s e_n,  v_hat = v - M^-1 N^T eta,   r.y = 0,   eta.u_n = 0,   s (kappa - 1.r_n) = 0
-// Both methods linearise to   dr = c_r - G (J dv_hat + e_n ds),   deta = c_eta - D N dv   and solve one sparse system
+//   y = J v_hat + w + s d,  v_hat = v - M^-1 N^T eta,   r.y = 0,   eta.u_n = 0,   s (kappa - d.r) = 0
+// Both methods linearise to   dr = c_r - G (J dv_hat + d ds),   deta = c_eta - D N dv   and solve one sparse system
 // in the velocities (kkt_system.h), bordered by the row of the bound.
 //
 // Source: S. Boyd, L. Vandenberghe, Convex Optimization, 2004, ch. 11.7 (primal-dual method), with
@@ -50,9 +50,9 @@ Eigen::Map<Matrix3d> mat3(double* x) { return Eigen::Map<Matrix3d>(x); }
 
 double tangential(const double* x) { return std::sqrt(x[1] * x[1] + x[2] * x[2]); }
 
-double normal_sum(std::span<const double> r) {
+double dot(std::span<const double> x, std::span<const double> y) {
   double sum = 0;
-  for (std::size_t i = 0; i < r.size(); i += 3) sum += r[i];
+  for (std::size_t i = 0; i < x.size(); ++i) sum += x[i] * y[i];
   return sum;
 }
 
@@ -117,38 +117,43 @@ void ConeVelocities::evaluate(const ConeProgram& p, std::span<const double> r, s
   for (int i = 0; i < 3 * nc; ++i) u_hat[i] = u[i] - u_hat[i];
 }
 
-Certificate certify(const ConeProgram& p, std::span<const double> r, std::span<const double> eta,
+Certificate certify(const ConeProgram& p, std::span<const double> r, std::span<const double> eta, double s,
                     const ConeVelocities& velocities, std::span<const double> q) {
   Certificate out;
   const int nc = p.nc();
+  const bool bounds_sum = p.has_bound() && p.bound == nullptr;
+  const auto along_bound = [&](int c) {
+    return p.bound == nullptr ? r[3 * c] : vec3(&(*p.bound)[3 * c]).dot(vec3(&r[3 * c]));
+  };
   double size_r = 0, size_u = 0, size_q = 0, sum = 0, kappa_size = 0;
   for (int c = 0; c < nc; ++c) {
     const double w = (*p.weight)[c];
     size_r += w * vec3(&r[3 * c]).squaredNorm();
     size_u += vec3(&velocities.u[3 * c]).squaredNorm() / w;
     size_q += vec3(&q[3 * c]).squaredNorm() / w;
-    sum += r[3 * c];
+    sum += along_bound(c);
     kappa_size += std::abs(q[3 * c]) / w;
   }
   out.size = std::sqrt(std::max({size_r, size_u, size_q}));
   const double size = out.size > 0 ? out.size : 1;
 
-  double worst = 0, missing = 0;
+  double worst = 0, missing = 0, gap = 0;
   const auto violated = [&](double x) { worst = std::max(worst, x); };
   for (int c = 0; c < nc; ++c) {
-    const double* y = &velocities.u_hat[3 * c];
-    const double short_of = (*p.mu)[c] * tangential(y) - y[0];
-    if (p.has_bound())
+    Vector3d y = vec3(&velocities.u_hat[3 * c]);
+    if (p.bound != nullptr) y += s * vec3(&(*p.bound)[3 * c]);
+    const double short_of = (*p.mu)[c] * tangential(y.data()) - y[0];
+    if (bounds_sum)
       missing = std::max(missing, short_of);
     else
       violated(short_of / std::sqrt((*p.weight)[c]) / size);
   }
-  out.s = missing;
-  double gap = 0;
+  out.s = p.bound == nullptr ? missing : s;
   for (int c = 0; c < nc; ++c) {
     const double root_w = std::sqrt((*p.weight)[c]);
     const double u_n = velocities.u[3 * c];
-    gap += (eta.empty() ? 0 : eta[c] * u_n) + vec3(&r[3 * c]).dot(vec3(&velocities.u_hat[3 * c])) + out.s * r[3 * c];
+    gap +=
+        (eta.empty() ? 0 : eta[c] * u_n) + vec3(&r[3 * c]).dot(vec3(&velocities.u_hat[3 * c])) + out.s * along_bound(c);
     violated(-r[3 * c] * root_w / size);
     violated((tangential(&r[3 * c]) - (*p.mu)[c] * r[3 * c]) * root_w / size);
     if (p.bounded_below) violated(-u_n / root_w / size);
@@ -179,6 +184,12 @@ void InteriorPoint::prepare(const ConeProgram& p) {
   }
   size_ = std::sqrt(size);
   mean_weight_ = nc > 0 ? std::exp(weight / nc) : 1;
+  if (p.bound != nullptr) {
+    d_ = *p.bound;
+  } else {
+    d_.assign(3 * nc, 0.0);
+    for (int c = 0; c < nc; ++c) d_[3 * c] = 1;
+  }
   G_.resize(9 * nc);
   c_r_.resize(3 * nc);
   D_.resize(p.has_eta() ? nc : 0);
@@ -200,12 +211,12 @@ bool InteriorPoint::factor() {
   return kkt_.factor(G_, D_);
 }
 
-// With t = e_n - J g2 the Schur complement is t.G t + g2.(M A^-1 M) g2: a sum of squares, no cancellation.
+// With t = d - J g2 the Schur complement is t.G t + g2.(M A^-1 M) g2: a sum of squares, no cancellation.
 void InteriorPoint::factor_border(const ConeProgram& p) {
   const int nc = p.nc();
   std::fill(g1_.begin(), g1_.end(), 0.0);
   std::fill(g2_.begin(), g2_.end(), 0.0);
-  for (int c = 0; c < nc; ++c) vec3(&dr_[3 * c]) = mat3(&G_[9 * c]).col(0);
+  for (int c = 0; c < nc; ++c) vec3(&dr_[3 * c]) = mat3(&G_[9 * c]) * vec3(&d_[3 * c]);
   multiply_transposed_add(*p.J, *p.M, dr_, g2_);
   if (p.has_eta())
     kkt_.solve_in_place(g1_, g2_);
@@ -217,8 +228,7 @@ void InteriorPoint::factor_border(const ConeProgram& p) {
   for (std::size_t i = 0; i < g2_.size(); ++i) border_pivot_ += g2_[i] * Mg_[i];
   for (int c = 0; c < nc; ++c) {
     auto t = vec3(&t_[3 * c]);
-    t = -t;
-    t[0] += 1;
+    t = vec3(&d_[3 * c]) - t;
     const Vector3d Gt = mat3(&G_[9 * c]) * t;
     border_pivot_ += t.dot(Gt);
   }
@@ -226,9 +236,8 @@ void InteriorPoint::factor_border(const ConeProgram& p) {
 }
 
 // Solves for dr_, deta_, ds_ (kkt_system.h), the system being factored.
-//   rows:   (M + N^T D N) dv - M dw = N^T c_eta,    M dv + J^T G J dw + g ds = J^T c_r,   g = J^T G e_n
-//   border: 1.dr_n = border_rhs + border_diagonal ds  <=>  g.dw + (sum G_nn + border_diagonal) ds = 1.c_r,n -
-//   border_rhs
+//   rows:   (M + N^T D N) dv - M dw = N^T c_eta,    M dv + J^T G J dw + g ds = J^T c_r,   g = J^T G d
+//   border: d.dr = border_rhs + border_diagonal ds  <=>  g.dw + (d.G d + border_diagonal) ds = d.c_r - border_rhs
 bool InteriorPoint::newton_step(const ConeProgram& p, double border_diagonal, double border_rhs, bool border,
                                 double ds_known) {
   const int nc = p.nc();
@@ -236,7 +245,8 @@ bool InteriorPoint::newton_step(const ConeProgram& p, double border_diagonal, do
   std::fill(h2_.begin(), h2_.end(), 0.0);
   ds_ = border ? 0 : ds_known;
   if (!border && ds_known != 0)
-    for (int c = 0; c < nc; ++c) vec3(&dr_[3 * c]) = vec3(&c_r_[3 * c]) - ds_known * mat3(&G_[9 * c]).col(0);
+    for (int c = 0; c < nc; ++c)
+      vec3(&dr_[3 * c]) = vec3(&c_r_[3 * c]) - ds_known * (mat3(&G_[9 * c]) * vec3(&d_[3 * c]));
   else
     dr_ = c_r_;
   multiply_transposed_add(*p.J, *p.M, dr_, h2_);
@@ -254,7 +264,7 @@ bool InteriorPoint::newton_step(const ConeProgram& p, double border_diagonal, do
     double rhs = -border_rhs;
     for (int c = 0; c < nc; ++c) {
       vec3(&dr_[3 * c]) = vec3(&c_r_[3 * c]) - mat3(&G_[9 * c]) * vec3(&Jdw_[3 * c]);
-      rhs += dr_[3 * c];
+      rhs += vec3(&d_[3 * c]).dot(vec3(&dr_[3 * c]));
     }
     if (!(pivot > 0)) return false;
     for (int refinement = 0; refinement < 2; ++refinement) {
@@ -264,18 +274,17 @@ bool InteriorPoint::newton_step(const ConeProgram& p, double border_diagonal, do
       for (int c = 0; c < nc; ++c) {
         auto dr = vec3(&dr_[3 * c]);
         dr.noalias() -= more * (mat3(&G_[9 * c]) * vec3(&t_[3 * c]));
-        rhs += dr[0];
+        rhs += vec3(&d_[3 * c]).dot(dr);
       }
     }
     for (std::size_t i = 0; i < h2_.size(); ++i) h2_[i] -= ds_ * g2_[i];
     if (two)
       for (std::size_t i = 0; i < h1_.size(); ++i) h1_[i] -= ds_ * g1_[i];
-    for (int i = 0; i < 3 * nc; ++i) Jdw_[i] += ds_ * t_[i];
-    for (int c = 0; c < nc; ++c) Jdw_[3 * c] -= ds_;
+    for (int i = 0; i < 3 * nc; ++i) Jdw_[i] += ds_ * (t_[i] - d_[i]);
   } else {
     for (int c = 0; c < nc; ++c) {
       Vector3d dy = vec3(&Jdw_[3 * c]);
-      if (ds_ != 0) dy[0] += ds_;
+      if (ds_ != 0) dy += ds_ * vec3(&d_[3 * c]);
       vec3(&dr_[3 * c]) = vec3(&c_r_[3 * c]) - mat3(&G_[9 * c]) * dy;
     }
   }
@@ -298,8 +307,7 @@ double InteriorPoint::newton_terms(const ConeProgram& p, const ConeSolution& x) 
   for (int c = 0; c < nc; ++c) {
     const double w = (*p.weight)[c], mu = (*p.mu)[c], stiff = 1 / (proximal_ * w);
     const auto r = vec3(&x.r[3 * c]);
-    Vector3d y = vec3(&velocities_.u_hat[3 * c]);
-    y[0] += x.s;
+    const Vector3d y = vec3(&velocities_.u_hat[3 * c]) + x.s * vec3(&d_[3 * c]);
     auto G = mat3(&G_[9 * c]);
     auto step = vec3(&c_r_[3 * c]);
     const Vector3d z = r - y / w;
@@ -352,7 +360,7 @@ double InteriorPoint::newton_terms(const ConeProgram& p, const ConeSolution& x) 
   }
   s_active_ = false;
   if (p.has_bound()) {
-    const double excess = normal_sum(x.r) - p.kappa;
+    const double excess = dot(d_, x.r) - p.kappa;
     products_ += missing * p.kappa;
     s_active_ = x.s + excess * mean_weight_ > 0;
     sum += s_active_ ? excess * excess * mean_weight_ : x.s * x.s / mean_weight_;
@@ -394,7 +402,7 @@ bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x, int patience, 
     const double tiny = 1e-2 * options_.rounding;
     if ((best <= tiny * size_ && products_ <= tiny * size_ * size_) || k == limit) break;
     if (!factor()) break;
-    const double excess = normal_sum(x.r) - p.kappa;
+    const double excess = dot(d_, x.r) - p.kappa;
     if (!newton_step(p, proximal_ / mean_weight_, -excess, s_active_, -x.s)) break;
     ++x.iterations;
     for (std::size_t i = 0; i < x.r.size(); ++i) x.r[i] += dr_[i];
@@ -409,7 +417,7 @@ bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x, int patience, 
   best_.iterations = x.iterations;
   x = best_;
   velocities_.evaluate(p, x.r, p.has_eta() ? std::span<const double>(x.eta) : std::span<const double>());
-  const Certificate certificate = certify(p, x.r, x.eta, velocities_, q_);
+  const Certificate certificate = certify(p, x.r, x.eta, x.s, velocities_, q_);
   x.gap = certificate.gap;
   x.infeasibility = certificate.infeasibility;
   // Where the natural map is at rounding there is nothing better, even if the certificate multiplies that rounding (by
@@ -477,17 +485,16 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
 
   for (int k = 0; k < options_.iteration_limit; ++k) {
     velocities_.evaluate(p, x.r, p.has_eta() ? std::span<const double>(x.eta) : no_eta);
-    // Residuals: ry = y - u_hat - s e_n, ra = a - u_n, rb = b - kappa + 1.r_n.
+    // Residuals: ry = y - u_hat - s d, ra = a - u_n, rb = b - kappa + d.r.
     double complementarity = x.s * b, residual = 0;
     for (int c = 0; c < nc; ++c) {
       const double w = (*p.weight)[c], u_n = velocities_.u[3 * c];
       complementarity += vec3(&x.r[3 * c]).dot(vec3(&y_[3 * c])) + x.eta[c] * a_[c];
-      Vector3d ry = vec3(&y_[3 * c]) - vec3(&velocities_.u_hat[3 * c]);
-      ry[0] -= x.s;
+      const Vector3d ry = vec3(&y_[3 * c]) - vec3(&velocities_.u_hat[3 * c]) - x.s * vec3(&d_[3 * c]);
       residual = std::max(residual, ry.squaredNorm() / w);
       if (p.has_eta()) residual = std::max(residual, (a_[c] - u_n) * (a_[c] - u_n) / w);
     }
-    const double rb = p.has_bound() ? b - p.kappa + normal_sum(x.r) : 0;
+    const double rb = p.has_bound() ? b - p.kappa + dot(d_, x.r) : 0;
     residual = std::sqrt(std::max(residual, rb * rb * mean_weight_)) / size_;
     if (!std::isfinite(complementarity) || !std::isfinite(residual)) {
       ending = ConeStatus::not_finite;
@@ -531,9 +538,8 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
         G.row(0) /= mu;
         G.col(0) /= mu;
       }
-      // dr = -r - G dy, dy = J dw + e_n ds - ry.
-      Vector3d ry = vec3(&y_[3 * c]) - vec3(&velocities_.u_hat[3 * c]);
-      ry[0] -= x.s;
+      // dr = -r - G dy, dy = J dw + d ds - ry.
+      const Vector3d ry = vec3(&y_[3 * c]) - vec3(&velocities_.u_hat[3 * c]) - x.s * vec3(&d_[3 * c]);
       // Proximal term on dr: (G^-1 + P)^-1 = (1 + G P)^-1 G for G, which bounds its largest eigenvalue. Where friction
       // is strong y_t is multiplied by mu in the certificate, so that P is smaller along the tangents.
       const double along = mu > 1 ? std::pow(mu, -options_.tangent_exponent) : 1;
@@ -559,13 +565,12 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
       ending = ConeStatus::singular;
       break;
     }
-    // ds = -s - (s / b) db, db = -rb - 1.dr_n  =>  1.dr_n = -rb + b + (b / s) ds.
+    // ds = -s - (s / b) db, db = -rb - d.dr  =>  d.dr = -rb + b + (b / s) ds.
     double correction_b = 0;
     const auto step_slacks = [&] {
       for (int c = 0; c < nc; ++c) {
-        Vector3d dy = vec3(&Jdw_[3 * c]) - vec3(&y_[3 * c]) + vec3(&velocities_.u_hat[3 * c]);
-        dy[0] += ds_ + x.s;
-        vec3(&dy_[3 * c]) = dy;
+        vec3(&dy_[3 * c]) =
+            vec3(&Jdw_[3 * c]) - vec3(&y_[3 * c]) + vec3(&velocities_.u_hat[3 * c]) + (ds_ + x.s) * vec3(&d_[3 * c]);
         if (inequality) da_[c] = Jdv_[c] - (a_[c] - velocities_.u[3 * c]);
       }
       // From the complementarity row: b may be far smaller than the rounding of the sum, which goes into rb.
@@ -652,7 +657,7 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
   x.iterations = trial_.iterations;
   x.status = ending;
   velocities_.evaluate(p, x.r, p.has_eta() ? std::span<const double>(x.eta) : no_eta);
-  const Certificate certificate = certify(p, x.r, x.eta, velocities_, q_);
+  const Certificate certificate = certify(p, x.r, x.eta, x.s, velocities_, q_);
   x.gap = certificate.gap;
   x.infeasibility = certificate.infeasibility;
   if (std::abs(x.gap) <= options_.gap_tolerance && x.infeasibility <= 1e-9) x.status = ConeStatus::solved;

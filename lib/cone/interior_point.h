@@ -21,15 +21,16 @@ class ConeVelocities {
 };
 
 /// What an answer (r, eta) to a cone program is worth; formed as a stranger would who knows only the problem.
-/// y = u_hat + s e_n with the least s >= 0 that puts every y into the dual cone mu |y_t| <= y_n (no bound: s = 0, and
-/// what is missing counts as infeasibility);  gap = eta.u_n + s (kappa - sum r_n) + r.y.
+/// y = u_hat + s d with the s >= 0 that is given, or where the sum of all r_n is bounded the least that puts every y
+/// into the dual cone mu |y_t| <= y_n (no bound: s = 0); what is missing otherwise counts as infeasibility; gap =
+/// eta.u_n + s (kappa - d.r) + r.y.
 struct Certificate {
   double gap = std::numeric_limits<double>::infinity();            ///< J; of either sign by rounding
   double infeasibility = std::numeric_limits<double>::infinity();  ///< worst violation, each scaled by its terms
   double s = 0;                                                    ///< m/s
   double size = 0;                                                 ///< sqrt(J): what the problem is about
 };
-Certificate certify(const ConeProgram& program, std::span<const double> r, std::span<const double> eta,
+Certificate certify(const ConeProgram& program, std::span<const double> r, std::span<const double> eta, double s,
                     const ConeVelocities& velocities, std::span<const double> q);
 
 /// Solves cone programs (cone_program.h) by a primal-dual interior point method that names the active constraints,
@@ -65,8 +66,9 @@ class InteriorPoint {
   double size_ = 0;        // sqrt(J)
   double mean_weight_ = 0;
   double proximal_ = 0;
-  double products_ = 0;  // J, sum of |r.y|, |eta u_n|, and kappa times what y is short of the dual cone
-  // Terms of a Newton step: dr = c_r - G (J dw + e_n ds), deta = c_eta - D N dv.
+  double products_ = 0;    // J, sum of |r.y|, |eta u_n|, and kappa times what y is short of the dual cone
+  std::vector<double> d_;  // row of the bound
+  // Terms of a Newton step: dr = c_r - G (J dw + d ds), deta = c_eta - D N dv.
   std::vector<double> G_, D_, c_r_, c_eta_;
   std::vector<double> h1_, h2_, g1_, g2_, t_, Mg_, Jdw_, Jdv_, dr_, deta_;
   double ds_ = 0;

@@ -11,7 +11,7 @@
 // the principle of maximum dissipation, WAFR 2010; their code of 2012 has the bound of kappa switched off.
 // Differences: 1. second-order cones, not squares; 2. an active-set finish, so that answers are good to rounding;
 // 3. first tries that need one or two factorisations: the frictionless answer, every contact sticks, Newton's method
-// from the frictionless answer; each counts only if (2) says so; 4. flat scenes (below).
+// from the frictionless answer; each counts only if (2) says so; 4. flat scenes (below), and nearly flat ones.
 //
 // Without the bound N v + w_n >= 0 follows from optimality (u is in the dual cone), so it is left out and eta = 0.
 // With it, strict feasibility can fail. Let z be a velocity with N z = 1, T z = 0 on all contacts of the island and
@@ -21,6 +21,12 @@
 //   min 1/2 v.M v,   N v + w_n = 0,   r in cones                                                          (3)
 // with multipliers eta of either sign. Since W_(:,n) lambda = 1_n, (eta + t lambda, s = t) is a certificate of (1) for
 // every t large enough.
+//
+// Where contacts tilt against each other by a small angle, N z = 1 but T z is not 0 (tau: its largest). Then every r
+// has 1.r_n - kappa = lambda.u_n - r_t.T z, and if nothing rises the program is (3) with the row
+//   -r_t.(T z) / tau <= 0                                                                                 (4)
+// and (eta + s/tau lambda, s/tau) certifies (1) where it is not negative. Such an answer is tried for first. In (1) the
+// bound is a combination of the other rows but for tau: multipliers of 1/tau cancel, and take their digits with them.
 //
 // Restitution (Poisson): normal impulses of the first phase times 1 + e; where a contact still approaches, a second
 // phase from the velocity reached.
@@ -192,7 +198,7 @@ void DrumwrightShell::extract(const ContactProblem& problem, const std::vector<d
 
 Certificate DrumwrightShell::judge(std::span<const double> r, std::span<const double> eta) {
   velocities_.evaluate(program_, r, eta);
-  return certify(program_, r, eta, velocities_, q_);
+  return certify(program_, r, eta, 0, velocities_, q_);
 }
 
 ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& solution, Previous* previous) {
@@ -224,12 +230,12 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
     program_.mu = &island_.mu;
   }
   bool normal_ok = frictionless();
-  flat_ = false;
+  shape_ = Shape::general;
   if (tolerances_.bounded) {
     normal_ok = least_sum() && normal_ok;
     program_.bounded_below = true;
     program_.kappa = kappa_ = std::accumulate(f_.begin(), f_.end(), 0.0);
-    flat_ = reduces_to_flat();
+    shape_ = shape();
   }
 
   // The frictionless answer, if it is good enough.
@@ -246,10 +252,14 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
   if (previous != nullptr) previous->by_newton = false;
   if (!good(best)) {
     ConeProgram reduced = program_;
-    if (flat_) {
+    if (shape_ != Shape::general) {
       reduced.bounded_below = false;
       reduced.fixed = true;
       reduced.kappa = std::numeric_limits<double>::infinity();
+    }
+    if (shape_ == Shape::tilted) {
+      reduced.kappa = 0;
+      reduced.bound = &tilted_row_;
     }
     const auto keep = [&](const ConeSolution& x) {
       if (previous == nullptr) return;
@@ -259,15 +269,22 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
     };
     const auto accept = [&](const ConeSolution& x) {
       u_step_.assign(x.eta.begin(), x.eta.end());
-      if (flat_) {
-        double t = 0;
+      bool same = false;  // is the certificate that of (3) and (4)?
+      if (shape_ != Shape::general) {
+        const double least = shape_ == Shape::tilted ? x.s / tilt_ : 0;
+        double t = least;
         for (int c = 0; c < nc; ++c)
           if (lambda_[c] > 0) t = std::max(t, -u_step_[c] / lambda_[c]);
         for (int c = 0; c < nc; ++c) u_step_[c] = std::max(0.0, u_step_[c] + t * lambda_[c]);
+        same = shape_ == Shape::tilted && t == least;
       } else {
         for (double& e : u_step_) e = std::max(e, 0.0);
       }
-      const Certificate certificate = judge(x.r, u_step_);
+      Certificate certificate = judge(x.r, u_step_);
+      if (same) {  // without the rounding of multipliers that are 1 / tau
+        certificate.gap = x.gap;
+        certificate.infeasibility = std::max(certificate.infeasibility, x.infeasibility);
+      }
       const bool better =
           certificate.infeasibility <= tolerances_.infeasibility &&
           (best.infeasibility > tolerances_.infeasibility || std::abs(certificate.gap) < std::abs(best.gap));
@@ -296,23 +313,37 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
     if (!started_warm && ((has_robot() && try_stopping(epsilon)) || try_sticking())) {
       best = judge(r_, {});
     } else if (!started_warm) {
-      // Newton from the frictionless answer with friction against its slip; then the interior point method.
-      trial_.r.assign(3 * nc, 0.0);
-      trial_.eta.assign(nc, 0.0);
-      trial_.s = 0;
-      trial_.iterations = 0;
-      for (int c = 0; c < nc; ++c) {
-        const double t = tangential(&u_f_[3 * c]);
-        trial_.r[3 * c] = f_[c];
-        for (int i = 1; i < 3 && t > 0; ++i) trial_.r[3 * c + i] = -island_.mu[c] * f_[c] * u_f_[3 * c + i] / t;
-        trial_.s = std::max(trial_.s, island_.mu[c] * t - u_f_[3 * c]);
+      // Where (3) and (4) may do, the interior point method on them; Newton from the frictionless answer with friction
+      // against its slip; then the interior point method.
+      bool done = false;
+      if (shape_ == Shape::tilted) {
+        friction_solver_.solve(reduced, answer_);
+        iterations_ += answer_.iterations;
+        done = accept(answer_);
+        if (done) {
+          keep(answer_);
+        } else {
+          shape_ = Shape::general;
+          reduced = program_;
+        }
       }
-      if (!reduced.has_bound()) trial_.s = 0;
-      bool done =
-          friction_solver_.polish(reduced, trial_, tolerances_.cone.guess_patience, InteriorPoint::Steps::bold) &&
-          accept(trial_);
-      iterations_ += trial_.iterations;
-      if (done) keep(trial_);
+      if (!done) {
+        trial_.r.assign(3 * nc, 0.0);
+        trial_.eta.assign(nc, 0.0);
+        trial_.s = 0;
+        trial_.iterations = 0;
+        for (int c = 0; c < nc; ++c) {
+          const double t = tangential(&u_f_[3 * c]);
+          trial_.r[3 * c] = f_[c];
+          for (int i = 1; i < 3 && t > 0; ++i) trial_.r[3 * c + i] = -island_.mu[c] * f_[c] * u_f_[3 * c + i] / t;
+          trial_.s = std::max(trial_.s, island_.mu[c] * t - u_f_[3 * c]);
+        }
+        if (!reduced.has_bound()) trial_.s = 0;
+        done = friction_solver_.polish(reduced, trial_, tolerances_.cone.guess_patience, InteriorPoint::Steps::bold) &&
+               accept(trial_);
+        iterations_ += trial_.iterations;
+        if (done) keep(trial_);
+      }
       if (!done) {
         ConeOptions& options = friction_solver_.options();
         options.gap_tolerance = epsilon;
@@ -585,18 +616,26 @@ bool DrumwrightShell::least_sum() {
   return false;
 }
 
-// Is (3) the same as (1)? z, lambda are those of least_sum().
-bool DrumwrightShell::reduces_to_flat() {
+// Is (3) the same as (1), or with (4) a guess at it? z, lambda are those of least_sum(). Fills tilt_ and tilted_row_
+// for the latter.
+DrumwrightShell::Shape DrumwrightShell::shape() {
   const int nc = static_cast<int>(island_.contacts.size());
   const double size = size_ > 0 ? size_ : 1;
-  if (miss_ > tolerances_.flat) return false;
+  if (nc == 0 || miss_ > tolerances_.flat) return Shape::general;
+  tilt_ = 0;
   for (int c = 0; c < nc; ++c) {
     const double root_w = std::sqrt(island_.weight[c]);
-    if (std::abs(Jz_[3 * c] - 1) > tolerances_.solvable || tangential(&Jz_[3 * c]) > tolerances_.solvable) return false;
-    if (lambda_[c] * island_.weight[c] <= tolerances_.solvable) return false;
-    if (u_f_[3 * c] / root_w / size > tolerances_.solvable) return false;
+    if (std::abs(Jz_[3 * c] - 1) > tolerances_.solvable) return Shape::general;
+    if (lambda_[c] * island_.weight[c] <= tolerances_.solvable) return Shape::general;
+    if (u_f_[3 * c] / root_w / size > tolerances_.solvable) return Shape::general;
+    tilt_ = std::max(tilt_, tangential(&Jz_[3 * c]));
   }
-  return nc > 0;
+  if (tilt_ <= tolerances_.solvable) return Shape::flat;
+  if (tilt_ > tolerances_.tilted) return Shape::general;
+  tilted_row_.assign(3 * nc, 0.0);
+  for (int c = 0; c < nc; ++c)
+    for (int i = 1; i < 3; ++i) tilted_row_[3 * c + i] = -Jz_[3 * c + i] / tilt_;
+  return Shape::tilted;
 }
 
 // Are there blocks other than free bodies'?

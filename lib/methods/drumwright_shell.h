@@ -32,6 +32,8 @@ class DrumwrightShell {
     double solvable = 1e-10;
     /// -: error of W_(:,n) lambda = 1_n up to which a scene counts as flat: the certificate multiplies it.
     double flat = 1e-11;
+    /// -: tangential part of z up to which a scene counts as nearly flat; beyond it multipliers are of moderate size.
+    double tilted = 1e-3;
     /// -: normal velocity, as a fraction of the event's, up to which a contact counts as touching after the
     /// frictionless solution.
     double touching = 1e-9;
@@ -65,6 +67,8 @@ class DrumwrightShell {
     std::vector<double> v0, offset, mu, weight;
     std::span<const int> contacts, blocks;  // of the problem
   };
+  /// Which program an island comes down to: (1), (3), or (3) with (4).
+  enum class Shape { general, flat, tilted };
   /// What an island of the previous event knows of the next one.
   struct Previous {
     RestingImpulse impulse{3}, frictionless{1};  ///< of an island at rest
@@ -86,7 +90,7 @@ class DrumwrightShell {
                   std::vector<double>& velocity);
   bool proves_least_sum() const;
   bool least_sum();
-  bool reduces_to_flat();
+  Shape shape();
   bool has_robot() const;
   double stop_set(const ConeProgram& program, std::span<const double> weight, int rows);
   bool stop_normals();
@@ -112,7 +116,10 @@ class DrumwrightShell {
   std::vector<double> r_, eta_, G_, step_, h_, u_step_, x_, least_x_, f_shifted_, velocity_, Jz_;
   std::vector<char> set_;
   double kappa_ = 0, size_ = 0, miss_ = 0;
-  bool flat_ = false, inaccurate_ = false;
+  Shape shape_ = Shape::general;
+  double tilt_ = 0;                 // largest tangential part of z where the shape is tilted
+  std::vector<double> tilted_row_;  // (4)
+  bool inaccurate_ = false;
   ConeSolution answer_, trial_;
   std::vector<Previous> previous_;  // per island
   int iterations_ = 0;
