@@ -171,6 +171,7 @@ RunPlan make_plan(const RunFlags& flags) {
   }
   if (plan.summary.perturb > 0) perturb(plan.scenario, plan.summary.perturb, plan.summary.seed);
   plan.options = method_options(flags, *plan.method, plan.scenario.k, plan.scenario.compression_bound);
+  plan.options.time_limit_s = plan.time_limit_s.value_or(0);  // an event of many contacts may take longer than the run
   plan.unavailable = unavailable_reason(*plan.method, plan.options);
   plan.simulation.step = step.value_or(plan.scenario.step);
   plan.simulation.duration = duration.value_or(plan.scenario.duration);

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -12,6 +11,7 @@
 #include "lcp/dense_tableau.h"
 #include "lcp/lcp.h"
 #include "lcp/scaling.h"
+#include "linalg/deadline.h"
 
 namespace cb {
 
@@ -56,16 +56,12 @@ std::string_view text(PathEnd end);
 
 /// Follows a path by pivots: whatever variable left the basis last, its complement enters, until z_0 leaves.
 struct PathFollower {
-  using Clock = std::chrono::steady_clock;
   RatioTest ratio;
   int pivots = 0;       ///< so far
   int pivot_limit = 0;  ///< pivots at which a path ends
-  bool timed = false;
-  Clock::time_point deadline;
+  Deadline deadline;
   double retreat = HUGE_VAL;  ///< z_0 beyond which the path has turned back
   int ray_variable = 0;       ///< what nothing blocks, where a path ends in a ray
-
-  bool late() const { return timed && Clock::now() > deadline; }
 
   /// From the basis that z_0 has just entered, `leaving` having left it. `at_basis()` is called after each pivot while
   /// z_0 is basic.
@@ -75,7 +71,7 @@ struct PathFollower {
     for (;;) {
       if (leaving == artificial) return PathEnd::solution;
       if (pivots >= pivot_limit) return PathEnd::pivot_limit;
-      if (pivots % 16 == 0 && late()) return PathEnd::time_limit;
+      if (pivots % 16 == 0 && deadline.passed()) return PathEnd::time_limit;
       if (table.rhs()[table.row_of(artificial)] > retreat) return PathEnd::turned_back;
       at_basis();
       const int entering = complement(leaving, n);

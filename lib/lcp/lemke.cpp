@@ -27,7 +27,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <memory>
 
@@ -204,10 +203,7 @@ void Lemke::solve(const LcpProblem& problem, LcpSolution& solution) {
   n_ = problem.n();
   follower_.pivots = 0;
   pivot_limit_ = o_.pivot_limit > 0 ? o_.pivot_limit : 50 * (n_ + problem.nx()) + 1000;
-  follower_.timed = o_.time_limit_s > 0;
-  if (follower_.timed)
-    follower_.deadline = PathFollower::Clock::now() + std::chrono::duration_cast<PathFollower::Clock::duration>(
-                                                          std::chrono::duration<double>(o_.time_limit_s));
+  follower_.deadline = Deadline(o_.time_limit_s);
   solution.reason.clear();
   solution.pivots = solution.factorisations = 0;
   if (!problem.expanded) solution.x.resize(0);

@@ -184,7 +184,7 @@ template <class Table>
 void Path::reach(Table& table) {
   if (table.is_basic(2 * n_)) table.restart();
   const auto out_of_budget = [&] {
-    return follower_.pivots >= follower_.pivot_limit || (follower_.pivots % 16 == 0 && follower_.late());
+    return follower_.pivots >= follower_.pivot_limit || (follower_.pivots % 16 == 0 && follower_.deadline.passed());
   };
   const auto pending = [&](int i) { return table.is_basic(n_ + i) != bool(want_[i]); };
   waiting_.clear();
@@ -216,7 +216,7 @@ void Path::crash(Table& table, const Eigen::VectorXd& q) {
   merits_.assign(1, merit);
   before_.assign(n_, 2);
   refused_.assign(n_, 0);
-  for (int step = 0; step < o_.crash_steps && merit > o_.converged; ++step) {
+  for (int step = 0; step < o_.crash_steps && merit > o_.converged && !follower_.deadline.passed(); ++step) {
     want_.resize(n_);
     for (int i = 0; i < n_; ++i) want_[i] = z_[i] > F_[i] && !refused_[i];
     if (want_ == before_) return;
@@ -249,7 +249,7 @@ PathEnd Path::path_search(Table& table, const Eigen::VectorXd& q, const Rung& ru
   for (int i = 0; i < n_; ++i) want_[i] = z_[i] > 0;
   reach(table);
   if (follower_.pivots >= follower_.pivot_limit) return PathEnd::pivot_limit;
-  if (follower_.late()) return PathEnd::time_limit;
+  if (follower_.deadline.passed()) return PathEnd::time_limit;
   for (int i = 0; i < n_; ++i)
     if (!table.is_basic(n_ + i)) z_[i] = 0;
   evaluate(table, q, z_);
@@ -408,10 +408,7 @@ void Path::solve(const LcpProblem& problem, LcpSolution& solution) {
   n_ = problem.n();
   follower_.pivots = factorisations_ = 0;
   pivot_limit_ = o_.pivot_limit > 0 ? o_.pivot_limit : 50 * (n_ + problem.nx()) + 1000;
-  follower_.timed = o_.time_limit_s > 0;
-  if (follower_.timed)
-    follower_.deadline = PathFollower::Clock::now() + std::chrono::duration_cast<PathFollower::Clock::duration>(
-                                                          std::chrono::duration<double>(o_.time_limit_s));
+  follower_.deadline = Deadline(o_.time_limit_s);
   solution.reason.clear();
   solution.pivots = solution.factorisations = 0;
   solution.x.resize(0);

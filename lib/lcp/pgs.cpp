@@ -17,11 +17,11 @@
 // nonconverged (sweep limit; the reason says where the iterates grew without bound); time_limit; not_finite. On each of
 // them z is the best iterate that a check has seen.
 
-#include <chrono>
 #include <cmath>
 #include <memory>
 
 #include "lcp/lcp.h"
+#include "linalg/deadline.h"
 
 namespace cb {
 
@@ -41,7 +41,7 @@ class Pgs {
       solution.reason = std::move(reason);
       if (problem.expanded) recover_free(problem, solution.z, solution.x);
     };
-    const auto start = std::chrono::steady_clock::now();
+    const Deadline deadline(o_.time_limit_s);
     const int n = problem.n(), limit = o_.pivot_limit > 0 ? o_.pivot_limit : 50 * (n + problem.nx()) + 1000;
     solution.pivots = solution.factorisations = 0;
     solution.residual = HUGE_VAL;
@@ -64,8 +64,7 @@ class Pgs {
       if (residual <= o_.tolerance) return end(LcpStatus::solved);
       if (!z_.allFinite()) return end(LcpStatus::nonconverged, "the iterates grow without bound");
       if (solution.pivots >= limit) return end(LcpStatus::nonconverged, "sweep limit");
-      const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-      if (o_.time_limit_s > 0 && elapsed.count() > o_.time_limit_s) return end(LcpStatus::time_limit, "time limit");
+      if (deadline.passed()) return end(LcpStatus::time_limit, "time limit");
 
       w_ = form.M * z_ + form.q;
       for (int s = 0; s < o_.check_every && solution.pivots < limit; ++s, ++solution.pivots)

@@ -30,7 +30,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -38,6 +37,7 @@
 #include "lcp/basis_system.h"
 #include "lcp/lcp.h"
 #include "lcp/scaling.h"
+#include "linalg/deadline.h"
 
 namespace cb {
 
@@ -188,8 +188,6 @@ bool finite(const LcpProblem& problem) {
          problem.q.allFinite();
 }
 
-using Clock = std::chrono::steady_clock;
-
 class Ynl {
  public:
   explicit Ynl(const LcpOptions& options) { static_cast<LcpOptions&>(o_) = options; }
@@ -223,7 +221,7 @@ class Ynl {
   int n_ = 0, pivots_ = 0, pivot_limit_ = 0, cover_limit_ = 0;
   std::size_t peak_bytes_ = 0;
   bool memory_full_ = false, solved_ = false;
-  Clock::time_point deadline_;
+  Deadline deadline_;
   double q_scale_ = 1;                            // largest scaled load once x is eliminated
   Eigen::VectorXd free_load_, pair_load_, zero_;  // nx, n: of the problem, over q_scale_; nx of zeros
   Eigen::VectorXd load_, cover_;                  // n: condensed and scaled; c
@@ -407,7 +405,7 @@ End Ynl::search(const LcpProblem& problem, LcpSolution& solution) {
         break;
       }
       if (pivots_ >= cover_limit_) return End::pivot_limit;
-      if (o_.time_limit_s > 0 && Clock::now() > deadline_) return End::time_limit;
+      if (deadline_.passed()) return End::time_limit;
       ++pivots_;
       const bool on = expand(state, problem, solution);
       if (solved_) return End::solved;
@@ -436,9 +434,7 @@ void Ynl::solve(const LcpProblem& problem, LcpSolution& solution) {
   n_ = problem.n();
   pivots_ = 0;
   pivot_limit_ = o_.pivot_limit > 0 ? o_.pivot_limit : 50 * (n_ + problem.nx()) + 1000;
-  if (o_.time_limit_s > 0)
-    deadline_ =
-        Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(o_.time_limit_s));
+  deadline_ = Deadline(o_.time_limit_s);
   solution.reason.clear();
   solution.pivots = solution.factorisations = 0;
   solution.residual = HUGE_VAL;

@@ -22,6 +22,7 @@ struct MethodOptions {
   bool compression_bound = true;           ///< convex: bound the sum of normal impulses of each island
   double regularise = 0;                   ///< ap: added to the diagonal of the LCP
   bool idle_friction = true;               ///< ap: keep the unknowns of friction where mu = 0
+  double time_limit_s = 0;                 ///< wall clock of one event, after which it ends in time_limit; 0: none
   bool warm_start = false;                 ///< ap, convex: try the active set of the previous event first
   std::shared_ptr<long> warm_starts;       ///< receives how many such starts were accepted, where it is given
 };

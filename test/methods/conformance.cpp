@@ -166,3 +166,17 @@ TEST_CASE("a velocity that is not a number ends in a typed status and no method 
       CHECK_FALSE(solution.reason.empty());
     }
 }
+
+TEST_CASE("an event that is given no time ends in time_limit, without a word of success", "[conformance]") {
+  for (Choice choice : choices()) {
+    if (choice.row->law == Law::convex) continue;  // a bounded number of iterations
+    if (choice.options.solver == "pgs") continue;  // refuses such a problem before it begins
+    INFO(choice.label);
+    choice.options.time_limit_s = 1e-9;
+    ContactSolution solution;
+    choice.row->make(choice.options)(stack(8, 0.3, {0.02, -1, 0.01}, 0.2), solution);
+    CHECK(solution.status == Status::time_limit);
+    CHECK_FALSE(solution.reason.empty());
+    for (const double r : solution.impulse) CHECK(std::isfinite(r));
+  }
+}
