@@ -156,7 +156,9 @@ def judge(cell, case, method):
         return "defect"
     if cell["error"] <= case["bound"]:
         return "right"
-    return "model" if reason_of(case, method) else "wrong"
+    if reason_of(case, method):
+        return "model"
+    return "wrong" if cell["status"] == "ok" else "typed"
 
 
 def reason_of(case, method):

@@ -63,6 +63,11 @@ class Cell:
         return bad["status"] + (f" at {float(bad['t_reached']):.3g} s" if bad["t_reached"] else "")
 
     @property
+    def unrepeated(self):
+        """The name of its runs without the number of the repeat, of which `row` is the one of median time."""
+        return self["run"].rsplit("__r", 1)[0]
+
+    @property
     def cut(self):
         """The limit that cut a repeat, empty where none did: how far such a run comes depends on the machine, and what
         is to come out the same when made again must not show it."""

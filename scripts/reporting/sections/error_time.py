@@ -60,12 +60,12 @@ def build(results):
     for scene in scenes:
         rows = precision.budget(results, *scene)
         name = scene_name(*scene)
-        budgets[name] = {r["cell"]["run"]: {k: r[k] for k in ("solver", "model", "step_error", "total", "dominates")} for r in rows}
+        budgets[name] = {r["cell"].unrepeated: {k: r[k] for k in ("solver", "model", "step_error", "total", "dominates")} for r in rows}
         html.append(f"<details><summary>{esc(name)}: every run</summary>" + table(
             ["method", "step, s", "solver, m", "model, m", "step, m", "largest", "against the reference, m", "run"],
             [[esc(method(r["cell"])), esc(r["cell"]["step"]), said(r["solver"]), said(r["model"]), said(r["step_error"]), esc(r["dominates"]),
               said(r["total"]), f"<code>{esc(r['cell']['run'])}</code>"] for r in rows]) + "</details>")
-    keep = ("run", "scene", "parameters", "step", "measure", "status", "error")
-    return Section("\n".join(html), {"figure": about, "points": [{k: p[k] for k in keep} for p in points], "budget": budgets},
+    keep = ("scene", "parameters", "step", "measure", "status", "error")
+    return Section("\n".join(html), {"figure": about, "points": [{"run": p["cell"].unrepeated, **{k: p[k] for k in keep}} for p in points], "budget": budgets},
                    {"sha256": [digest, timing], "points": [{k: p[k] for k in ("run", "time", "least", "most", "repeats", "busy")} for p in points],
                     "pareto": fronts})
