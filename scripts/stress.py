@@ -156,9 +156,7 @@ def judge(cell, case, method):
         return "defect"
     if cell["error"] <= case["bound"]:
         return "right"
-    if reason_of(case, method):
-        return "model"
-    return "wrong" if cell["status"] == "ok" else "typed"
+    return "model" if reason_of(case, method) else "wrong"
 
 
 def reason_of(case, method):
