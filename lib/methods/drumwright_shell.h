@@ -97,6 +97,7 @@ class DrumwrightShell {
   bool try_stopping(double epsilon);
   bool try_sticking();
   Certificate judge(std::span<const double> r, std::span<const double> eta);
+  double gap_at_own_sum(std::span<const double> r);
 
   Tolerances tolerances_;
   BlockCholesky factor_;

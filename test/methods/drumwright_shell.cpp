@@ -311,6 +311,22 @@ TEST_CASE("a mass ratio of a million is no obstacle", "[convex]") {
   }
 }
 
+// Beside the impulses of the heavy box the slip is as small as rounding, yet impulses in the cones stop both boxes:
+// rest, without energy, is the answer.
+TEST_CASE("a light box below a heavy one does not slip away unseen", "[convex]") {
+  for (bool bounded : {true, false})
+    for (double ratio : {1e3, 1e4, 1e5, 1e6})
+      for (double slip : {1e-9, 3e-9, 1e-8, 3e-8, 1e-7}) {
+        ContactProblem p = stack(2, 0.5);
+        for (int i = 0; i < 6; ++i) p.M.block(1)(i, i) *= ratio;
+        set_velocity(p, {slip, -0.0098, 0, 0, 0, 0, 0, -0.0098, 0, 0, 0, 0});
+        DrumwrightShell::Tolerances tolerances;
+        tolerances.bounded = bounded;
+        INFO("bounded " << bounded << " ratio " << ratio << " slip " << slip);
+        for (double v : after(p, solve(p, tolerances))) CHECK(std::abs(v) < 1e-16 * ratio);
+      }
+}
+
 TEST_CASE("without friction the answer is the frictionless one", "[convex]") {
   for (unsigned seed = 0; seed < 20; ++seed) {
     ContactProblem p = random_problem(seed);
