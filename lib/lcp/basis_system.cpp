@@ -57,6 +57,11 @@ void BasisSystem::column(int i, Eigen::VectorXd& free_load, Eigen::VectorXd& pai
   pair_load = D_.col(i);
 }
 
+void BasisSystem::product(const Eigen::VectorXd& z, Eigen::VectorXd& free_load, Eigen::VectorXd& pair_load) const {
+  free_load = B_ * z;
+  pair_load = D_ * z;
+}
+
 bool BasisSystem::factor(const std::vector<int>& active, int out) {
   active_ = active;
   out_ = out;

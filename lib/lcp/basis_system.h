@@ -37,6 +37,8 @@ class BasisSystem {
   const Eigen::VectorXd& pair_load() const { return q_; }
   /// f and p of z_i = 1: column i of B and D.
   void column(int i, Eigen::VectorXd& free_load, Eigen::VectorXd& pair_load) const;
+  /// f and p of z: B z and D z.
+  void product(const Eigen::VectorXd& z, Eigen::VectorXd& free_load, Eigen::VectorXd& pair_load) const;
 
   int order() const { return lu_.order(); }         ///< of what was factorised last
   double entries() const { return lu_.entries(); }  ///< nonzeros of its factors: flops of a solve are twice that

@@ -43,8 +43,14 @@ bool finite(const LcpProblem& problem) {
   const auto whole = [](const SparseMatrix& matrix) {
     return Eigen::Map<const Eigen::VectorXd>(matrix.valuePtr(), matrix.nonZeros()).allFinite();
   };
+  if (!problem.expanded) return problem.M.allFinite() && problem.q.allFinite();
   return whole(problem.A) && whole(problem.B) && whole(problem.C) && whole(problem.D) && problem.a.allFinite() &&
          problem.q.allFinite();
+}
+
+double below_zero(double lowest, double largest) {
+  constexpr double ulps = 16;
+  return std::max(0.0, -lowest - ulps * std::numeric_limits<double>::epsilon() * largest);
 }
 
 bool ScaledLoad::set() {

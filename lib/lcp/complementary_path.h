@@ -20,8 +20,10 @@ namespace cb {
 
 /// Pseudo-random number in [0, 1) that depends on nothing but its arguments.
 double draw(unsigned seed, unsigned i);
-/// Are all numbers of an expanded problem finite?
+/// Are all numbers of a problem finite?
 bool finite(const LcpProblem& problem);
+/// How far the lowest variable of a vertex is below zero by more than arithmetic leaves: a few ulps of its largest z.
+double below_zero(double lowest, double largest);
 
 /// Scales of a problem and its load, the free unknowns eliminated.
 struct ScaledLoad {
@@ -91,7 +93,6 @@ struct PathFollower {
 struct PathJudge {
   double refined = 1e-16;       ///< refinement stops below this residual of the equalities, -
   int refinements = 3;          ///< steps of iterative refinement at most
-  double ulps = 16;             ///< how many of the largest z a variable may be below zero by round-off, -
   double ray_tolerance = 1e-9;  ///< a ray may violate its equations by this much of its largest entry, -
 
   /// The vertex of the present basis for the load, refined on the original data, then clipped: z, its natural residual,
@@ -159,10 +160,9 @@ double PathJudge::vertex(Table& table, const ScaledLoad& load, Eigen::VectorXd& 
     if (!(e <= worst)) worst = e;
   }
   residual = std::isfinite(worst) ? worst / load.judged : HUGE_VAL;
-  // What arithmetic cannot tell from zero does not count: a few ulps of the largest impulse.
   double largest = 0;
   for (const int i : active_) largest = std::max(largest, z[i] * load.root[i]);
-  return std::max(0.0, -lowest - ulps * std::numeric_limits<double>::epsilon() * largest) / load.judged;
+  return below_zero(lowest, largest) / load.judged;
 }
 
 template <class Table>

@@ -19,9 +19,10 @@
 //  3. Pairs are scaled symmetrically by powers of two (scaling.h).
 //  4. Each basis is solved with iterative refinement. A basis whose values fall below -feasible is a dead end.
 //  5. An end where z_0 has left counts only if the natural residual on the original data is within the tolerance.
-//  6. When all sequences from c of ones end dead, or half of the pivots are spent, the search is repeated with two
-//  other
-//     covering vectors, whose entries differ so that few candidates tie; q itself is never perturbed.
+//  6. An end within the tolerance that has a variable below zero by more than rounding is not the last: the search goes
+//     on from its basis (polish) to one whose signs are right, and keeps what it had where it finds none.
+//  7. When all sequences from c of ones end dead, or half of the pivots are spent, the search is repeated with two
+//     other covering vectors, whose entries differ so that few candidates tie; q itself is never perturbed.
 //
 // Returns: solved; nonconverged (pivot limit), time_limit, memory_limit: the search was cut off; where it was not:
 // inaccurate (ends whose residual stays above the tolerance: the best of them), ray (some sequence ended in a ray that
@@ -35,6 +36,7 @@
 #include <memory>
 
 #include "lcp/basis_system.h"
+#include "lcp/complementary_path.h"
 #include "lcp/lcp.h"
 #include "lcp/scaling.h"
 #include "linalg/deadline.h"
@@ -51,6 +53,8 @@ struct YnlOptions : LcpOptions {
   double near_tie = 1e-10;
   /// Values above minus this count as feasible, -; within it no sequence is given up.
   double feasible = 1e-8;
+  /// A variable of an end above minus this is zero but for rounding, -; looser: ends near the exact one are kept.
+  double vertex_tolerance = 1e-12;
   /// A ray's direction may violate its equations by this much of its largest entry, -.
   double ray_tolerance = 1e-9;
 };
@@ -179,15 +183,6 @@ struct Candidate {
 
 enum class End { solved, exhausted, pivot_limit, time_limit, memory_limit };
 
-bool finite(const LcpProblem& problem) {
-  const auto whole = [](const SparseMatrix& matrix) {
-    return Eigen::Map<const Eigen::VectorXd>(matrix.valuePtr(), matrix.nonZeros()).allFinite();
-  };
-  if (!problem.expanded) return problem.M.allFinite() && problem.q.allFinite();
-  return whole(problem.A) && whole(problem.B) && whole(problem.C) && whole(problem.D) && problem.a.allFinite() &&
-         problem.q.allFinite();
-}
-
 class Ynl {
  public:
   explicit Ynl(const LcpOptions& options) { static_cast<LcpOptions&>(o_) = options; }
@@ -200,6 +195,9 @@ class Ynl {
   };
 
   End search(const LcpProblem& problem, LcpSolution& solution);
+  End follow(const LcpProblem& problem, LcpSolution& solution);
+  void polish(const LcpProblem& problem, LcpSolution& solution);
+  void start(State& state, double near_tie, double below);
   bool expand(State& state, const LcpProblem& problem, LcpSolution& solution);
   void find_candidates(const State& state);
   bool ray_holds(double left) const;
@@ -219,10 +217,13 @@ class Ynl {
   std::vector<int> active_;
   State child_;
   int n_ = 0, pivots_ = 0, pivot_limit_ = 0, cover_limit_ = 0;
+  double near_tie_ = 0, below_ = 0;  // of the search in hand: width of ties; how far below zero an end may be, -
+  double end_below_ = 0;             // how far the last end's lowest variable is, beyond rounding, -
   std::size_t peak_bytes_ = 0;
   bool memory_full_ = false, solved_ = false;
   Deadline deadline_;
   double q_scale_ = 1;                            // largest scaled load once x is eliminated
+  double judged_ = 1;                             // what residuals are fractions of, over q_scale_
   Eigen::VectorXd free_load_, pair_load_, zero_;  // nx, n: of the problem, over q_scale_; nx of zeros
   Eigen::VectorXd load_, cover_;                  // n: condensed and scaled; c
   Eigen::VectorXd z_value_, w_value_;             // n: values at the basis in hand
@@ -271,13 +272,14 @@ bool Ynl::vertex(const State& state, const LcpProblem& problem, LcpSolution& sol
     return false;
   }
   system_.solve(free_load_, pair_load_);
+  end_below_ = below_zero(std::min(system_.z().minCoeff(), system_.w().minCoeff()), system_.z().maxCoeff()) / judged_;
   answer_ = (system_.z().cwiseProduct(scales_.columns) * q_scale_).cwiseMax(0.0);
   const double residual = answer_.allFinite() ? natural_residual(problem, answer_) : HUGE_VAL;
   if (residual < solution.residual) {
     solution.residual = residual;
     solution.z = answer_;
   }
-  if (residual <= o_.tolerance) return solved_ = true;
+  if (residual <= o_.tolerance && end_below_ <= below_) return solved_ = true;
   ++dead_.refused;
   return false;
 }
@@ -290,7 +292,7 @@ void Ynl::find_candidates(const State& state) {
     if (change < -o_.pivot_tolerance) bound = std::min(bound, std::max(value, 0.0) / -change);
   };
   const auto note = [&](int pair, bool is_z, double value, double change) {
-    if (change < -o_.pivot_tolerance && value + change * bound <= o_.near_tie)
+    if (change < -o_.pivot_tolerance && value + change * bound <= near_tie_)
       candidates_.push_back({pair, is_z, pair < 0 ? HUGE_VAL : -change});
   };
   const auto each = [&](auto&& visit) {
@@ -377,25 +379,38 @@ bool Ynl::expand(State& state, const LcpProblem& problem, LcpSolution& solution)
   return true;
 }
 
-// From the slack basis: all sequences, until one ends in a checked solution.
-End Ynl::search(const LcpProblem& problem, LcpSolution& solution) {
+// Nothing seen, nothing waits; `state` is the slack basis.
+void Ynl::start(State& state, double near_tie, double below) {
   const std::size_t words = (static_cast<std::size_t>(n_) + 63) / 64;
   seen_.clear();
   waiting_.clear(words);
-  State state;
   state.basic.assign(words, 0);
+  near_tie_ = near_tie;
+  below_ = below;
+  solved_ = false;
+}
+
+// From the slack basis: all sequences, until one ends in a checked solution.
+End Ynl::search(const LcpProblem& problem, LcpSolution& solution) {
+  State state;
+  start(state, o_.near_tie, HUGE_VAL);
   if (load_.minCoeff() >= -o_.feasible && vertex(state, problem, solution)) return End::solved;
 
-  // z_0 enters; whatever needs most of it leaves.
+  // z_0 enters; whatever needs most of it leaves. The first of the list is to be the youngest.
   double need = 0;
   for (int i = 0; i < n_; ++i) need = std::max(need, -load_[i] / cover_[i]);
   for (int i = n_ - 1; i >= 0; --i) {
-    if (load_[i] + cover_[i] * need > o_.near_tie) continue;
+    if (load_[i] + cover_[i] * need > near_tie_) continue;
     state.out = i;
     if (!push(state)) return End::memory_limit;
     state.second_choices = 1;
   }
-  // The first of the list is the youngest.
+  return follow(problem, solution);
+}
+
+// All sequences from the states that wait, the youngest first.
+End Ynl::follow(const LcpProblem& problem, LcpSolution& solution) {
+  State state;
   while (!waiting_.empty()) {
     waiting_.pop(state);
     for (;;) {
@@ -414,6 +429,33 @@ End Ynl::search(const LcpProblem& problem, LcpSolution& solution) {
     }
   }
   return End::exhausted;
+}
+
+// On from an end in hand that has a variable below zero by more than rounding: the exact end is at another basis. With
+// c = w_d - M z_d, where z_d and w_d are one for what is basic at this end and zero elsewhere, all its basic values
+// grow with z_0 alike: they are feasible from z_0 = -lowest on, where the lowest leaves. From there the search goes on
+// to z_0 = 0, its ties no wider than rounding. At most a pivot a pair; the end in hand stands where that does not do.
+void Ynl::polish(const LcpProblem& problem, LcpSolution& solution) {
+  State state;
+  start(state, o_.vertex_tolerance, o_.vertex_tolerance);
+  z_change_.setZero(n_);
+  for (const int i : active_) {
+    state.flip(i);
+    z_change_[i] = 1;
+  }
+  (system_.z() + system_.w()).minCoeff(&state.out);
+  state.z_enters = !state.has(state.out);
+  if (!state.z_enters) state.flip(state.out);
+
+  active_.clear();
+  ++solution.factorisations;
+  if (!system_.factor(active_, -1)) return;
+  system_.product(z_change_, free_column_, pair_column_);
+  system_.solve(free_column_, pair_column_);
+  cover_ = Eigen::VectorXd::Ones(n_) - z_change_ - system_.w();
+  system_.set_cover(cover_);
+  cover_limit_ = std::min(pivot_limit_, pivots_ + n_);
+  if (push(state)) follow(problem, solution);
 }
 
 std::string Ynl::dead_ends() const {
@@ -442,7 +484,7 @@ void Ynl::solve(const LcpProblem& problem, LcpSolution& solution) {
   solution.z.setZero(n_);
   solution.x.resize(0);
   peak_bytes_ = 0;
-  memory_full_ = solved_ = false;
+  memory_full_ = false;
   dead_ = {};
   const auto refuse = [&](LcpStatus status, const char* reason) {
     solution.status = status;
@@ -463,6 +505,7 @@ void Ynl::solve(const LcpProblem& problem, LcpSolution& solution) {
   load_ = system_.w();
   q_scale_ = n_ > 0 ? load_.lpNorm<Eigen::Infinity>() : 0;
   if (q_scale_ == 0) q_scale_ = 1;
+  judged_ = std::max(1.0, problem.size / q_scale_);
   if (!std::isfinite(q_scale_)) return refuse(LcpStatus::not_finite, "the data are not finite");
   load_ /= q_scale_;
   free_load_ = system_.free_load() / q_scale_;
@@ -472,17 +515,21 @@ void Ynl::solve(const LcpProblem& problem, LcpSolution& solution) {
   End end = End::exhausted;
   bool cut_off = false;
   std::string others;
+  const auto also = [&](std::string_view cover) { others += (others.empty() ? "; then " : ", ") + std::string(cover); };
   for (std::size_t c = 0; c < covers.size() && (end == End::exhausted || end == End::pivot_limit); ++c) {
     cover_.setOnes(n_);
-    for (int i = 0; c > 0 && i < n_; ++i)
-      cover_[i] = 0.5 + double(mix(c << 32 | static_cast<std::uint64_t>(i)) >> 11) * 0x1p-53;
+    for (int i = 0; c > 0 && i < n_; ++i) cover_[i] = 0.5 + draw(static_cast<unsigned>(c), static_cast<unsigned>(i));
     system_.set_cover(cover_);
     cover_limit_ = c + 1 < covers.size() ? pivots_ + (pivot_limit_ - pivots_) / 2 : pivot_limit_;
-    if (c > 0) others += std::string(c > 1 ? ", " : "; then ") + std::string(covers[c]);
+    if (c > 0) also(covers[c]);
     end = search(problem, solution);
     cut_off = cut_off || end == End::pivot_limit;
   }
   if (end == End::exhausted && cut_off) end = End::pivot_limit;
+  if (end == End::solved && end_below_ > o_.vertex_tolerance) {
+    also("the end's own cover");
+    polish(problem, solution);
+  }
 
   if (problem.expanded && solution.z.allFinite()) recover_free(problem, solution.z, solution.x);
   solution.pivots = pivots_;

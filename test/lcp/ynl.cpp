@@ -131,6 +131,35 @@ TEST_CASE("Bodies that meet the ground at many points are solved in the expanded
   }
 }
 
+TEST_CASE("The search ends on the right side of zero where a wrong one would pass as a solution") {
+  // Of each pair one half is 1e-11 to 1e-5 and the other zero; on the wrong basis the first is minus that.
+  SECTION("q = -5e-11 beside q = 1: z = 0 has a residual of 5e-11") {
+    const LcpSolution found = solve(dense(MatrixXd::Identity(2, 2), vector({1, -5e-11})));
+    REQUIRE(found.status == LcpStatus::solved);
+    CHECK(found.z == vector({0, 5e-11}));
+  }
+  SECTION("problems built backwards") {
+    for (const unsigned seed : {1u, 2u, 3u, 4u, 5u, 6u, 7u, 8u}) {
+      std::mt19937 generator(seed);
+      std::uniform_real_distribution<double> uniform(-1, 1);
+      const int n = 24;
+      const MatrixXd S = MatrixXd::NullaryExpr(n, n, [&] { return uniform(generator); });
+      LcpProblem p = dense(S * S.transpose() + MatrixXd::Identity(n, n), VectorXd(n));
+      VectorXd z = VectorXd::Zero(n), w = VectorXd::Zero(n);
+      for (int i = 0; i < n; ++i) {
+        const double size = i == 0 ? 1 : std::pow(10.0, -8 + 3 * uniform(generator));
+        (i == 0 || uniform(generator) > 0 ? z : w)[i] = size;
+      }
+      p.q = w - p.M * z;
+      const LcpSolution found = solve(p);
+      CAPTURE(seed, found.reason);
+      REQUIRE(found.status == LcpStatus::solved);
+      CHECK((found.z - z).lpNorm<Eigen::Infinity>() < 1e-13);
+      for (int i = 0; i < n; ++i) CHECK((found.z[i] > 0) == (z[i] > 0));
+    }
+  }
+}
+
 TEST_CASE("Where all rows tie the search still ends in a solution") {
   SECTION("a P-matrix on which least-index pivoting without a rule cycles: z = (1, 1, 1) / 3") {
     LcpProblem p = dense(MatrixXd(3, 3), vector({-1, -1, -1}));

@@ -96,6 +96,24 @@ TEST_CASE("Searched and perturbed pivoting give the sphere, the boxes and the st
   }
 }
 
+TEST_CASE("A box on a ramp whose friction is a hair below the tangent slides, a hair above it sticks") {
+  // Velocities along the ground's axes after a fall of g h on a ramp of 30 degrees: down along x, and into it. Its
+  // friction takes away mu times the second: of the first, tan(30) (1 - d) leaves the part d.
+  const double fall = 9.8e-3, tangent = std::tan(M_PI / 6);
+  const Eigen::Vector3d v{0.5 * fall, -0.5 / tangent * fall, 0};
+  for (const int k : {4, 8}) {
+    Solver ynl("ynl", k);
+    for (const double d : {1e-2, 1e-6, 1e-9, 1e-10, 2e-11}) {
+      const Answer slides = ynl(box(tangent * (1 - d), v)), sticks = ynl(box(tangent * (1 + d), v));
+      CAPTURE(k, d, slides.solution.reason, sticks.solution.reason);
+      REQUIRE(slides.solution.status == Status::ok);
+      REQUIRE(sticks.solution.status == Status::ok);
+      CHECK(slides.v_plus[0] == Approx(d * v[0]).epsilon(1e-3));
+      CHECK(std::abs(sticks.v_plus[0]) < 1e-14 * fall);
+    }
+  }
+}
+
 TEST_CASE("A tumbling box and a shaken stack pass the referee after the search") {
   for (const int k : {4, 8}) {
     Solver ynl("ynl", k);
