@@ -1,7 +1,10 @@
 // What solvers share that follow a path of complementary bases (complementary_path.h).
 //
 // Source of the ratio test: P. M. J. Harris, Mathematical Programming 5 (1973). Difference: no shifting of bounds; a
-// row that falls below zero by up to `harris` stays there until the vertex is recomputed from the original data.
+// row that falls below zero by up to the allowance stays there until the vertex is recomputed from the original data.
+// The allowance has to cover the rounding of the values themselves: of masses 1e6 apart, z is 1e6 of the load, and
+// values that are zero lie 1e-10 to either side of it. Rows would then block, or not, by their rounding, and paths end
+// in rays.
 
 #include "lcp/complementary_path.h"
 
@@ -48,10 +51,7 @@ bool finite(const LcpProblem& problem) {
          problem.q.allFinite();
 }
 
-double below_zero(double lowest, double largest) {
-  constexpr double ulps = 16;
-  return std::max(0.0, -lowest - ulps * std::numeric_limits<double>::epsilon() * largest);
-}
+double below_zero(double lowest, double largest) { return std::max(0.0, -lowest - round_off * largest); }
 
 bool ScaledLoad::set() {
   root = scales.rho.cwiseSqrt();
@@ -63,22 +63,29 @@ bool ScaledLoad::set() {
   return std::isfinite(q.sum() + scales.rows.sum() + scales.columns.sum());
 }
 
-int RatioTest::row(const double* column, const double* rhs, int preferred) {
+// First pass: how far all rows can go if each may fall to -allowance; `largest`: of the basic values.
+double RatioTest::nearest(const double* column, const double* rhs, double allowance, double& largest) const {
   const auto padded = static_cast<int>(score_.size());
   const Lanes infinity = Lanes{} + HUGE_VAL;
-
-  // First pass: how far all rows can go if each may fall to -harris.
-  Lanes nearest = infinity;
+  Lanes nearest = infinity, top = Lanes{};
   for (int i = 0; i < padded; i += lane_count) {
     Lanes c, x;
     load(column + i, c);
     load(rhs + i, x);
-    const Lanes limit = (x + harris) / -c;
+    const Lanes limit = (x + allowance) / -c, size = x < 0 ? -x : x;
     const Lanes candidate = c < -pivot_tolerance ? limit : infinity;
     nearest = candidate < nearest ? candidate : nearest;
+    top = size > top ? size : top;
   }
-  double bound = HUGE_VAL;
-  for (int l = 0; l < lane_count; ++l) bound = std::min(bound, nearest[l]);
+  largest = largest_lane(top);
+  return -largest_lane(-nearest);
+}
+
+int RatioTest::row(const double* column, const double* rhs, int preferred) {
+  const auto padded = static_cast<int>(score_.size());
+  double largest_value = 0;
+  double bound = nearest(column, rhs, harris, largest_value);
+  if (round_off * largest_value > harris) bound = nearest(column, rhs, round_off * largest_value, largest_value);
   if (!(bound < HUGE_VAL)) return -1;
   bound = std::max(bound, 0.0);
 
@@ -94,8 +101,7 @@ int RatioTest::row(const double* column, const double* rhs, int preferred) {
     store(size, score_.data() + i);
   }
   if (preferred >= 0 && score_[preferred] > 0) return preferred;
-  double top = 0;
-  for (int l = 0; l < lane_count; ++l) top = std::max(top, largest[l]);
+  const double top = largest_lane(largest);
   if (!(top > 0)) return -1;
   int best = 0;
   while (score_[best] != top) ++best;

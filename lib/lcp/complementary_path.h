@@ -22,7 +22,10 @@ namespace cb {
 double draw(unsigned seed, unsigned i);
 /// Are all numbers of a problem finite?
 bool finite(const LcpProblem& problem);
-/// How far the lowest variable of a vertex is below zero by more than arithmetic leaves: a few ulps of its largest z.
+/// Of the largest basic value or z: what a sum of them cannot tell from zero by round-off, -. Smaller: rows that block
+/// and signs of a vertex are decided by rounding; larger: answers are less exact.
+inline constexpr double round_off = 16 * std::numeric_limits<double>::epsilon();
+/// How far the lowest variable of a vertex is below zero by more than that of its largest z.
 double below_zero(double lowest, double largest);
 
 /// Scales of a problem and its load, the free unknowns eliminated.
@@ -38,17 +41,20 @@ struct ScaledLoad {
   bool set();
 };
 
-/// Ratio test in two passes after Harris (1973): among the rows that block within `harris` the largest pivot wins.
+/// Ratio test in two passes after Harris (1973): among the rows that block within an allowance the largest pivot wins.
 class RatioTest {
  public:
   double pivot_tolerance = 1e-9;  ///< an entry that blocks must be larger than this, -
-  /// Rows whose basic value would fall to no less than minus this still compete for the largest pivot, -.
+  /// Rows whose basic value would fall to no less than minus the allowance still compete for the largest pivot: this,
+  /// or `round_off` of the largest basic value where that is more, -.
   double harris = 1e-12;
   void resize(int padded) { score_.resize(padded); }
   /// Row that blocks the entering variable, or -1. `preferred` wins whenever it is among them (-1: none).
   int row(const double* column, const double* rhs, int preferred);
 
  private:
+  double nearest(const double* column, const double* rhs, double allowance, double& largest) const;
+
   Eigen::VectorXd score_;  // padded
 };
 

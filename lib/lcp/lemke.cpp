@@ -44,8 +44,7 @@ namespace {
 struct LemkeOptions : LcpOptions {
   /// An entry that blocks must be larger than this, -; looser: round-off grows, stricter: real blocks are missed.
   double pivot_tolerance = 1e-9;
-  /// Rows whose basic value would fall to no less than minus this still compete for the largest pivot, -.
-  double harris = 1e-12;
+  double harris = 1e-12;        ///< least allowance of the ratio test (RatioTest), -
   double perturbation = 1e-7;   ///< delta of q, -; smaller: ties drown in round-off, larger: more repairs
   double repair_factor = 1e-3;  ///< delta of each repair against the one before, -
   int repairs = 4;              ///< continuations from one basis at most

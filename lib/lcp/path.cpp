@@ -57,7 +57,7 @@ namespace {
 /// Numbers of the method. All act on the scaled problem: |M_ii| ~ 1, max |q_i| ~ 1.
 struct PathOptions : LcpOptions {
   double pivot_tolerance = 1e-9;  ///< an entry that blocks must be larger than this, -
-  double harris = 1e-12;          ///< rows that fall to no less than minus this compete for the largest pivot, -
+  double harris = 1e-12;          ///< least allowance of the ratio test (RatioTest), -
   int crash_steps = 20;           ///< projected Newton steps at most, before each path
   double decrease = 1e-4;         ///< part of the linear decrease of the merit that a step must reach, -
   int memory = 5;                 ///< merits that the largest is taken of; 1: monotone
