@@ -144,7 +144,7 @@ int check(const std::string& name, const Text& method, const std::vector<std::st
   if (scenario.rotate_cone != 0)
     line("rotate_cone", fmt::format("friction directions turned by {:g} rad", scenario.rotate_cone));
   if (scenario.compression_bound) line("bound", *scenario.compression_bound ? "on (convex)" : "off (convex)");
-  for (const auto& [key, value] : scenario.parameters) line("parameter", key + " = " + value);
+  for (const auto& [key, value] : scenario.parameters) line("parameter", fmt::format("{} = {}", key, value));
   line("reference", fmt::format("{}{}{}", cb::name(scenario.reference.kind),
                                 scenario.reference.name.empty() ? "" : ", ", scenario.reference.name));
   for (const Tree& tree : scenario.model.trees)

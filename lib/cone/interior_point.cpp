@@ -381,7 +381,7 @@ bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x, int patience, 
     return newton_terms(p, x);
   };
   for (int k = 0; k <= limit; ++k) {
-    double residual = terms();
+    const double residual = terms();
     if (!std::isfinite(residual) && (!careful || best == HUGE_VAL)) break;  // there is nothing to go back to
     if (residual < 0.5 * best)
       stalled = 0;
@@ -396,7 +396,7 @@ bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x, int patience, 
       best_.iterations = x.iterations;
       x = best_;
       proximal_ = std::min(1.0, 30 * proximal_);
-      residual = terms();
+      terms();  // at x again
     }
     // Far below rounding, and no product of a large impulse with a velocity that should be zero is left.
     const double tiny = 1e-2 * options_.rounding;

@@ -281,7 +281,7 @@ std::string factor_delassus(const Sparse& W, std::span<const double> q, const De
              "); both its sides are fixed";
     scale[c] = std::sqrt(w);
   }
-  Sparse scaled = W;
+  Sparse scaled = W;  // NOLINT(performance-unnecessary-copy-initialization): valueRef() changes it
   for (int j = 0; j < scaled.outerSize(); ++j)
     for (Sparse::InnerIterator it(scaled, j); it; ++it) it.valueRef() /= scale[it.row() / 3] * scale[j / 3];
 
