@@ -260,7 +260,7 @@ void from_local(const std::string& path, Sparse W, std::vector<double> q, std::v
   out.factor_error = report.error;
   out.problem.mu = std::move(mu);
   out.problem.restitution.assign(out.problem.mu.size(), 0.0);
-  out.W = std::move(W);
+  out.W.swap(W);
   out.q = std::move(q);
 }
 
@@ -277,7 +277,7 @@ void read_siconos(const std::string& path, const ProblemFileOptions& options, St
   std::vector<double> q(3 * static_cast<std::size_t>(nc)), mu(static_cast<std::size_t>(nc));
   for (double& x : q) x = file.number("q");
   for (double& x : mu) x = file.number("mu");
-  from_local(path, std::move(W), std::move(q), std::move(mu), options, out);
+  from_local(path, W, std::move(q), std::move(mu), options, out);
 }
 
 }  // namespace

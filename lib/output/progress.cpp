@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdio>
 
 namespace cb {
@@ -13,7 +14,7 @@ void Progress::print(Clock::time_point now, double t, double duration, int conta
   next_ = now + interval;
   shown_ = true;
   const double spent = std::chrono::duration<double>(now - start_).count();
-  const auto left = t > 0 ? static_cast<long>(spent * (duration - t) / t + 0.5) : 0;
+  const auto left = t > 0 ? std::lround(spent * (duration - t) / t) : 0;
   // A terminal that went away must not end the run.
   std::fputs(fmt::format("\r{:.3f} of {:g} s ({:.0f} %), {} contacts, {}:{:02}:{:02} left\033[K", t, duration,
                          100 * t / duration, contacts, left / 3600, left / 60 % 60, left % 60)

@@ -9,6 +9,7 @@
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "output/row_file.h"
 
@@ -38,7 +39,7 @@ Json options(const RunSummary& run) {
   const MethodOptions& method = run.method_options;
   const auto understood = [&](const char* flag, Json value) {
     const bool known = std::find(run.method_flags.begin(), run.method_flags.end(), flag) != run.method_flags.end();
-    return known ? value : Json();
+    return known ? std::move(value) : Json();
   };
   const SimulationOptions& simulation = run.simulation;
   return {{"step", simulation.step},

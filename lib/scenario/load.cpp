@@ -723,7 +723,8 @@ class Loader {
       const auto [group, is_new] = group_of.try_emplace(
           {scenario_.shapes[i].kind, is_free(static_cast<int>(i)), selectors[i]}, static_cast<int>(first_of.size()));
       if (is_new) {
-        if (first_of.size() == group_limit)
+        // Without pairs there are few kinds.
+        if (element != nullptr && first_of.size() == group_limit)
           source_.fail(element->at, fmt::format("more than {} kinds of bodies by their pairs; name arrays by patterns "
                                                 "(box_*) in place of single bodies",
                                                 group_limit));
