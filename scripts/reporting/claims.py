@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from . import fits
 from .results import number
 
 YES, NO, UNKNOWN = "reproduced", "not reproduced", "cannot be told"
@@ -184,14 +185,6 @@ def path_of(cell):
     return t, np.column_stack([x, z])
 
 
-def circle_fit(p):
-    """Radius and relative root mean square deviation of the best circle (algebraic least squares)."""
-    a = np.column_stack([2 * p, np.ones(len(p))])
-    x, *_ = np.linalg.lstsq(a, np.sum(p**2, axis=1), rcond=None)
-    radius = math.sqrt(max(x[2] + x[0]**2 + x[1]**2, 0.0))
-    return radius, float(np.sqrt(np.mean((np.linalg.norm(p - x[:2], axis=1) - radius)**2))) / radius
-
-
 def c4(results):
     cells = [c for c in results.cells("circular_sliding", sweep=None, parameters="start=rest") if c["knobs"] == ""]
     end = lambda c: c.error("position_final_m")  # noqa: E731
@@ -204,7 +197,7 @@ def c4(results):
     else:
         final = path_of(convex)[1][-1]
         apart = [float(np.linalg.norm(path_of(c)[1][-1] - final)) for c in polygons]
-        slope = float(np.polyfit(np.log([int(c["k"]) for c in polygons]), np.log(np.maximum(apart, 1e-300)), 1)[0])
+        slope = fits.slope([int(c["k"]) for c in polygons], [max(a, 1e-300) for a in apart])
         parts.append(part(text, slope <= -1.5 and all(b < a for a, b in zip(apart, apart[1:])),
                           {**{f"k = {c['k']}, m": a for c, a in zip(polygons, apart)}, "slope": slope}, [convex, *polygons]))
     cell = find(cells, "mirtich")
@@ -214,7 +207,7 @@ def c4(results):
         parts += [unknown(results, "circular_sliding", t) for t in texts]
     else:
         t, p = path_of(cell)
-        radius, deviation = circle_fit(p[t >= t[-1] - 2 * math.pi])
+        radius, deviation = fits.circle(p[t >= t[-1] - 2 * math.pi])
         parts += [part(texts[0], deviation <= 0.05, {"radius, m": radius, "deviation": deviation}, [cell]),
                   part(texts[1], cell.error("position_linf_m") > 0.1 * RADIUS,
                        {"largest distance from the exact place, m": cell.error("position_linf_m")}, [cell])]
@@ -407,7 +400,7 @@ def c10(results):
         last = {n: t.get(16, math.nan) for n, t in growth.items()}
         parts.append(part(texts[0], last[name] <= min(last.values()), {n: t if math.isfinite(t) else "did not finish" for n, t in last.items()},
                           by_size[16], timing=True))
-        powers = {n: float(np.polyfit(np.log(list(t)), np.log(list(t.values())), 1)[0]) for n, t in growth.items()
+        powers = {n: fits.slope(t, t.values()) for n, t in growth.items()
                   if len(t) > 1 and all(math.isfinite(s) and s > 0 for s in t.values())}
         parts.append(part(texts[1], name in powers and powers[name] <= min(min(powers.values()), 1.5), powers,
                           [c for n, some in by_size.items() if n >= 4 for c in some], timing=True))

@@ -6,6 +6,7 @@ import numpy as np
 
 from sweeping.reference import ERROR, name_of
 
+from .fits import slope
 from .results import number
 
 SWEEP = "error_time"
@@ -129,11 +130,6 @@ def budget(results, scene, parameters):
         worst = max(known, key=known.get) if known and max(known.values()) > TINY else "none" if known else ""
         rows.append({"cell": cell, "solver": solver, "model": model, "step_error": step, "dominates": worst, "total": cell.error(name)})
     return rows
-
-
-def slope(x, y):
-    """Least squares of log y over log x."""
-    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
 
 
 # Order in the step ---------------------------------------------------------------------------------------------------------

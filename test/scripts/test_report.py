@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = ROOT / "scripts"
 SWEEPS = [ROOT / "scenarios/sweeps" / f"{name}.toml" for name in ("paper", "robots", "claims", "error_time", "orders", "polygons")]
 sys.path.insert(0, str(SCRIPTS))
-from reporting import choice, claims, precision, stored, table1  # noqa: E402
+from reporting import choice, claims, fits, precision, stored, table1  # noqa: E402
 from reporting.results import Results  # noqa: E402
 
 
@@ -62,6 +62,21 @@ class FakeResults:
 
     def cells(self, *_, **__):
         return self.all
+
+
+class Fits(unittest.TestCase):
+    def test_a_power_and_a_circle_are_found(self):
+        self.assertAlmostEqual(fits.slope([1, 10, 100], [7, 0.7, 0.07]), -1.0, 14)
+        # Half a turn of radius 2 about (3, -1), every other point 0.01 outside, the others as far inside.
+        turn = [(2 + 0.01 * (-1)**i, math.pi * i / 99) for i in range(100)]
+        points = [(3 + r * math.cos(a), -1 + r * math.sin(a)) for r, a in turn]
+        radius, deviation = fits.circle(points)
+        self.assertAlmostEqual(radius, 2, 3)
+        self.assertAlmostEqual(deviation, 0.005, 4)
+        self.assertEqual(fits.circle(points[::-1]), (radius, deviation), "sums are exact, whatever their order")
+
+    def test_a_line_is_no_circle(self):
+        self.assertTrue(all(map(math.isnan, fits.circle([(0, 1), (0, 2), (0, 4)]))))
 
 
 class Precision(unittest.TestCase):
