@@ -7,7 +7,7 @@
 
 namespace cb {
 
-/// How the program ends (spec: contract.md, "Exit codes").
+/// How the program ends (docs/interface.md, "Exit codes").
 enum ExitCode : int { finished = 0, program_fault = 1, wrong_input = 2, not_finished = 3 };
 
 /// Flags that cannot be what the user meant: what() names the flag and the fix.

@@ -9,7 +9,7 @@
 
 namespace cb {
 
-/// One impulsive contact event: everything that a contact model may know (spec: methods.md, "One event").
+/// One impulsive contact event: everything that a contact model may know (docs/judging.md, "One event").
 ///   v+ = v- + M^-1 J^T r        u+ = J v+ + w
 /// Plain data; no method sees a body, a shape, a clock or a file.
 struct ContactProblem {
@@ -25,7 +25,7 @@ struct ContactProblem {
   void clear();
 };
 
-/// How an event or a run ended (spec: contract.md, "Status list"). Order is severity within an event.
+/// How an event or a run ended (docs/interface.md, "Statuses"). Order is severity within an event.
 enum class Status {
   ok,
   inaccurate,

@@ -1,6 +1,6 @@
 // The referee: what is true of an answer.
 //
-// Everything is recomputed from the problem's own data and the claimed impulses (spec: metrics.md). Impulse errors are
+// Everything is recomputed from the problem's own data and the claimed impulses (docs/judging.md). Impulse errors are
 // weighted by w_i = trace(W_ii) / 3 (1/kg), so that a residual is a ratio of square roots of energies and the units of
 // mass, length and time cancel. All sums run over the whole event: a contact that is idle, and whose velocity is only
 // round-off, is measured against what the event is about.

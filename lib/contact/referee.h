@@ -9,7 +9,7 @@
 namespace cb {
 
 /// What is true of an answer, recomputed from the original problem and the claimed impulses alone
-/// (spec: metrics.md). A claim that this refutes is counted as false.
+/// (docs/judging.md). A claim that this refutes is counted as false.
 struct Residuals {
   double model = 0;                     ///< residual of the law that was solved, -
   std::optional<double> law;            ///< against exact Coulomb friction, -; only where all e = 0

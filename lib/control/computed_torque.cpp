@@ -1,4 +1,4 @@
-// Computed torque along sinusoids, and a gripper that closes with a wanted acceleration (spec: scenarios.md, grasp).
+// Computed torque along sinusoids, and a gripper that closes with a wanted acceleration (scenarios/grasp.xml).
 //
 // Problem: torques that let each tracked joint follow q* = offset + amplitude sin(frequency t + phase) and each closing
 // joint accelerate as wanted, from q, qd and gravity. Source: Luh, Walker, Paul, "Resolved-acceleration control of

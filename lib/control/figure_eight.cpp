@@ -1,4 +1,4 @@
-// Figure-eight tracking by differential drive (spec: scenarios.md, mobile_robot).
+// Figure-eight tracking by differential drive (scenarios/mobile_robot.xml).
 //
 // Problem: speeds of two wheels (rad/s) that bring the middle of the axle to a moving pose. With the forward direction
 // f = (-sin heading, -cos heading) in (x, z), radius r and axle length L, wheel speeds (l, r) move it by

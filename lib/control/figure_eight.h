@@ -2,7 +2,7 @@
 
 namespace cb {
 
-/// The figure eight and the law that drives a robot with two wheels along it (spec: scenarios.md, mobile_robot).
+/// The figure eight and the law that drives a robot with two wheels along it (scenarios/mobile_robot.xml).
 /// Path: X = -x_amplitude cos s, Z = z_amplitude sin 2s, s = rate t + 3 pi/2. It starts at the origin.
 /// Heading: angle about the world's y axis; at 0 the robot faces -z, at pi/2 it faces -x.
 struct FigureEight {

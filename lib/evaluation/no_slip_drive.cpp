@@ -1,4 +1,4 @@
-// What the mobile robot would do on wheels that never slip (spec: scenarios.md, mobile_robot).
+// What the mobile robot would do on wheels that never slip (scenarios/mobile_robot.xml).
 //
 // Problem: with f, l the directions forward and left, the middle of the axle moves with speed u f and the robot turns
 // with w about the vertical. A part at (a, b) forward and left of it moves with (u - w b) f + w a l. From d'Alembert's

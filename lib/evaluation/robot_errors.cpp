@@ -1,4 +1,4 @@
-// Errors of the two robot scenes (spec: scenarios.md, mobile_robot and grasp), gathered step by step.
+// Errors of the two robot scenes (scenarios/mobile_robot.xml, scenarios/grasp.xml), gathered step by step.
 //
 // Slip of a wheel is the velocity of its lowest point, whether it is loaded or not; along is the robot's heading,
 // across the level direction at right angles to it. Its load is the sum of the normal impulses of its contacts in a

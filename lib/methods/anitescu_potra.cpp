@@ -14,7 +14,7 @@
 // again.
 //
 // Differences from the source:
-//  1. Impulses and velocities of one event only: forces have acted before (spec: methods.md, "The step").
+//  1. Impulses and velocities of one event only: forces have acted before (docs/architecture.md, "The path of a step").
 //  2. No joint constraints: joints are inside M.
 //  3. Small problems eliminate v+ (matrix of order (k + 2) nc from the Delassus matrix); larger ones keep it as free
 //     unknowns, so that what is sparse stays sparse. dense_limit decides, by the number of unknowns.

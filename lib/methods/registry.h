@@ -12,7 +12,7 @@
 
 namespace cb {
 
-/// What a user can ask of a method; each field has the flag of the same name (spec: contract.md).
+/// What a user can ask of a method; each field has the flag of the same name (docs/interface.md).
 struct MethodOptions {
   std::string variant;                     ///< newton: uncapped | stick-tested; empty: the method's default
   std::string solver;                      ///< ap: lemke | path | ynl; convex: ipm; empty: the method's default

@@ -12,7 +12,7 @@
 
 namespace cb {
 
-/// Header rows of the files of a run (spec: contract.md), line break included; fixed once published.
+/// Header rows of the files of a run (docs/interface.md), line break included; fixed once published.
 inline constexpr std::string_view trajectory_header = "t,body,px,py,pz,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n";
 inline constexpr std::string_view steps_header =
     "step,t,events,contacts,size,iterations,status,claimed_residual,residual,law_residual,gap,infeasibility,"

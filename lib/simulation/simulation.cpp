@@ -1,4 +1,4 @@
-// One step of size h from t = n h (spec: methods.md, "The step"):
+// One step of size h from t = n h (docs/architecture.md, "The path of a step"):
 //   1. velocities from the forces at the start, explicit Euler
 //   2. contacts at the present configuration; if any approaches, one event with all of them
 //   3. positions with the new velocity up to the first time of contact of a feature that was open, or the step's end

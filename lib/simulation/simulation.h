@@ -32,7 +32,7 @@ struct StepTimes {
   double dynamics_s = 0, collision_s = 0, assembly_s = 0, solve_s = 0, step_s = 0;
 };
 
-/// One row of steps.csv (spec: contract.md). Where a step has several events, counts add up and residuals are the
+/// One row of steps.csv (docs/interface.md). Where a step has several events, counts add up and residuals are the
 /// worst.
 struct StepRecord {
   long step = 0;  ///< 1-based: the step that ends at t
@@ -90,7 +90,7 @@ struct SimulationOptions {
   StepPruning prune = {false, false, false};
 };
 
-/// The event-driven stepper (spec: methods.md, "The step"). Is handed a method and never asks which.
+/// The event-driven stepper (docs/architecture.md, "The path of a step"). Is handed a method and never asks which.
 class Simulation {
  public:
   Simulation(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, Law law);

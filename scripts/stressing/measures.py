@@ -185,7 +185,7 @@ def pulled_pair(run, case, row):
 
 
 def pushed(run, case, row):
-    """Against the exact box under this step (spec: scenarios.md; 0.16326542 at h = 1e-3)."""
+    """Against the exact box under this step (lib/evaluation/slider.h; 0.16326542 at h = 1e-3)."""
     angle, way = run.parameters["push_angle"], 0.16326542
     moved = run.moved("box")
     got = math.hypot(moved[0], moved[2])

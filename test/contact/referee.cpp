@@ -12,7 +12,7 @@ namespace {
 
 constexpr double g = 9.8, h = 1e-3;
 
-/// The exact answer of a solid sphere's impact (spec: scenarios.md): s = slip, v_n = approach.
+/// The exact answer of a solid sphere's impact (lib/evaluation/sphere_impact.h): s = slip, v_n = approach.
 /// Sticks iff |s| <= 3.5 mu v_n with J_t = (2/7) m |s|, else J_t = mu m v_n; always J_n = m v_n.
 std::vector<double> sphere_impulse(const ContactProblem& p) {
   const double m = p.M.block(0)(0, 0), mu = p.mu[0];
