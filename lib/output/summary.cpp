@@ -137,6 +137,7 @@ std::string to_json(const RunSummary& run) {
         {"median", maybe(tally.residuals.median())},
         {"false_claims", tally.false_claims},
         {"inaccurate_events", tally.inaccurate_events},
+        {"doubted", tally.doubted},
         {"claimed_max", maybe(tally.claimed_max)},
         {"law_max", maybe(tally.law_max)},
         {"gap_max_j", maybe(tally.gap_max)},

@@ -93,6 +93,7 @@ void RunTally::observe_step(const StepRecord& record, bool completed) {
   solves += record.solves;
   iterations += record.iterations;
   false_claims += record.false_claims;
+  doubted += record.doubted;
   penetration_max = std::max(penetration_max, record.max_penetration);
   if (record.events > 0) {
     if (record.events == 1) contacts_max = std::max(contacts_max, record.contacts);

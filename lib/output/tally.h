@@ -36,7 +36,7 @@ struct RunTally {
   double t_reached = 0;  ///< s, end of the last completed step
   long long events = 0, solves = 0, iterations = 0;
   int contacts_max = 0;  ///< in one event
-  long long false_claims = 0, inaccurate_events = 0;
+  long long false_claims = 0, inaccurate_events = 0, doubted = 0;
   std::optional<double> residual_max, claimed_max, law_max;
   std::optional<double> gap_max;  ///< J, the one of largest magnitude
   std::optional<double> infeasibility_max;

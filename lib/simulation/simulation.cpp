@@ -1,6 +1,7 @@
 // One step of size h from t = n h (docs/architecture.md, "The path of a step"):
 //   1. velocities from the forces at the start, explicit Euler
-//   2. contacts at the present configuration; if any approaches, one event with all of them
+//   2. contacts at the present configuration; if any approaches, one event with all of the islands in which one does
+//      (event_islands.h)
 //   3. positions with the new velocity up to the first time of contact of a feature that was open, or the step's end
 //   4. at a time of contact: 2 again
 // Robots: their links take part in collision as free bodies do; velocities come from the articulated-body algorithm
@@ -225,14 +226,14 @@ void Simulation::find_pairs(double horizon) {
   });
 }
 
-// All closed features at the present configuration. Returns whether any of them approaches.
+// All closed features at the present configuration, and those of them that an event is made of. Returns whether there
+// is one.
 bool Simulation::find_contacts() {
   contacts_.clear();
   mu_.clear();
   restitution_.clear();
   patches_.clear();
-  points_left_out_ = 0;
-  bool approaching = false;
+  approaches_.clear();
   for (const auto& [i, j] : *pairs_) {
     const std::size_t first = contacts_.size();
     const double tolerance = std::min(tolerance_[i], tolerance_[j]);
@@ -241,19 +242,20 @@ bool Simulation::find_contacts() {
     const int left_out = contact_points(scenario_.shapes[i], motions_[i].pose, i, scenario_.shapes[j], motions_[j].pose,
                                         j, tolerance, contacts_, corners_only);
     if (contacts_.size() == first) continue;
-    points_left_out_ += left_out;
-    if (left_out > 0) patches_.emplace_back(static_cast<int>(first), static_cast<int>(contacts_.size()));
+    if (left_out > 0) patches_.emplace_back(static_cast<int>(first), left_out);
     mu_.resize(contacts_.size(), law.mu);
     restitution_.resize(contacts_.size(), law.restitution);
     for (std::size_t c = first; c < contacts_.size(); ++c) {
       const ContactPoint& contact = contacts_[c];
+      double speed = gravity_speed_;  // before terms cancel: what rolls is at rest where it touches, to their rounding
       const auto velocity = [&](int shape) -> Vec3 {
         const Motion& motion = motions_[shape];
-        return motion.v + motion.w.cross(contact.position - motion.pose.p);
+        const Vec3 turning = motion.w.cross(contact.position - motion.pose.p);
+        speed += motion.v.lpNorm<1>() + turning.lpNorm<1>();
+        return motion.v + turning;
       };
       const Vec3 v_a = velocity(contact.shape_a), v_b = velocity(contact.shape_b);
-      const double speed = v_a.norm() + v_b.norm() + gravity_speed_;
-      if (contact.normal.dot(v_a - v_b) < -options_.approach * speed) approaching = true;
+      approaches_.push_back(contact.normal.dot(v_a - v_b) < -options_.approach * speed ? 1 : 0);
       record_.max_penetration = std::max(record_.max_penetration, -contact.gap);
       if (-contact.gap * options_.closed_gap > options_.penetration_limit * tolerance)
         fail(Status::penetration,
@@ -261,25 +263,48 @@ bool Simulation::find_contacts() {
                          scenario_.shapes[j].name, -contact.gap, state_.t));
     }
   }
+  if (!scenario_.model.trees.empty()) find_limits();
+  if (std::find(approaches_.begin(), approaches_.end(), 1) == approaches_.end()) return false;
+  select_islands();
   if (options_.shuffle != 0) shuffle_contacts();  // not together with patches (constructor)
-  if (!scenario_.model.trees.empty() && find_limits()) approaching = true;
-  return approaching && (record_.status == Status::ok || record_.status == Status::inaccurate);
+  return record_.status == Status::ok || record_.status == Status::inaccurate;
+}
+
+// mu_, restitution_, limits_ and patches_ become the event's; contacts_ stays what touches.
+void Simulation::select_islands() {
+  islands_.find(scenario_.model, scenario_.shapes, contacts_, limits_, approaches_);
+  if (!islands_.all()) {
+    std::erase_if(patches_, [&](const auto& patch) { return !islands_.includes(patch.first); });
+    event_contacts_.clear();
+    for (std::size_t c = 0; c < contacts_.size(); ++c) {
+      if (!islands_.includes(c)) continue;
+      mu_[event_contacts_.size()] = mu_[c];
+      restitution_[event_contacts_.size()] = restitution_[c];
+      event_contacts_.push_back(contacts_[c]);
+    }
+    mu_.resize(event_contacts_.size());
+    restitution_.resize(event_contacts_.size());
+    std::size_t at = contacts_.size();
+    std::erase_if(limits_, [&](const LimitContact&) { return !islands_.includes(at++); });
+  }
+  points_left_out_ = 0;
+  for (const auto& patch : patches_) points_left_out_ += patch.second;
 }
 
 // Fisher and Yates.
 void Simulation::shuffle_contacts() {
-  for (std::size_t i = contacts_.size(); i > 1; --i) {
+  std::vector<ContactPoint>& contacts = event_contacts();
+  for (std::size_t i = contacts.size(); i > 1; --i) {
     const std::size_t j = random_() % i;
-    std::swap(contacts_[i - 1], contacts_[j]);
+    std::swap(contacts[i - 1], contacts[j]);
     std::swap(mu_[i - 1], mu_[j]);
     std::swap(restitution_[i - 1], restitution_[j]);
   }
 }
 
-// Joints at a limit; returns whether any of them goes on into it.
-bool Simulation::find_limits() {
+// Joints at a limit, and which of them go on into it.
+void Simulation::find_limits() {
   limits_.clear();
-  bool approaching = false;
   for (int t = 0; t < static_cast<int>(scenario_.model.trees.size()); ++t) {
     const std::vector<Joint>& joints = scenario_.model.trees[t].joints;
     for (int j = 0; j < static_cast<int>(joints.size()); ++j) {
@@ -290,11 +315,10 @@ bool Simulation::find_limits() {
         const double gap = joint.limit_gap(sign, state_.q[joint.q], state_.t);
         if (gap > options_.closed_gap) continue;
         limits_.push_back({t, j, sign, gap});
-        if (sign * (rate - joint.limit_rate) < -options_.approach * speed) approaching = true;
+        approaches_.push_back(sign * (rate - joint.limit_rate) < -options_.approach * speed ? 1 : 0);
       }
     }
   }
-  return approaching;
 }
 
 // The first time within `horizon` at which a joint reaches a limit, or `horizon`. Coordinates are linear in time.
@@ -312,9 +336,11 @@ double Simulation::first_limit(double horizon) const {
   return first;
 }
 
-// Hands all closed contacts to the method, has the answer checked, and takes over the checked velocity.
+// Hands the event's contacts to the method, has the answer checked, and takes over the checked velocity. Where the
+// check holds the run goes on, whatever the method says of itself; where it does not, a typed failure ends the run.
 bool Simulation::solve_event(Lap& lap) {
-  assembler_.assemble(scenario_.model, state_, scenario_.shapes, contacts_, limits_, mu_, restitution_,
+  const std::vector<ContactPoint>& contacts = event_contacts();
+  assembler_.assemble(scenario_.model, state_, scenario_.shapes, contacts, limits_, mu_, restitution_,
                       scenario_.rotate_cone, problem_, owners_);
   lap.add_to(record_.times.assembly_s);
   solution_.clear();
@@ -345,21 +371,23 @@ bool Simulation::solve_event(Lap& lap) {
   worst(record_.infeasibility, residuals_.infeasibility);
 
   const bool holds = Referee::holds(residuals_, solution_, law_, options_.accepted_residual);
-  if (solution_.status == Status::ok && !holds) ++record_.false_claims;
-  if (!residuals_.finite) {
-    fail(Status::not_finite, solution_.reason.empty() ? "the method's impulses are not finite" : solution_.reason);
-    return false;
-  }
-  if (solution_.status != Status::ok && solution_.status != Status::inaccurate) {
+  const bool gave_up = solution_.status != Status::ok && solution_.status != Status::inaccurate;
+  if (!holds && solution_.status == Status::ok) ++record_.false_claims;
+  if (holds && solution_.status != Status::ok) ++record_.doubted;
+  if (!holds && gave_up) {
     fail(solution_.status,
          feasible(problem_) ? solution_.reason : "infeasible, no velocity lets nothing approach; " + solution_.reason);
+    return false;
+  }
+  if (!residuals_.finite) {
+    fail(Status::not_finite, solution_.reason.empty() ? "the method's impulses are not finite" : solution_.reason);
     return false;
   }
   if (!holds) {
     record_.status = Status::inaccurate;
     reason_ = fmt::format("checked residual {:.3g} at t = {:.9g} s", residuals_.model, state_.t);
   }
-  for (std::size_t row = 3 * contacts_.size(); row < problem_.offset.size(); row += 3)  // limits that move do work
+  for (std::size_t row = 3 * contacts.size(); row < problem_.offset.size(); row += 3)  // limits that move do work
     energy_input_ += std::abs(solution_.impulse[row] * problem_.offset[row]);
   record_.event_energy_gain += residuals_.energy_gain;
   if (residuals_.energy_before > 0)
@@ -376,7 +404,7 @@ bool Simulation::solve_event(Lap& lap) {
     std::copy_n(v_plus, tree.nv, state_.qd.begin() + tree.v);
     link_twists(scenario_.model, tree, state_);
   }
-  if (on_event) on_event(EventRecord{state_.t, problem_, solution_, residuals_, v_plus_, contacts_, limits_});
+  if (on_event) on_event(EventRecord{state_.t, problem_, solution_, residuals_, v_plus_, contacts, limits_});
   return true;
 }
 
@@ -390,10 +418,10 @@ bool Simulation::patch_spins() {
   for (const double u : u_plus_) fastest = std::max(fastest, std::abs(u));
   contact_velocity(problem_, v_plus_, u_plus_);
   spinning_ = false;
-  for (std::size_t c = 1; c < contacts_.size(); ++c) {
+  const std::vector<ContactPoint>& contacts = event_contacts();
+  for (std::size_t c = 1; c < contacts.size(); ++c) {
     const std::size_t before = c - 1;
-    if (contacts_[c].shape_a != contacts_[before].shape_a || contacts_[c].shape_b != contacts_[before].shape_b)
-      continue;
+    if (contacts[c].shape_a != contacts[before].shape_a || contacts[c].shape_b != contacts[before].shape_b) continue;
     for (std::size_t i = 1; i < 3; ++i)
       spinning_ = spinning_ || std::abs(u_plus_[3 * c + i] - u_plus_[3 * before + i]) > even * fastest;
   }

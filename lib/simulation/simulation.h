@@ -13,6 +13,7 @@
 #include "methods/registry.h"
 #include "scenario/scenario.h"
 #include "simulation/drift.h"
+#include "simulation/event_islands.h"
 
 namespace cb {
 
@@ -45,7 +46,8 @@ struct StepRecord {
   double event_energy_gain_relative = 0;            ///< worst over the events: gain / energy before
   double max_penetration = 0;                       ///< m
   double kinetic_energy = 0, potential_energy = 0;  ///< J
-  int false_claims = 0;
+  int false_claims = 0;                             ///< answers called ok that the check refutes
+  int doubted = 0;                                  ///< answers not called ok that the check confirms
   StepTimes times;
 };
 
@@ -76,9 +78,9 @@ struct SimulationOptions {
   double accepted_residual = 1e-9;  ///< model residual beyond which an event counts as `inaccurate`, -
   /// Fraction of the body's size below which a pair is closed. Also the window within which contacts are simultaneous:
   /// at a time of contact every feature closer than this belongs to the event (closed_gap * size / approach speed, in
-  /// s).
+  /// s), if its island does.
   double closed_gap = 1e-9;
-  double approach = 1e-13;  ///< an event needs u_n < -approach * (|g| h + speeds of the pair)
+  double approach = 1e-13;  ///< an event needs u_n < -approach * (|g| h + |v| + |w x arm| of the pair); also an island
   int event_cap = 1000;     ///< events in one step; beyond: event_stall
   /// Seed of a new order of each event's contacts, which should change nothing but round-off; 0: as they are found.
   std::uint64_t shuffle = 0;
@@ -120,7 +122,8 @@ class Simulation {
   void find_pairs(double horizon);
   bool find_contacts();
   void shuffle_contacts();
-  bool find_limits();
+  void find_limits();
+  void select_islands();
   bool solve_event(Lap& lap);
   bool patch_spins();
   double first_contact(double horizon, double reach);
@@ -146,7 +149,11 @@ class Simulation {
   ContactSolution solution_;
   Residuals residuals_;
   std::vector<double> v_plus_, u_plus_, mu_, restitution_;
-  std::vector<ContactPoint> contacts_;
+  /// What the event is made of; contacts_ itself where it is made of all.
+  std::vector<ContactPoint>& event_contacts() { return islands_.all() ? contacts_ : event_contacts_; }
+  std::vector<ContactPoint> contacts_, event_contacts_;  // all that touch
+  std::vector<char> approaches_;                         // per contact and limit that was found
+  EventIslands islands_;
   std::mt19937_64 random_;  // of the order of contacts
   std::vector<LimitContact> limits_;
   std::vector<BlockOwner> owners_;
@@ -171,7 +178,7 @@ class Simulation {
   double moved_ = 0;            // m, bound on what any shape has moved by since they were found
 
   StepLeftOut left_out_;
-  std::vector<std::pair<int, int>> patches_;  // contacts [first, second) that stand for more of them
+  std::vector<std::pair<int, int>> patches_;  // first contact of those that stand for more, and how many more
   int points_left_out_ = 0;                   // of the contacts at hand
   bool spinning_ = false;                     // did a patch spin after the last event?
 };

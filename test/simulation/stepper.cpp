@@ -272,6 +272,51 @@ TEST_CASE("a method that fails ends the run with its status, and a false claim i
   CHECK(broken.step().status == Status::not_finite);
 }
 
+TEST_CASE(
+    "an event is made of the islands in which something approaches: a body that rests beside one that lands is not in "
+    "it") {
+  // The sphere lands in the middle of a step, whose start has put both boxes at rest.
+  Scenario s = test::empty_scene(1e-2, 0.1);
+  test::add_ground(s);
+  test::add_box(s, Vec3::Ones(), 1, {{0, 0.5, 0}, Quat::Identity()}, {1, 0, 0});
+  test::add_box(s, Vec3::Ones(), 2, {{3, 0.5, 0}, Quat::Identity()}, Vec3::Zero());
+  test::add_sphere(s, 0.5, 3, {6, 0.5 + 1e-2, 0}, {0, -2, 0});
+  test::collide_all(s, 0.5);
+  SimulationOptions options;
+  options.step = s.step;
+  for (const char* name : {"ap", "convex"}) {
+    Simulation simulation(s, options, method(name), find_method(name)->law);
+    std::vector<int> contacts;
+    simulation.on_event = [&](const EventRecord& event) {
+      contacts.push_back(event.problem.nc());
+      CHECK(static_cast<int>(event.contacts.size()) == event.problem.nc());
+      CHECK(event.problem.M.blocks() == (event.problem.nc() == 1 ? 1 : 2));
+    };
+    CHECK(simulation.step().status == Status::ok);
+    REQUIRE(contacts.size() == 2);
+    CHECK(contacts[0] > 1);   // both boxes, which gravity sets in motion,
+    CHECK(contacts[1] == 1);  // and the sphere alone
+  }
+}
+
+TEST_CASE("an answer that the check confirms is taken, whatever the method says of itself") {
+  const Scenario s = box_on_ground(0.5, Vec3::Zero());
+  SimulationOptions options;
+  options.step = s.step;
+  Simulation doubting(
+      s, options,
+      [right = method("convex")](const ContactProblem& p, ContactSolution& out) {
+        right(p, out);
+        out.status = Status::nonconverged;
+        out.reason = "does not trust itself";
+      },
+      Law::convex);
+  const StepRecord& record = doubting.step();
+  CHECK(record.status == Status::ok);
+  CHECK(record.doubted == 1);
+  CHECK(record.false_claims == 0);
+}
+
 TEST_CASE("the order in which contacts are handed over changes no motion that is unique") {
   double x[3];
   for (const std::uint64_t seed : {0, 1, 2}) {
