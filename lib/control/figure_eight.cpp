@@ -87,7 +87,7 @@ ControllerRow figure_eight_row() {
   return {
       "figure_eight",
       "drives a robot with two wheels along a figure eight; positive wheel rates drive forward",
-      "the original's law, spec scenarios.md",
+      "the original's law, scenarios/mobile_robot.xml",
       {{"kv", "N m s/rad", "torque for each rad/s that a wheel is slower than wanted", std::nullopt, 0},
        {"x_amplitude", "m", "of the path X = -x_amplitude cos s", d.x_amplitude},
        {"z_amplitude", "m", "of the path Z = z_amplitude sin 2s", d.z_amplitude},

@@ -225,6 +225,28 @@ TEST_CASE("overriding friction changes whether the box holds", "[program]") {
   CHECK(std::hypot(vx, vy) == Approx(a * 0.1).epsilon(1e-6));
 }
 
+TEST_CASE("friction and restitution given on the command line hold for every pair of the scene", "[program]") {
+  // Two boxes slide apart on one floor, each in a pair with a coefficient of its own; with 0.25 both lose 0.25 g t.
+  TemporaryDirectory directory;
+  std::ofstream(directory.path() / "two.xml") << R"(<scenario title="two pairs">
+  <simulation step="1e-3" duration="0.1"/><reference kind="missing"/><gravity constant="0 -9.8 0"/>
+  <bodies>
+    <half_space name="floor" point="0 0 0" normal="0 1 0"/>
+    <box name="left" size="1 1 1" mass="1" position="-2 0.5 0" velocity="-1 0 0"/>
+    <box name="right" size="1 1 1" mass="1" position="2 0.5 0" velocity="1 0 0"/>
+  </bodies>
+  <contacts><pair a="left" b="floor" mu="0.5"/><pair a="right" b="floor" mu="0.75"/></contacts>
+</scenario>
+)";
+  REQUIRE(run(directory.path(),
+              {"run", "two.xml", "--method", "ap", "--friction", "0.25", "--restitution", "0", "--out", "r", "--quiet"})
+              .code == 0);
+  const std::vector<std::string> rows = lines(read_file(directory.path() / "r" / "trajectory.csv"));
+  const double left = std::stod(cells(rows[rows.size() - 2])[9]), right = std::stod(cells(rows.back())[9]);
+  CHECK(left == Approx(-(1 - 0.25 * 9.8 * 0.1)).epsilon(1e-12));
+  CHECK(right == Approx(1 - 0.25 * 9.8 * 0.1).epsilon(1e-12));
+}
+
 TEST_CASE("pruning says what it left out, and the sphere hits the ground as without it", "[program]") {
   TemporaryDirectory directory;
   std::vector<std::vector<std::string>> last;

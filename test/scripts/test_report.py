@@ -64,6 +64,14 @@ class FakeResults:
         return self.all
 
 
+class Exact(unittest.TestCase):
+    def test_the_sliding_box_stops_where_the_closed_form_says(self):
+        # 1 N on 1 kg against mu g = 0.98 from 1 s to 5 s, then friction alone.
+        push, friction, seconds = 1.0, 0.1 * 9.8, 4.0
+        speed = (push - friction) * seconds
+        self.assertAlmostEqual(claims.EXACT_X, speed * seconds / 2 + speed**2 / (2 * friction), 15)
+
+
 class Fits(unittest.TestCase):
     def test_a_power_and_a_circle_are_found(self):
         self.assertAlmostEqual(fits.slope([1, 10, 100], [7, 0.7, 0.07]), -1.0, 14)

@@ -1,0 +1,55 @@
+#include "control/figure_eight.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+using namespace cb;
+
+namespace {
+
+/// Central difference of f at t; its error is of second order in the step.
+template <class Function>
+double rate_of(const Function& f, double t) {
+  constexpr double step = 1e-4;
+  return (f(t + step) - f(t - step)) / (2 * step);
+}
+
+}  // namespace
+
+TEST_CASE("the figure eight's rates are the time derivatives of its path, and its heading points along it") {
+  FigureEight path;
+  path.x_amplitude = 3;
+  path.z_amplitude = 2;
+  path.rate = 0.7;
+  for (double t = 0; t < 9; t += 0.37) {
+    const FigureEight::Wanted wanted = path.at(t);
+    CHECK(wanted.vx == Approx(rate_of([&](double s) { return path.at(s).x; }, t)).margin(1e-7));
+    CHECK(wanted.vz == Approx(rate_of([&](double s) { return path.at(s).z; }, t)).margin(1e-7));
+    const double speed = std::hypot(wanted.vx, wanted.vz);
+    CHECK(-std::sin(wanted.heading) == Approx(wanted.vx / speed).margin(1e-14));
+    CHECK(-std::cos(wanted.heading) == Approx(wanted.vz / speed).margin(1e-14));
+    const auto turned = [&](double s) { return std::remainder(path.at(s).heading - wanted.heading, 2 * M_PI); };
+    CHECK(wanted.turning == Approx(rate_of(turned, t)).margin(1e-6));
+  }
+}
+
+TEST_CASE("the figure eight starts at the origin and crosses it again half a turn later, at the extremes between") {
+  const FigureEight path;
+  const double turn = 2 * M_PI / path.rate;
+  for (const double t : {0.0, turn / 2, turn}) CHECK(std::hypot(path.at(t).x, path.at(t).z) < 1e-13);
+  CHECK(std::abs(path.at(turn / 4).x) == Approx(4).epsilon(1e-14));
+  CHECK(std::abs(path.at(turn / 8).z) == Approx(4).epsilon(1e-14));
+}
+
+TEST_CASE("wheels turned at the wanted speeds move the robot by what the errors ask along its heading") {
+  const FigureEight path;
+  const double t = 2.3, heading = 0.4, x = 0.3, z = -0.2, vx = 0.1, vz = 0.05, turning = -0.02;
+  const FigureEight::WheelSpeeds wheels = path.wheel_speeds(t, x, z, heading, vx, vz, turning);
+  const FigureEight::Wanted wanted = path.at(t);
+  const double e_x = wanted.x - x + 1e-3 * (wanted.vx - vx), e_z = wanted.z - z + 1e-3 * (wanted.vz - vz);
+  const double e_turn = std::remainder(wanted.heading - heading, 2 * M_PI) + 1e-3 * (wanted.turning - turning);
+  // Rolling without slip: the middle of the axle goes at the mean of the two rims, and turns by their difference.
+  CHECK(path.wheel_radius * (wheels.left + wheels.right) / 2 ==
+        Approx(-std::sin(heading) * e_x - std::cos(heading) * e_z).epsilon(1e-13));
+  CHECK(path.wheel_radius * (wheels.right - wheels.left) / path.axle == Approx(e_turn).epsilon(1e-13));
+}
