@@ -8,8 +8,8 @@ import concurrent.futures
 import csv
 import hashlib
 import json
-import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -59,7 +59,7 @@ def examine(program, path, model, flags, time_limit, folder, statuses):
         seen = look.look(folder, model, summary)
         row.update(penetration_m=seen.penetration, penetration_of_size=seen.penetration_relative, where=seen.where, energy_gain=seen.energy_gain,
                    event_energy_gain=seen.event_gain, momentum_of_bound=seen.momentum, false_claims=summary["residuals"]["false_claims"],
-                   residual=summary["residuals"]["max"], t_reached=summary["t_reached"], events=summary["events"])
+                   residual=summary["residuals"]["max"], git=summary["versions"]["git"], t_reached=summary["t_reached"], events=summary["events"])
         row["faults"] += [fault for fault in seen.faults if status == "ok" or fault.startswith("files")]
         if status == "ok" and row["false_claims"]:
             row["faults"].append(f"claims: {row['false_claims']} claims of success were refuted")
@@ -176,7 +176,8 @@ def table(rows, manifest):
     methods = [name for name in METHODS if any(row["method"] == name for row in rows)]
     of = lambda **want: [row for row in rows if all(row[key] == value for key, value in want.items())]
     scenes = len({row["scene"] for row in rows})
-    lines = ["# Random scenes", "", f"Made by `{manifest['command']}` (`docs/campaign.md`): {scenes} scenes, {len(rows)} runs of {manifest['git']}; "
+    lines = ["# Random scenes", "", f"Made by `{manifest['command']}` (`docs/campaign.md`): {scenes} scenes, {len(rows)} runs"
+             f"{'' if len(rows) == manifest['runs'] else ' of ' + str(manifest['runs']) + ' (interrupted)'} of contactbench {manifest['git']}; "
              "`random.csv` has every run.", "", "Share of runs that end `ok`, with pruning and without:", "",
              "| family | kind | " + " | ".join(methods) + " |", "|---" * (len(methods) + 2) + "|"]
     for family in random_scenes.FAMILIES:
@@ -228,27 +229,43 @@ def main(options):
     jobs, known = list(jobs_of(scenes, options, out, statuses)), finished(record)
     todo = [job for job in jobs if job["key"] not in known]
     print(f"{len(scenes)} scenes, {len(jobs)} runs, {len(jobs) - len(todo)} of them done before", file=sys.stderr, flush=True)
-    began = time.monotonic()
-    with open(record, "a") as file, concurrent.futures.ProcessPoolExecutor(options.jobs) as pool:
-        for done, row in enumerate(pool.map(do, todo), start=1):
-            known[row["key"]] = row
-            file.write(json.dumps(row) + "\n")
-            file.flush()
-            if row["verdict"] == "defect":
-                print(f"{row['scene']} {row['family']} {row['kind']} {row['method']} prune {row['prune']}: {row['status']}; {'; '.join(row['faults'])}", flush=True)
-            if done % 50 == 0:
-                spent = time.monotonic() - began
-                print(f"{done} of {len(todo)}, {spent / done * (len(todo) - done):.0f} s left", file=sys.stderr, flush=True)
-    rows = [known[job["key"]] for job in jobs]
+    run_all(todo, known, record, options.jobs)
+    rows = [known[job["key"]] for job in jobs if job["key"] in known]
     disagreements(rows)
-    version = subprocess.run(["git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty"], capture_output=True, text=True).stdout.strip()
+    version = next((row["git"] for row in rows if row.get("git")), "a program that said nothing of itself")
     command = f"scripts/stress.py --random {options.random} --seed {options.seed}" + (f" --first {options.first}" if options.first else "")
-    write_tables(rows, out, {"git": version, "command": command})
+    write_tables(rows, out, {"git": version, "command": command, "runs": len(jobs)})
     if options.reduce:
         reduce_all(rows, jobs, out)
     count = collections.Counter(row["verdict"] for row in rows)
     print(f"{len(rows)} runs: {count['ok']} ok, {count['typed']} typed, {count['defect']} defects; {out}/random.md")
-    return 1 if count["defect"] else 0
+    return 1 if count["defect"] or len(rows) < len(jobs) else 0
+
+
+def deaf():
+    """An interruption is for the campaign, which lets its workers finish the runs that they are at."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def run_all(todo, known, record, count):
+    """Runs what is to do; each row goes to the file and into `known` at once. An interruption leaves what is finished."""
+    began = time.monotonic()
+    with open(record, "a") as file, concurrent.futures.ProcessPoolExecutor(count, initializer=deaf) as pool:
+        futures = [pool.submit(do, job) for job in todo]
+        try:
+            for done, future in enumerate(concurrent.futures.as_completed(futures), start=1):
+                row = future.result()
+                known[row["key"]] = row
+                file.write(json.dumps(row) + "\n")
+                file.flush()
+                if row["verdict"] == "defect":
+                    print(f"{row['scene']} {row['family']} {row['kind']} {row['method']} prune {row['prune']}: {row['status']}; {'; '.join(row['faults'])}", flush=True)
+                if done % 50 == 0:
+                    spent = time.monotonic() - began
+                    print(f"{done} of {len(todo)}, {spent / done * (len(todo) - done):.0f} s left", file=sys.stderr, flush=True)
+        except KeyboardInterrupt:
+            pool.shutdown(wait=False, cancel_futures=True)
+            print("interrupted; the same command goes on", file=sys.stderr)
 
 
 def reduce_all(rows, jobs, out):

@@ -95,7 +95,7 @@ def rounder(key, number, digits):
     def change(root):
         element = list(root.iter())[number]
         old = element.get(key)
-        new = " ".join(f"{float(word):.{digits}g}" for word in old.split())
+        new = " ".join(f"{float(f'{float(word):.{digits}g}'):g}" for word in old.split())
         element.set(key, new)
         return new != old
     return change

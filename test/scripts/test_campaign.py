@@ -262,7 +262,7 @@ for i in range(round(model.duration / model.step) + 1):
 (out / "steps.csv").write_text("\\n".join(kinetic) + "\\n")
 (out / "hard_problem.hdf5").write_text("problem")
 summary = {{"scenario": name, "method": words[words.index("--method") + 1], "status": status, "finished": status == "ok", "reason": None, "t_reached": model.duration,
-           "time": {{"dynamics_s": 0, "collision_s": 0, "assembly_s": 0, "solve_s": 0}}, "residuals": {{"false_claims": 0, "max": 0.0}}, "events": 0,
+           "time": {{"dynamics_s": 0, "collision_s": 0, "assembly_s": 0, "solve_s": 0}}, "residuals": {{"false_claims": 0, "max": 0.0}}, "events": 0, "versions": {{"git": "stand-in"}},
            "energy": {{"max_gain_relative": 0, "max_gain_j": 0}}, "hard_problem": "hard_problem.hdf5" if status == "ray" else None}}
 (out / "summary.json").write_text(json.dumps(summary))
 sys.exit(0 if status == "ok" else 3)
