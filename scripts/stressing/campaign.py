@@ -25,8 +25,9 @@ METHODS = {"ap/lemke": ["--method", "ap", "--solver", "lemke"], "ap/path": ["--m
            "mirtich": ["--method", "mirtich"]}
 MEMORY_MB = 2000
 TIME_LIMIT = 10.0  # s of waiting that a run may take
+LATE = 2.0         # s after its limit of time that a run may come back, on a machine with other work
 COLUMNS = ["scene", "family", "kind", "method", "prune", "verdict", "status", "faults", "penetration_m", "penetration_of_size", "where", "energy_gain",
-           "event_energy_gain", "momentum_of_bound", "false_claims", "residual", "t_reached", "events", "wall_s", "reason", "again", "command"]
+           "event_energy_gain", "momentum_of_bound", "false_claims", "residual", "t_reached", "events", "run_s", "reason", "again", "command"]
 
 
 def wall_limit(time_limit):
@@ -49,10 +50,14 @@ def run(program, path, flags, time_limit, folder, statuses):
 def examine(program, path, model, flags, time_limit, folder, statuses):
     """A run and the look at it: what a row of the table is made of. A fault counts as a defect where the run says `ok`; a crash, a hang
     and damaged numbers always do."""
+    began = time.monotonic()
     status, reason, hung, summary = run(program, path, flags, time_limit, folder, statuses)
-    row = {"status": status, "reason": reason, "faults": [], "false_claims": 0}
+    took = time.monotonic() - began
+    row = {"status": status, "reason": reason, "faults": [], "false_claims": 0, "run_s": round(took, 3)}
     if hung:
         row["faults"].append("hang: stopped from outside")
+    elif took > time_limit + LATE:
+        row["faults"].append(f"late: came back {took - time_limit:.1f} s after its limit")
     elif status in ("crash", "input_error"):
         row["faults"].append(f"{status}: {reason}"[:200])
     if summary:
@@ -106,9 +111,8 @@ def words_in(words, place):
 def do(job):
     path, flags = Path(job["path"]), job["flags"]
     with tempfile.TemporaryDirectory(prefix="campaign") as folder:
-        began = time.monotonic()
         row, summary = examine(job["program"], path, look.Model(path), flags, job["time_limit"], folder, job["statuses"])
-        row = {**{key: job[key] for key in ("scene", "family", "kind", "method", "prune", "key")}, **row, "wall_s": round(time.monotonic() - began, 3),
+        row = {**{key: job[key] for key in ("scene", "family", "kind", "method", "prune", "key")}, **row,
                "command": f"contactbench run {path.name} {' '.join(flags)}", "again": ""}
         if row["verdict"] != "ok":
             row["again"] = keep(Path(job["failing"]), row, path, job["files"], folder, summary, job["program"], flags)
@@ -200,10 +204,23 @@ def table(rows, manifest):
     if worst and worst.get("penetration_of_size"):
         lines += ["", f"Deepest penetration with `ok`: {worst['penetration_of_size']:.3g} of the size, {worst['penetration_m']:.3g} m ({worst['scene']}, "
                   f"{worst['method']}, {worst['where']})."]
+    lines += listing(rows, methods)
     typed = [row for row in rows if row["verdict"] == "typed" and row["again"]]
     if typed:
         lines += ["", f"Of {len(typed)} kept problems {sum(row['again'] == 'yes' for row in typed)} fail again by the command that is kept with them."]
     return lines
+
+
+def listing(rows, methods):
+    """Which scenes fail how."""
+    ends = collections.defaultdict(dict)
+    for row in rows:
+        for end in {fault.split(":")[0] for fault in row["faults"]} | ({f"*{row['status']}*"} if row["verdict"] == "typed" else set()):
+            ends[methods.index(row["method"]), end][f"{row['scene']} ({row['family']})"] = None
+    if not ends:
+        return []
+    lines = ["", "| method | defect or *end* | scenes |", "|---|---|---|"]
+    return lines + [f"| {methods[m]} | {end} | {', '.join(scenes)} |" for (m, end), scenes in sorted(ends.items())]
 
 
 def scenes_of(options):
