@@ -216,6 +216,39 @@ class Looks(unittest.TestCase):
         self.assertIn("ends at", look.look(self.run_.folder, self.model, SUMMARY).faults[0])
 
 
+BELT = """<robot name="r"><link name="band" mass="10" position="0 -0.1 0" inertia="1 1 1"><box name="belt" size="10 0.2 2" position="0 -0.1 0"/></link>
+<joint name="roll" kind="prismatic" parent="world" child="band" axis="1 0 0" lower="0" upper="0" limit_rate="2"/></robot>
+<box name="b1" size="0.2 0.2 0.2" mass="1" position="0 0.1 0"/>"""
+
+
+class Belts(unittest.TestCase):
+    """A box on a belt that runs with 2 m/s."""
+
+    def look(self, speeds, joint=lambda t: 2 * t):
+        with tempfile.TemporaryDirectory() as folder:
+            model = look.Model(write_scene(folder, BELT, '<pair a="b1" b="belt" mu="0.5"/>', duration=1e-3 * (len(speeds) - 1)))
+            rows, x = ["t,body,px,py,pz,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz"], 0.0
+            for i, v in enumerate(speeds):
+                t = i * 1e-3
+                x += 1e-3 * v if i else 0
+                rows += [f"{t!r},band,{2 * t!r},-0.1,0,1,0,0,0,2,0,0,0,0,0", f"{t!r},b1,{x!r},0.1,0,1,0,0,0,{v!r},0,0,0,0,0"]
+            times = [i * 1e-3 for i in range(len(speeds))]
+            Path(folder, "trajectory.csv").write_text("\n".join(rows) + "\n")
+            Path(folder, "steps.csv").write_text("t,status,kinetic_energy\n" + "".join(f"{t!r},ok,0\n" for t in times[1:]))
+            Path(folder, "joints.csv").write_text("t,joint,q,qd,tau\n" + "".join(f"{t!r},roll,{joint(t)!r},2,0\n" for t in times))
+            return [fault.split(":")[0] for fault in look.look(folder, model, SUMMARY).faults]
+
+    def test_what_a_belt_drags_along_gains_no_energy_as_seen_from_the_belt(self):
+        self.assertEqual(self.look([min(2, 0.0049 * i) for i in range(20)]), [])
+        self.assertEqual(self.look([max(2, 3 - 0.0049 * i) for i in range(20)]), [])
+
+    def test_what_a_belt_throws_off_faster_than_it_runs_does(self):
+        self.assertEqual(self.look([2.0] * 10 + [2.5] * 10), ["energy"])
+
+    def test_a_joint_beyond_its_limit_is_found_where_limits_move_too(self):
+        self.assertEqual(self.look([2.0] * 10, joint=lambda t: 2 * t + 1e-6), ["limits"])
+
+
 class Reduction(unittest.TestCase):
     def test_what_is_left_is_what_the_failure_needs(self):
         scene = random_scenes.make(1, 0)
