@@ -48,5 +48,9 @@ fi
 quick=()
 [ "$profile" != quick ] || quick=(--quick --time-limit 2)
 "$python" "$root/scripts/stress.py" --program "$root/build/bin/contactbench" --out "$out/stress" --jobs 2 "${quick[@]}" || true
+# Scenes that nobody has tuned for: in the quick profile each family once tame and once wild, by two methods, in half a minute.
+random=(--random 100 --time-limit 60)
+[ "$profile" != quick ] || random=(--random 26 --method ap/lemke --method convex/bound-on --prune on --time-limit 5)
+"$python" "$root/scripts/stress.py" --program "$root/build/bin/contactbench" --out "$out/stress" --jobs 2 --seed 1 "${random[@]}" || true
 "$python" "$root/scripts/report.py" --results "$out" --runs "$runs"
 echo "report: $out/report.html    tables: $out/table1.*, $out/runs.csv, $out/solve_all, $out/stress    figures: $out/figures    runs: $runs"

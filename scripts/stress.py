@@ -5,6 +5,8 @@ it is a right answer, a typed failure, a departure that the model itself explain
   scripts/stress.py --jobs 4                    all of it: results/stress/{stress.csv,stress.md,heatmap.png,heatmap.svg}
   scripts/stress.py --quick                     the first row of each case
   scripts/stress.py --only M1 --only T2         some cases, printed only
+  scripts/stress.py --random 100 --seed 7       instead: a campaign of random scenes (docs/campaign.md), results/stress/random.{csv,md};
+                                                goes on where it was stopped
 
 Verdicts:
   right    the error is within the case's bound
@@ -30,7 +32,7 @@ import time
 import tomllib
 from pathlib import Path
 
-from stressing import critical, measures, problems, stability_limit
+from stressing import campaign, critical, measures, problems, random_scenes, stability_limit
 from sweeping import one
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -360,11 +362,22 @@ def main():
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--only", action="append", default=[], metavar="ID", help="only these cases; prints, writes no table")
     parser.add_argument("--method", action="append", default=[], help="only these columns, as in --method ap/lemke")
+    parser.add_argument("--random", type=int, metavar="N", help="a campaign of N random scenes in place of the cases")
+    parser.add_argument("--seed", type=int, default=1, help="of the random scenes [1]")
+    parser.add_argument("--first", type=int, default=0, metavar="NUMBER", help="number of the first random scene [0]")
+    parser.add_argument("--family", action="append", choices=list(random_scenes.FAMILIES), help="only random scenes of this family")
+    parser.add_argument("--kind", choices=random_scenes.KINDS, help="only random scenes of this kind")
+    parser.add_argument("--prune", action="append", choices=["on", "off"], help="random scenes: only with this [both]")
+    parser.add_argument("--write-scenes", type=Path, metavar="DIR", help="writes the random scenes there and runs nothing")
+    parser.add_argument("--reduce", action="store_true", help="makes failing random scenes smaller, into OUT/reduced")
     parser.add_argument("--other-program", metavar="PROGRAM", help="a build without fused multiply-add (preset portable), to compare with in N1")
     parser.add_argument("--quick", action="store_true", help="the first row of each case but long ones, one seed of an ensemble")
-    parser.add_argument("--time-limit", type=float, default=15, help="seconds a run may take [15]")
+    parser.add_argument("--time-limit", type=float, help=f"seconds a run may take [15; of a random scene {campaign.TIME_LIMIT:g}]")
     options = parser.parse_args()
     options.program = str(Path(options.program).resolve())
+    if options.random is not None:
+        sys.exit(campaign.main(options))
+    options.time_limit = options.time_limit or 15
     if options.other_program:
         options.other_program = str(Path(options.other_program).resolve())
 
