@@ -18,7 +18,7 @@
 #include <cmath>
 
 #include "contact/feasibility.h"
-#include "dynamics/free_bodies.h"
+#include "geometry/box_box.h"
 
 namespace cb {
 
@@ -85,10 +85,13 @@ const StepRecord& Simulation::step() {
   double remaining = options_.step;
   bool moved_on = false;  // has a time of contact split this step?
   while (record_.status == Status::ok || record_.status == Status::inaccurate) {
-    update_motions();
     const bool old_pairs = !moved_on && pairs_hold();
-    if (!moved_on && !old_pairs) find_pairs(remaining);
-    const bool event = find_contacts();
+    if (!contacts_known_) {
+      update_motions();
+      find_pairs(remaining, margin_);
+      find_contacts();
+    }
+    const bool event = approaching();
     lap.add_to(record_.times.collision_s);
     if (event) {
       if (++record_.events > options_.event_cap) {
@@ -99,16 +102,14 @@ const StepRecord& Simulation::step() {
       lap = Lap();  // the referee's check is no part of any of them
       if (!solved) break;
       left_out_.coplanar_points += points_left_out_;
-      update_motions();
     }
+    update_motions();
     const double reach = displacement_bound(remaining);
-    if (event || old_pairs) {
-      // Velocities changed: the pairs found before may no longer be all, unless hardly anything moves.
-      if (moved_ + reach > 0.5 * margin_)
-        find_pairs(remaining);
-      else if (old_pairs)
-        ++left_out_.pair_searches;
-    }
+    // Velocities changed: the pairs found before may no longer be all, unless hardly anything moves.
+    if ((!moved_on && !old_pairs) || ((event || old_pairs) && moved_ + reach > 0.5 * margin_))
+      find_pairs(remaining, margin_);
+    else if (old_pairs)
+      ++left_out_.pair_searches;
     const double dt = first_contact(remaining, reach);
     moved_ += reach;
     lap.add_to(record_.times.collision_s);
@@ -117,11 +118,20 @@ const StepRecord& Simulation::step() {
     if (!scenario_.model.trees.empty()) {
       lap.add_to(record_.times.dynamics_s);
       drift_.remove(scenario_, motions_, contacts_, tolerance_, radius_, *pairs_, dt, state_);
-      lap.add_to(record_.times.collision_s);
     }
+    update_motions();
     if (remaining <= 0) break;
-    lap.add_to(record_.times.dynamics_s);
+    find_contacts();
+    lap.add_to(record_.times.collision_s);
     moved_on = true;
+  }
+  if (record_.status == Status::ok || record_.status == Status::inaccurate) {
+    // Links go on arcs, out of what was swept.
+    if (!scenario_.model.trees.empty()) find_pairs(0, margin_);
+    find_contacts();
+    if (overlap_ratio_ > 1) remove_overlap();
+    record_.max_penetration = depth_;
+    lap.add_to(record_.times.collision_s);
   }
 
   ++step_index_;
@@ -157,7 +167,7 @@ void Simulation::apply_forces() {
   for (const Force& force : scenario_.forces)
     if (step_index_ >= step_at(force.from, h) && step_index_ < step_at(force.to, h))
       external_[force.body] += force.force;
-  energy_input_ += accelerate(scenario_.model, external_, h, state_);
+  energy_input_ += accelerate(scenario_.model, external_, h, state_, options_.gyroscopic);
   if (!scenario_.model.trees.empty()) accelerate_trees(g);
 }
 
@@ -217,22 +227,23 @@ bool Simulation::pairs_hold() const {
   return options_.prune.pair_searches && scenario_.model.trees.empty() && pairs_ != nullptr && moved_ <= 0.25 * margin_;
 }
 
-void Simulation::find_pairs(double horizon) {
+void Simulation::find_pairs(double horizon, double margin) {
   moved_ = 0;
-  pairs_ = &broad_phase_.pairs(scenario_.shapes, motions_, margin_, horizon, [&](int i, int j) {
+  pairs_ = &broad_phase_.pairs(scenario_.shapes, motions_, margin, horizon, [&](int i, int j) {
     const int body = scenario_.shapes[i].body;
     return scenario_.pairs.find(i, j) != nullptr && (body < 0 || body != scenario_.shapes[j].body);
   });
 }
 
-// All closed features at the present configuration. Returns whether any of them approaches.
-bool Simulation::find_contacts() {
+// All closed features at the present configuration.
+void Simulation::find_contacts() {
+  contacts_known_ = true;
   contacts_.clear();
   mu_.clear();
   restitution_.clear();
   patches_.clear();
   points_left_out_ = 0;
-  bool approaching = false;
+  depth_ = overlap_ratio_ = 0;
   for (const auto& [i, j] : *pairs_) {
     const std::size_t first = contacts_.size();
     const double tolerance = std::min(tolerance_[i], tolerance_[j]);
@@ -245,25 +256,61 @@ bool Simulation::find_contacts() {
     if (left_out > 0) patches_.emplace_back(static_cast<int>(first), static_cast<int>(contacts_.size()));
     mu_.resize(contacts_.size(), law.mu);
     restitution_.resize(contacts_.size(), law.restitution);
-    for (std::size_t c = first; c < contacts_.size(); ++c) {
-      const ContactPoint& contact = contacts_[c];
-      const auto velocity = [&](int shape) -> Vec3 {
-        const Motion& motion = motions_[shape];
-        return motion.v + motion.w.cross(contact.position - motion.pose.p);
-      };
-      const Vec3 v_a = velocity(contact.shape_a), v_b = velocity(contact.shape_b);
-      const double speed = v_a.norm() + v_b.norm() + gravity_speed_;
-      if (contact.normal.dot(v_a - v_b) < -options_.approach * speed) approaching = true;
-      record_.max_penetration = std::max(record_.max_penetration, -contact.gap);
-      if (-contact.gap * options_.closed_gap > options_.penetration_limit * tolerance)
-        fail(Status::penetration,
-             fmt::format("{} and {} interpenetrate by {:.3g} m at t = {:.9g} s", scenario_.shapes[i].name,
-                         scenario_.shapes[j].name, -contact.gap, state_.t));
+    double depth = 0;
+    for (std::size_t c = first; c < contacts_.size(); ++c) depth = std::max(depth, -contacts_[c].gap);
+    depth_ = std::max(depth_, depth);
+    if (depth <= tolerance) continue;
+    if (depth * options_.closed_gap > options_.penetration_limit * tolerance) fail_overlap(i, j, depth);
+    const double closed = resolved_tolerance(tolerance, motions_[i].pose.p, motions_[j].pose.p);
+    if (depth <= overlap_ratio_ * closed) continue;
+    overlap_ratio_ = depth / closed;
+    deepest_ = {i, j};
+  }
+  record_.penetration_inside = std::max(record_.penetration_inside, depth_);
+  if (options_.shuffle != 0) shuffle_contacts();  // not together with patches (constructor)
+}
+
+void Simulation::fail_overlap(int i, int j, double depth) {
+  fail(Status::penetration, fmt::format("{} and {} interpenetrate by {:.3g} m at t = {:.9g} s",
+                                        scenario_.shapes[i].name, scenario_.shapes[j].name, depth, state_.t));
+}
+
+// Does any of the contacts, or a joint at its limit, approach with the present velocities?
+bool Simulation::approaching() {
+  bool any = false;
+  for (const ContactPoint& contact : contacts_) {
+    const auto velocity = [&](int shape) -> Vec3 {
+      const int body = scenario_.shapes[shape].body;
+      if (body < 0) return Vec3::Zero();
+      const double* v = &state_.v[6 * static_cast<std::size_t>(body)];
+      return Vec3(v) + Vec3(v + 3).cross(contact.position - state_.pose[body].p);
+    };
+    const Vec3 v_a = velocity(contact.shape_a), v_b = velocity(contact.shape_b);
+    const double speed = v_a.norm() + v_b.norm() + gravity_speed_;
+    if (contact.normal.dot(v_a - v_b) < -options_.approach * speed) {
+      any = true;
+      break;
     }
   }
-  if (options_.shuffle != 0) shuffle_contacts();  // not together with patches (constructor)
-  if (!scenario_.model.trees.empty() && find_limits()) approaching = true;
-  return approaching && (record_.status == Status::ok || record_.status == Status::inaccurate);
+  if (!scenario_.model.trees.empty() && find_limits()) any = true;
+  return any && (record_.status == Status::ok || record_.status == Status::inaccurate);
+}
+
+// Ends the step without overlap, or the run where bodies are wedged in.
+void Simulation::remove_overlap() {
+  const Overlap::Removed removed = overlap_.remove(
+      scenario_, tolerance_, radius_, depth_,
+      [this](double margin) -> const std::vector<std::pair<int, int>>& {
+        find_pairs(0, std::max(margin, margin_));
+        return *pairs_;
+      },
+      motions_, state_);
+  record_.penetration_displacement = removed.displacement;
+  find_pairs(0, margin_);
+  find_contacts();
+  const auto [i, j] = deepest_;
+  const double size = std::min(tolerance_[i], tolerance_[j]) / options_.closed_gap;
+  if (overlap_ratio_ > 1 && depth_ > options_.penetration_bound * size) fail_overlap(i, j, depth_);
 }
 
 // Fisher and Yates.
