@@ -35,7 +35,7 @@ using Clock = std::chrono::steady_clock;
 struct RunFlags : MethodFlags {
   std::string scenario, method;
   Text restitution, friction, step, duration, record_every, save_problems, save_every, time_limit, memory_limit, out,
-      prune, perturb, seed, shuffle;
+      prune, perturb, seed, shuffle, gyroscopic;
   std::vector<std::string> set;
   bool quiet = false, json = false, conditioning = false;
 };
@@ -88,6 +88,7 @@ fs::path default_directory(const RunFlags& flags, const RunPlan& plan) {
   if (!plan.prune) add("prune-off");
   if (flags.perturb) add(fmt::format("perturb{}seed{}", number_text(plan.summary.perturb), plan.summary.seed));
   if (flags.shuffle) add(fmt::format("shuffle{}", plan.simulation.shuffle));
+  if (plan.simulation.gyroscopic == Gyroscopic::explicit_euler) add("gyroscopic-explicit");
   if (plan.options.warm_start) add("warm-on");
   return fs::path("results") / "runs" / name;
 }
@@ -146,6 +147,11 @@ RunPlan make_plan(const RunFlags& flags) {
     plan.summary.seed = whole_flag("seed", *flags.seed, 0, 1L << 60, seeds);
   }
   if (flags.shuffle) plan.simulation.shuffle = whole_flag("shuffle-contacts", *flags.shuffle, 0, 1L << 60, seeds);
+  if (flags.gyroscopic) {
+    if (*flags.gyroscopic != "implicit" && *flags.gyroscopic != "explicit")
+      throw UsageError(fmt::format("--gyroscopic {}: must be implicit or explicit", *flags.gyroscopic));
+    if (*flags.gyroscopic == "explicit") plan.simulation.gyroscopic = Gyroscopic::explicit_euler;
+  }
   plan.conditioning = flags.conditioning;
   if (flags.time_limit) plan.time_limit_s = positive_flag("time-limit", *flags.time_limit, seconds);
   if (flags.memory_limit)
@@ -429,6 +435,8 @@ void add_run(CLI::App& program, Action& action) {
   add("--seed", flags->seed, "N", "of --perturb [0]");
   add("--shuffle-contacts", flags->shuffle, "SEED",
       "hand the contacts of each event over in a random order; 0: do not [0]");
+  add("--gyroscopic", flags->gyroscopic, "implicit|explicit",
+      "how a free body's tumbling is stepped; explicit gains energy, as in the paper [implicit]");
   run.add_flag("--conditioning", flags->conditioning,
                "measure rank and condition of the contact problems (slow; the worst is in the summary)");
   add("--warm-start", flags->warm_start, "on|off", "ap, convex: try the previous event's active set first [off]");

@@ -19,6 +19,12 @@ namespace cb {
 
 namespace {
 
+// Features within this are equal: the gap below which a pair counts as closed by default, m.
+double closed_gap(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  constexpr double equal = 1e-9;  // of the size
+  return resolved_tolerance(equal * std::max(a.size(), b.size()), pose_a.p, pose_b.p);
+}
+
 Vec3 plane_normal(const Pose& pose) {
   // Column y of the rotation matrix: R(q) (0, 1, 0).
   const Quat& q = pose.q;
@@ -104,12 +110,15 @@ void cylinder_on_plane(const Shape& cylinder, const Pose& pose, const Pose& plan
   // Up the slope of the ends' planes: u, with sine of its angle to the plane.
   const double sine_x = n.dot(R.col(0)), sine_z = n.dot(R.col(2)), sine = std::hypot(sine_x, sine_z);
   if (centre - l * std::abs(c) - r * sine > tolerance) return;
+  // An end is flat, whatever is asked for, where its rim is within the gap that counts as closed.
+  const double flat = std::min(tolerance, closed_gap(cylinder, pose, cylinder, plane));
   const auto add = [&](const Vec3& x, double gap) { sink.add(pose.p + x - (gap / 2) * n, n, gap); };
   for (int end = l > 0 ? -1 : 1; end <= 1; end += 2) {
     const Vec3 middle = end * l * R.col(1);
     const double height = centre + end * l * c, lowest = height - r * sine;
     if (lowest > tolerance) continue;
-    if (height + r * sine <= tolerance) {
+    const bool whole = height + r * sine <= tolerance;
+    if (whole && r * sine <= flat) {
       for (int k = 0; k < 4; ++k) {
         const double sign = k < 2 ? r : -r;
         add(middle + sign * R.col(k % 2 == 0 ? 0 : 2), height + sign * (k % 2 == 0 ? sine_x : sine_z));
@@ -122,6 +131,8 @@ void cylinder_on_plane(const Shape& cylinder, const Pose& pose, const Pose& plan
     const Vec3 across = R.col(1).cross(u);
     add(middle - r * across, height);
     add(middle + r * across, height);
+    // Sunk in askew: its rim is no square, the lowest point must count.
+    if (whole) add(middle + r * u, height + r * sine);
   }
 }
 
@@ -230,7 +241,8 @@ void box_on_box(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, 
   if ((pose_b.p - pose_a.p).squaredNorm() > reach * reach) return;
   const PlacedBox a(shape_a, pose_a), b(shape_b, pose_b);
   const RelativeBox ab(a, b);
-  const double margin = axis_margin(tolerance, a.h, b.h);
+  // Which axis separates does not depend on how far points are looked for.
+  const double margin = axis_margin(std::min(tolerance, closed_gap(shape_a, pose_a, shape_b, pose_b)), a.h, b.h);
   const SeparatingAxis axis = separating_axis(a, b, ab, margin, tolerance);
   if (axis.gap > tolerance) return;
 

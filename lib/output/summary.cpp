@@ -58,6 +58,7 @@ Json options(const RunSummary& run) {
           {"perturb", run.perturb},
           {"seed", run.seed},
           {"shuffle_contacts", simulation.shuffle},
+          {"gyroscopic", simulation.gyroscopic == Gyroscopic::implicit ? "implicit" : "explicit"},
           {"accepted_residual", simulation.accepted_residual},
           {"closed_gap", simulation.closed_gap},
           {"approach", simulation.approach},
@@ -65,6 +66,7 @@ Json options(const RunSummary& run) {
           {"blowup_factor", simulation.blowup_factor},
           {"blowup_energy_j", simulation.blowup_energy},
           {"penetration_limit", simulation.penetration_limit},
+          {"penetration_bound", simulation.penetration_bound},
           {"time_limit_s", maybe(run.time_limit_s)},
           {"memory_limit_mb", maybe(run.memory_limit_mb)}};
 }
@@ -148,6 +150,10 @@ std::string to_json(const RunSummary& run) {
                                                  {"stable", run.simulation.step <= *run.largest_stable_step}}
                                           : Json()},
       {"max_penetration", tally.penetration_max},
+      {"penetration",
+       {{"inside_steps_m", tally.penetration_inside_max},
+        {"removals", tally.penetration_removals},
+        {"largest_displacement_m", tally.penetration_displacement_max}}},
       {"conditioning", conditioning(tally)},
       {"left_out", left_out},
       {"versions",

@@ -95,6 +95,9 @@ void RunTally::observe_step(const StepRecord& record, bool completed) {
   false_claims += record.false_claims;
   doubted += record.doubted;
   penetration_max = std::max(penetration_max, record.max_penetration);
+  penetration_inside_max = std::max(penetration_inside_max, record.penetration_inside);
+  if (record.penetration_displacement > 0) ++penetration_removals;
+  penetration_displacement_max = std::max(penetration_displacement_max, record.penetration_displacement);
   if (record.events > 0) {
     if (record.events == 1) contacts_max = std::max(contacts_max, record.contacts);
     if (!residual_max || record.residual > *residual_max) residual_max_t = record.t;

@@ -42,7 +42,10 @@ struct RunTally {
   std::optional<double> infeasibility_max;
   double residual_max_t = 0;                          ///< s, step in which residual_max was met
   std::optional<double> gain_max, gain_relative_max;  ///< J, -: of one event; negative where every event loses
-  double penetration_max = 0;                         ///< m
+  double penetration_max = 0;                         ///< m, at the end of a step
+  double penetration_inside_max = 0;                  ///< m, within one, before it was taken away
+  long penetration_removals = 0;                      ///< steps at whose end poses were displaced for it
+  double penetration_displacement_max = 0;            ///< m, furthest that a point was moved so in a step
   StepTimes times;
   StreamMedian residuals;
   /// On demand: the problem of the worst condition among those measured.

@@ -19,7 +19,7 @@
 #include <cmath>
 
 #include "contact/feasibility.h"
-#include "dynamics/free_bodies.h"
+#include "geometry/box_box.h"
 
 namespace cb {
 
@@ -86,10 +86,13 @@ const StepRecord& Simulation::step() {
   double remaining = options_.step;
   bool moved_on = false;  // has a time of contact split this step?
   while (record_.status == Status::ok || record_.status == Status::inaccurate) {
-    update_motions();
     const bool old_pairs = !moved_on && pairs_hold();
-    if (!moved_on && !old_pairs) find_pairs(remaining);
-    const bool event = find_contacts();
+    if (!contacts_known_) {
+      update_motions();
+      find_pairs(remaining, margin_);
+      find_contacts();
+    }
+    const bool event = approaching();
     lap.add_to(record_.times.collision_s);
     if (event) {
       if (++record_.events > options_.event_cap) {
@@ -100,16 +103,14 @@ const StepRecord& Simulation::step() {
       lap = Lap();  // the referee's check is no part of any of them
       if (!solved) break;
       left_out_.coplanar_points += points_left_out_;
-      update_motions();
     }
+    update_motions();
     const double reach = displacement_bound(remaining);
-    if (event || old_pairs) {
-      // Velocities changed: the pairs found before may no longer be all, unless hardly anything moves.
-      if (moved_ + reach > 0.5 * margin_)
-        find_pairs(remaining);
-      else if (old_pairs)
-        ++left_out_.pair_searches;
-    }
+    // Velocities changed: the pairs found before may no longer be all, unless hardly anything moves.
+    if ((!moved_on && !old_pairs) || ((event || old_pairs) && moved_ + reach > 0.5 * margin_))
+      find_pairs(remaining, margin_);
+    else if (old_pairs)
+      ++left_out_.pair_searches;
     const double dt = first_contact(remaining, reach);
     moved_ += reach;
     lap.add_to(record_.times.collision_s);
@@ -118,11 +119,20 @@ const StepRecord& Simulation::step() {
     if (!scenario_.model.trees.empty()) {
       lap.add_to(record_.times.dynamics_s);
       drift_.remove(scenario_, motions_, contacts_, tolerance_, radius_, *pairs_, dt, state_);
-      lap.add_to(record_.times.collision_s);
     }
+    update_motions();
     if (remaining <= 0) break;
-    lap.add_to(record_.times.dynamics_s);
+    find_contacts();
+    lap.add_to(record_.times.collision_s);
     moved_on = true;
+  }
+  if (record_.status == Status::ok || record_.status == Status::inaccurate) {
+    // Links go on arcs, out of what was swept.
+    if (!scenario_.model.trees.empty()) find_pairs(0, margin_);
+    find_contacts();
+    if (overlap_ratio_ > 1) remove_overlap();
+    record_.max_penetration = depth_;
+    lap.add_to(record_.times.collision_s);
   }
 
   ++step_index_;
@@ -158,7 +168,7 @@ void Simulation::apply_forces() {
   for (const Force& force : scenario_.forces)
     if (step_index_ >= step_at(force.from, h) && step_index_ < step_at(force.to, h))
       external_[force.body] += force.force;
-  energy_input_ += accelerate(scenario_.model, external_, h, state_);
+  energy_input_ += accelerate(scenario_.model, external_, h, state_, options_.gyroscopic);
   if (!scenario_.model.trees.empty()) accelerate_trees(g);
 }
 
@@ -218,22 +228,22 @@ bool Simulation::pairs_hold() const {
   return options_.prune.pair_searches && scenario_.model.trees.empty() && pairs_ != nullptr && moved_ <= 0.25 * margin_;
 }
 
-void Simulation::find_pairs(double horizon) {
+void Simulation::find_pairs(double horizon, double margin) {
   moved_ = 0;
-  pairs_ = &broad_phase_.pairs(scenario_.shapes, motions_, margin_, horizon, [&](int i, int j) {
+  pairs_ = &broad_phase_.pairs(scenario_.shapes, motions_, margin, horizon, [&](int i, int j) {
     const int body = scenario_.shapes[i].body;
     return scenario_.pairs.find(i, j) != nullptr && (body < 0 || body != scenario_.shapes[j].body);
   });
 }
 
-// All closed features at the present configuration, and those of them that an event is made of. Returns whether there
-// is one.
-bool Simulation::find_contacts() {
+// All closed features at the present configuration.
+void Simulation::find_contacts() {
+  contacts_known_ = true;
   contacts_.clear();
   mu_.clear();
   restitution_.clear();
   patches_.clear();
-  approaches_.clear();
+  depth_ = overlap_ratio_ = 0;
   for (const auto& [i, j] : *pairs_) {
     const std::size_t first = contacts_.size();
     const double tolerance = std::min(tolerance_[i], tolerance_[j]);
@@ -245,23 +255,40 @@ bool Simulation::find_contacts() {
     if (left_out > 0) patches_.emplace_back(static_cast<int>(first), left_out);
     mu_.resize(contacts_.size(), law.mu);
     restitution_.resize(contacts_.size(), law.restitution);
-    for (std::size_t c = first; c < contacts_.size(); ++c) {
-      const ContactPoint& contact = contacts_[c];
-      double speed = gravity_speed_;  // before terms cancel: what rolls is at rest where it touches, to their rounding
-      const auto velocity = [&](int shape) -> Vec3 {
-        const Motion& motion = motions_[shape];
-        const Vec3 turning = motion.w.cross(contact.position - motion.pose.p);
-        speed += motion.v.lpNorm<1>() + turning.lpNorm<1>();
-        return motion.v + turning;
-      };
-      const Vec3 v_a = velocity(contact.shape_a), v_b = velocity(contact.shape_b);
-      approaches_.push_back(contact.normal.dot(v_a - v_b) < -options_.approach * speed ? 1 : 0);
-      record_.max_penetration = std::max(record_.max_penetration, -contact.gap);
-      if (-contact.gap * options_.closed_gap > options_.penetration_limit * tolerance)
-        fail(Status::penetration,
-             fmt::format("{} and {} interpenetrate by {:.3g} m at t = {:.9g} s", scenario_.shapes[i].name,
-                         scenario_.shapes[j].name, -contact.gap, state_.t));
-    }
+    double depth = 0;
+    for (std::size_t c = first; c < contacts_.size(); ++c) depth = std::max(depth, -contacts_[c].gap);
+    depth_ = std::max(depth_, depth);
+    if (depth <= tolerance) continue;
+    if (depth * options_.closed_gap > options_.penetration_limit * tolerance) fail_overlap(i, j, depth);
+    const double closed = resolved_tolerance(tolerance, motions_[i].pose.p, motions_[j].pose.p);
+    if (depth <= overlap_ratio_ * closed) continue;
+    overlap_ratio_ = depth / closed;
+    deepest_ = {i, j};
+  }
+  record_.penetration_inside = std::max(record_.penetration_inside, depth_);
+}
+
+void Simulation::fail_overlap(int i, int j, double depth) {
+  fail(Status::penetration, fmt::format("{} and {} interpenetrate by {:.3g} m at t = {:.9g} s",
+                                        scenario_.shapes[i].name, scenario_.shapes[j].name, depth, state_.t));
+}
+
+// Which contacts and joints at their limits approach with the present velocities? Where any does, what the event is
+// made of is selected.
+bool Simulation::approaching() {
+  approaches_.clear();
+  for (const ContactPoint& contact : contacts_) {
+    double speed = gravity_speed_;  // before terms cancel: what rolls is at rest where it touches, to their rounding
+    const auto velocity = [&](int shape) -> Vec3 {
+      const int body = scenario_.shapes[shape].body;
+      if (body < 0) return Vec3::Zero();
+      const Vec3 v(&state_.v[6 * static_cast<std::size_t>(body)]), w(&state_.v[6 * static_cast<std::size_t>(body) + 3]);
+      const Vec3 turning = w.cross(contact.position - state_.pose[body].p);
+      speed += v.lpNorm<1>() + turning.lpNorm<1>();
+      return v + turning;
+    };
+    const Vec3 v_a = velocity(contact.shape_a), v_b = velocity(contact.shape_b);
+    approaches_.push_back(contact.normal.dot(v_a - v_b) < -options_.approach * speed ? 1 : 0);
   }
   if (!scenario_.model.trees.empty()) find_limits();
   if (std::find(approaches_.begin(), approaches_.end(), 1) == approaches_.end()) return false;
@@ -289,6 +316,23 @@ void Simulation::select_islands() {
   }
   points_left_out_ = 0;
   for (const auto& patch : patches_) points_left_out_ += patch.second;
+}
+
+// Ends the step without overlap, or the run where bodies are wedged in.
+void Simulation::remove_overlap() {
+  const Overlap::Removed removed = overlap_.remove(
+      scenario_, tolerance_, radius_, depth_,
+      [this](double margin) -> const std::vector<std::pair<int, int>>& {
+        find_pairs(0, std::max(margin, margin_));
+        return *pairs_;
+      },
+      motions_, state_);
+  record_.penetration_displacement = removed.displacement;
+  find_pairs(0, margin_);
+  find_contacts();
+  const auto [i, j] = deepest_;
+  const double size = std::min(tolerance_[i], tolerance_[j]) / options_.closed_gap;
+  if (overlap_ratio_ > 1 && depth_ > options_.penetration_bound * size) fail_overlap(i, j, depth_);
 }
 
 // Fisher and Yates.
@@ -352,6 +396,7 @@ bool Simulation::solve_event(Lap& lap) {
     if (again) {
       lap = Lap();
       find_contacts();
+      approaching();
       lap.add_to(record_.times.collision_s);
       return solve_event(lap);
     }

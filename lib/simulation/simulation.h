@@ -9,11 +9,13 @@
 #include "contact/assemble.h"
 #include "contact/referee.h"
 #include "dynamics/articulated_body.h"
+#include "dynamics/free_bodies.h"
 #include "geometry/broad_phase.h"
 #include "methods/registry.h"
 #include "scenario/scenario.h"
 #include "simulation/drift.h"
 #include "simulation/event_islands.h"
+#include "simulation/overlap.h"
 
 namespace cb {
 
@@ -44,7 +46,9 @@ struct StepRecord {
   std::optional<double> law_residual, gap, infeasibility;
   double event_energy_gain = 0;                     ///< J
   double event_energy_gain_relative = 0;            ///< worst over the events: gain / energy before
-  double max_penetration = 0;                       ///< m
+  double max_penetration = 0;                       ///< m, at the end of the step
+  double penetration_inside = 0;                    ///< m, at the events and before it was taken away
+  double penetration_displacement = 0;              ///< m, furthest that a point was moved for that
   double kinetic_energy = 0, potential_energy = 0;  ///< J
   int false_claims = 0;                             ///< answers called ok that the check refutes
   int doubted = 0;                                  ///< answers not called ok that the check confirms
@@ -88,7 +92,12 @@ struct SimulationOptions {
   /// J: kinetic energy that counts as energy_blowup whatever was put in; motors that an unstable explicit step drives
   /// put it in themselves. Far above any scene's, far below overflow.
   double blowup_energy = 1e60;
-  double penetration_limit = 0.1;  ///< fraction of the body's size; deeper: penetration
+  Gyroscopic gyroscopic = Gyroscopic::implicit;  ///< of free bodies
+  /// Fractions of the smaller body's size. Deeper inside a step than the limit, or at its end than the bound: the run
+  /// ends as `penetration`. Inside a step points of contact move along the surfaces while their velocities are bound
+  /// where they were; at its end overlap.h has taken that away down to the closed gap.
+  double penetration_limit = 0.1;
+  double penetration_bound = 1e-6;
   StepPruning prune = {false, false, false};
 };
 
@@ -119,8 +128,11 @@ class Simulation {
   void accelerate_trees(const Vec3& gravity);
   void update_motions();
   bool pairs_hold() const;
-  void find_pairs(double horizon);
-  bool find_contacts();
+  void find_pairs(double horizon, double margin);
+  void find_contacts();
+  bool approaching();
+  void remove_overlap();
+  void fail_overlap(int i, int j, double depth);
   void shuffle_contacts();
   void find_limits();
   void select_islands();
@@ -166,6 +178,7 @@ class Simulation {
   std::vector<double> twists_;                      // State::v before a change
   double joint_speed_ = 0;                          // largest |qdd| h of the step
   Drift drift_;
+  Overlap overlap_;
 
   // Collision: what the step looks at.
   BroadPhase broad_phase_;
@@ -173,9 +186,13 @@ class Simulation {
   std::vector<double> tolerance_;  // per shape, m: gap below which it is closed
   std::vector<double> radius_;     // per shape, m: how far its points are from the body's centre of mass
   const std::vector<std::pair<int, int>>* pairs_ = nullptr;
-  std::vector<double> travel_;  // per shape, m: bound on its displacement before the step ends
-  double margin_ = 0;           // m, by which the pairs were widened
-  double moved_ = 0;            // m, bound on what any shape has moved by since they were found
+  std::vector<double> travel_;   // per shape, m: bound on its displacement before the step ends
+  double margin_ = 0;            // m, by which the pairs were widened
+  double moved_ = 0;             // m, bound on what any shape has moved by since they were found
+  bool contacts_known_ = false;  // are contacts_ those of the present poses?
+  double depth_ = 0;             // m, of the deepest of them
+  double overlap_ratio_ = 0;     // -, the deepest in gaps that count as closed
+  std::pair<int, int> deepest_;  // shapes of that one
 
   StepLeftOut left_out_;
   std::vector<std::pair<int, int>> patches_;  // first contact of those that stand for more, and how many more

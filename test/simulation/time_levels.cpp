@@ -69,7 +69,7 @@ TEST_CASE("a sphere that starts inside the ground by a millimetre is said to pen
     test::add_ground(s);
     test::add_sphere(s, 0.1, 1, {0, 0.1 - depth, 0});
     test::collide_all(s, 0.5);
-    CHECK(simulation_of(s).step().max_penetration == Approx(depth).epsilon(1e-12));
+    CHECK(simulation_of(s).step().penetration_inside == Approx(depth).epsilon(1e-12));
   }
 }
 

@@ -1,0 +1,223 @@
+// Poses without overlap, by the least displacement in the norm of M.
+//
+// Problem: points with gaps g (m) of bodies with inertia M; find d (nv) least in d.M d with N d >= wanted. By duality
+// d = M^-1 N^T lambda with 0 <= lambda, N d - wanted >= 0, complementary, island by island.
+// Source: the dual of Lawson and Hanson, "Solving least squares problems" (1974), chapter 23, with sets exchanged whole
+// as in Judice and Pires, "Basic-set algorithm for a generalized linear complementarity problem" (1992).
+// Differences from the source:
+//   1. The set of points held begins with those that are too deep, and others enter only where a displacement closes
+//      them: G = N M^-1 N^T is formed over that set alone, which is small beside the pile around it.
+//   2. G is scaled to a unit diagonal and raised by a ridge: where points share a face it is singular. What the ridge
+//      leaves, the next linearisation takes away.
+// When it fails: bodies that are wedged in. After `rounds` it returns; the caller looks at what is left.
+#include "simulation/overlap.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/kinematics.h"
+#include "geometry/box_box.h"
+#include "simulation/drift.h"
+
+namespace cb {
+
+namespace {
+
+constexpr int rounds = 12;        // linearisations; two or three do
+constexpr int exchanges = 60;     // of the set, one linearisation; beyond: the next one
+constexpr int whole = 20;         // exchanges of all points at once; then one leaves at a time, which cannot cycle
+constexpr double ridge = 1e-11;   // of G's diagonal
+constexpr double missed = 0.1;    // of the closed gap: N d >= wanted - missed * closed
+constexpr double reach_of = 4;    // depths: points with gaps up to these are looked at
+constexpr double furthest = 0.2;  // rad: a body turns by no more in a round
+// -: lambda < -negative * (largest lambda) leaves the set
+constexpr double negative = 1e-12;
+
+}  // namespace
+
+Overlap::Removed Overlap::remove(const Scenario& scenario, const std::vector<double>& tolerance,
+                                 const std::vector<double>& radius, double depth, const FindPairs& find_pairs,
+                                 std::vector<Motion>& motions, State& state) {
+  Removed removed{depth, 0};
+  for (int round = 0; round < rounds; ++round) {
+    const double reach = reach_of * depth;
+    depth = find_points(scenario, motions, tolerance, find_pairs(2 * reach), reach);
+    if (depth == 0) break;
+    prepare(scenario, state);
+    d_.setZero(problem_.nv());
+    for (int island = 0; island < islands_.count; ++island) solve(of_island_[island]);
+    const double moved = displace(scenario, radius, state);
+    removed.displacement += moved;
+    for (std::size_t i = 0; i < motions.size(); ++i) shape_motion(scenario.shapes[i], state, motions[i]);
+    depth = std::max(depth, moved);
+  }
+  return removed;
+}
+
+// Points within reach, and what each needs. Returns the deepest of those that are deeper than closed, 0 where none is.
+double Overlap::find_points(const Scenario& scenario, const std::vector<Motion>& motions,
+                            const std::vector<double>& tolerance, const std::vector<std::pair<int, int>>& pairs,
+                            double reach) {
+  points_.clear();
+  wanted_.clear();
+  slack_.clear();
+  double deepest = 0;
+  for (const auto& [i, j] : pairs) {
+    const double closed =
+        resolved_tolerance(std::min(tolerance[i], tolerance[j]), motions[i].pose.p, motions[j].pose.p);
+    const std::size_t first = points_.size();
+    contact_points(scenario.shapes[i], motions[i].pose, i, scenario.shapes[j], motions[j].pose, j,
+                   std::max(reach, closed), points_);
+    for (std::size_t c = first; c < points_.size(); ++c) {
+      const double gap = points_[c].gap;
+      wanted_.push_back(gap < -closed || gap > 0 ? -gap : 0);
+      slack_.push_back(missed * closed);
+      if (gap < -closed) deepest = std::max(deepest, -gap);
+    }
+  }
+  return deepest;
+}
+
+// N, N M^-1 and the scale of each point.
+void Overlap::prepare(const Scenario& scenario, const State& state) {
+  zeros_.assign(points_.size(), 0.0);
+  assembler_.assemble(scenario.model, state, scenario.shapes, points_, {}, zeros_, zeros_, 0, problem_, owners_);
+  find_islands(problem_, islands_);
+  of_island_.assign(islands_.of_contact, islands_.count);
+  in_.assign(points_.size(), 0);
+  scale_.assign(points_.size(), 0.0);
+  row_.clear();
+  moved_.clear();
+  if (!factor_.factor(problem_.M)) return;
+  for (int c = 0; c < problem_.nc(); ++c) {
+    double G_cc = 0;
+    for (int e = problem_.J.band[c]; e < problem_.J.band[c + 1]; ++e) {
+      const auto entry = problem_.J.entry(e);
+      const auto at = static_cast<std::ptrdiff_t>(row_.size());
+      for (int k = 0; k < entry.cols(); ++k) row_.push_back(entry(0, k));
+      moved_.insert(moved_.end(), row_.begin() + at, row_.end());
+      factor_.solve_block_in_place(problem_.J.block[e], &moved_[static_cast<std::size_t>(at)], 1);
+      for (std::size_t k = static_cast<std::size_t>(at); k < row_.size(); ++k) G_cc += row_[k] * moved_[k];
+    }
+    scale_[c] = G_cc > 0 ? 1 / std::sqrt(G_cc) : 0;
+  }
+}
+
+double Overlap::opened(int c) const {
+  double sum = 0;
+  for (int e = problem_.J.band[c]; e < problem_.J.band[c + 1]; ++e) {
+    const int size = problem_.M.block_size(problem_.J.block[e]);
+    sum += Eigen::Map<const Eigen::VectorXd>(&row_[problem_.J.offset[e] / 3], size)
+               .dot(d_.segment(problem_.M.first[problem_.J.block[e]], size));
+  }
+  return sum;
+}
+
+void Overlap::add_to_displacement(int c, double lambda) {
+  for (int e = problem_.J.band[c]; e < problem_.J.band[c + 1]; ++e) {
+    const int size = problem_.M.block_size(problem_.J.block[e]);
+    d_.segment(problem_.M.first[problem_.J.block[e]], size) +=
+        lambda * Eigen::Map<const Eigen::VectorXd>(&moved_[problem_.J.offset[e] / 3], size);
+  }
+}
+
+// lambda (of scaled rows) with N d = wanted on the working set.
+bool Overlap::solve_working_set() {
+  const auto n = static_cast<Eigen::Index>(working_.size());
+  G_.resize(n, n);
+  lambda_.resize(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const int c = working_[static_cast<std::size_t>(i)];
+    lambda_[i] = scale_[c] * wanted_[c];
+    for (Eigen::Index k = 0; k <= i; ++k) {
+      const int other = working_[static_cast<std::size_t>(k)];
+      double sum = 0;
+      for (int e = problem_.J.band[c]; e < problem_.J.band[c + 1]; ++e)
+        for (int f = problem_.J.band[other]; f < problem_.J.band[other + 1]; ++f) {
+          if (problem_.J.block[e] != problem_.J.block[f]) continue;
+          const int size = problem_.M.block_size(problem_.J.block[e]);
+          sum += Eigen::Map<const Eigen::VectorXd>(&row_[problem_.J.offset[e] / 3], size)
+                     .dot(Eigen::Map<const Eigen::VectorXd>(&moved_[problem_.J.offset[f] / 3], size));
+        }
+      G_(i, k) = scale_[c] * scale_[other] * sum;
+    }
+    G_(i, i) += ridge;
+  }
+  llt_.compute(G_);
+  if (llt_.info() != Eigen::Success) return false;
+  llt_.solveInPlace(lambda_);
+  return lambda_.allFinite();
+}
+
+// Adds the least displacement of one island to d_.
+void Overlap::solve(std::span<const int> island) {
+  working_.clear();
+  for (const int c : island)
+    if (wanted_[c] > 0 && scale_[c] > 0) {
+      in_[c] = 1;
+      working_.push_back(c);
+    }
+  if (working_.empty()) return;
+  for (int exchange = 0; exchange < exchanges; ++exchange) {
+    if (!solve_working_set()) return;
+    // Points that pull leave: all, or from some time on the one that pulls most.
+    const double worst = lambda_.minCoeff(), kept = -negative * lambda_.cwiseAbs().maxCoeff();
+    const bool leaving = worst < kept && exchange + 1 < exchanges;
+    for (const int c : working_)
+      for (int e = problem_.J.band[c]; e < problem_.J.band[c + 1]; ++e)
+        d_.segment(problem_.M.first[problem_.J.block[e]], problem_.M.block_size(problem_.J.block[e])).setZero();
+    if (leaving) {
+      std::size_t left = 0;
+      for (std::size_t i = 0; i < working_.size(); ++i) {
+        const double pull = lambda_[static_cast<Eigen::Index>(i)];
+        if (pull < kept && (exchange < whole || pull == worst))
+          in_[working_[i]] = 0;
+        else
+          working_[left++] = working_[i];
+      }
+      working_.resize(left);
+      continue;
+    }
+    for (std::size_t i = 0; i < working_.size(); ++i)
+      add_to_displacement(working_[i], scale_[working_[i]] * std::max(0.0, lambda_[static_cast<Eigen::Index>(i)]));
+    const std::size_t before = working_.size();
+    for (const int c : island)
+      if (!in_[c] && scale_[c] > 0 && opened(c) < wanted_[c] - slack_[c]) {
+        in_[c] = 1;
+        working_.push_back(c);
+      }
+    if (working_.size() == before) return;
+  }
+}
+
+// Moves the bodies by d_; returns the furthest that a point of one moves.
+double Overlap::displace(const Scenario& scenario, const std::vector<double>& radius, State& state) {
+  if (!d_.allFinite()) return 0;
+  double turn = 0, furthest_point = 0;
+  for (std::size_t b = 0; b < owners_.size(); ++b)
+    if (owners_[b].tree < 0) turn = std::max(turn, d_.segment<3>(problem_.M.first[b] + 3).norm());
+  if (turn > furthest) d_ *= furthest / turn;
+  block_.assign(scenario.model.bodies.size(), -1);
+  for (std::size_t b = 0; b < owners_.size(); ++b)
+    if (owners_[b].tree < 0) block_[owners_[b].body] = static_cast<int>(b);
+  for (std::size_t i = 0; i < scenario.shapes.size(); ++i) {
+    const int body = scenario.shapes[i].body;
+    if (body < 0 || block_[body] < 0) continue;
+    const auto d = d_.segment<6>(problem_.M.first[block_[body]]);
+    furthest_point = std::max(furthest_point, d.head<3>().norm() + radius[i] * d.tail<3>().norm());
+  }
+  for (std::size_t b = 0; b < owners_.size(); ++b) {
+    const double* d = d_.data() + problem_.M.first[b];
+    if (owners_[b].tree < 0) {
+      Pose& pose = state.pose[owners_[b].body];
+      pose = advance(pose, Vec3(d), Vec3(d + 3), 1);
+    } else {
+      const Tree& tree = scenario.model.trees[owners_[b].tree];
+      furthest_point = std::max(furthest_point, Eigen::Map<const Eigen::VectorXd>(d, tree.nv).norm());
+      move_tree(scenario.model, tree, d, 1, state);
+    }
+  }
+  return furthest_point;
+}
+
+}  // namespace cb

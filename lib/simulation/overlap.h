@@ -1,0 +1,67 @@
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "contact/assemble.h"
+#include "contact/islands.h"
+#include "scenario/scenario.h"
+
+namespace cb {
+
+/// Takes away what shapes interpenetrate at the end of a step: the first order of the step leaves it wherever a point
+/// of contact moves along a surface within it (a rim that rolls, a corner that slides over an edge).
+///
+/// With N the normal rows of the points whose gap is small, the poses are displaced by the d least in d.M d with
+///   N d >= -gap   for points that are open, or deeper than closed,
+///   N d >= 0      for points that are closed,
+/// linearised anew until no point is deeper than closed. Velocities are not touched, so that no kinetic energy is
+/// added; the potential energy changes by the weight times d. Where nothing overlaps nothing is called.
+class Overlap {
+ public:
+  struct Removed {
+    double depth = 0;         ///< m, the deepest before
+    double displacement = 0;  ///< m, furthest that a point of a body was moved, over all rounds
+  };
+  /// Pairs whose bounding boxes, widened by a margin in m, overlap at the present `motions`.
+  using FindPairs = std::function<const std::vector<std::pair<int, int>>&(double margin)>;
+
+  /// `motions`: per shape, brought up to date. `tolerance`, `radius`: per shape, m: closed gap and reach from the
+  /// centre of mass. `depth`: m, the deepest overlap.
+  Removed remove(const Scenario& scenario, const std::vector<double>& tolerance, const std::vector<double>& radius,
+                 double depth, const FindPairs& find_pairs, std::vector<Motion>& motions, State& state);
+
+ private:
+  double find_points(const Scenario& scenario, const std::vector<Motion>& motions, const std::vector<double>& tolerance,
+                     const std::vector<std::pair<int, int>>& pairs, double reach);
+  void prepare(const Scenario& scenario, const State& state);
+  void solve(std::span<const int> island);
+  bool solve_working_set();
+  void add_to_displacement(int c, double lambda);
+  double opened(int c) const;
+  double displace(const Scenario& scenario, const std::vector<double>& radius, State& state);
+
+  std::vector<ContactPoint> points_;
+  std::vector<double> wanted_;  // per point: least N d, m
+  std::vector<double> slack_;   // per point: what of it may be missed, m
+
+  Assembler assembler_;
+  ContactProblem problem_;
+  std::vector<BlockOwner> owners_;
+  std::vector<double> zeros_;
+  Islands islands_;
+  Groups of_island_;
+  BlockCholesky factor_;
+  std::vector<double> row_, moved_;  // entries of N, and of N M^-1, as problem_.J's without tangents
+  std::vector<double> scale_;        // per point: 1 / sqrt(N M^-1 N^T)
+  std::vector<int> block_;           // per body: its block, or -1
+  std::vector<char> in_;             // per point: is it held?
+  std::vector<int> working_;         // those that are
+  Eigen::MatrixXd G_;
+  Eigen::VectorXd lambda_, d_;
+  Eigen::LLT<Eigen::MatrixXd> llt_;
+};
+
+}  // namespace cb
