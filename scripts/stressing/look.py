@@ -5,8 +5,8 @@ separating axes of two boxes (15 directions), the distance of a point to a box o
 has plain numbers: no parameters, arrays, harmonics or expressions (those of random_scenes.py, and files like them).
 
 What is looked at, each with its bound:
-  penetration  at each recorded time, of each pair that can collide: at most summary.json's `penetration_bound` (m, where the program states
-               one), else PENETRATION of the smaller one's size (its largest extent)
+  penetration  at each recorded time, of each pair that can collide: at most PENETRATION of the smaller one's size (its largest extent), or
+               what the program itself states, if that is less (`penetration_bound` of the summary's options)
   event energy steps.csv's event_energy_gain and the summary's max_gain_relative: at most ENERGY of the energy before the event
   energy       of free bodies, from the trajectory alone: contacts take kinetic energy or leave it. With explicit Euler the step begins with
                v + h (g + F/m), so the kinetic energy at its end is at most that of these velocities, times 1 + ENERGY, plus the second order
@@ -383,9 +383,9 @@ def penetrations(model, times, motion, summary, out):
             if depth / min(a.size, b.size) > worst[1]:
                 worst = (depth, depth / min(a.size, b.size), f"{b.name} and {a.name}", float(times[near[deepest]]))
             out.penetration = max(out.penetration, depth)
-    stated = summary.get("penetration_bound")
+    bound = min(PENETRATION, (summary.get("options") or {}).get("penetration_bound", PENETRATION))
     out.penetration_relative, out.where = worst[1], f"{worst[2]} at t = {worst[3]:g} s" if worst[2] else ""
-    if (out.penetration > stated) if stated is not None else (worst[1] > PENETRATION):
+    if worst[1] > bound:
         out.faults.append(f"penetration: {worst[0]:.3g} m, {worst[1]:.3g} of the size, {out.where}")
     return alone
 

@@ -489,33 +489,33 @@ def urdf_text(links, free):
 def cylinders(scene):
     """They roll on their sides, stand, wobble on their rims, fall; balls run into them."""
     draw = scene.draw
-    scene.plane([0, 0, 0], [0, 1, 0] if draw.chance(0.6) else [draw.uniform(-0.3, 0.3), 1.0, draw.uniform(-0.3, 0.3)])
-    flush = '0.0 1.0 0.0' in scene.bodies[0]
+    level = draw.chance(0.6)
+    slope = [0.0, 1.0, 0.0] if level else [draw.uniform(-0.3, 0.3), 1.0, draw.uniform(-0.3, 0.3)]
+    steep = math.sqrt(sum(x * x for x in slope))
+    scene.plane([0, 0, 0], slope)
     apart = rounded(1.6 * draw.ranges["size_m"][1])
-    steep = math.sqrt(sum(float(x)**2 for x in scene.bodies[0].split('normal="')[1].split('"')[0].split()))
-    slope = [float(x) for x in scene.bodies[0].split('normal="')[1].split('"')[0].split()]
     for number in range(draw.integer(5, 9)):
         x, z = round((number % 3) * apart, 6), round((number // 3) * apart, 6)
         radius, length = rounded(draw.of("size_m") / 2), draw.of("size_m")
         spin, speed = draw.signed("spin_rad_per_s"), draw.signed("speed_m_per_s")
-        manner = draw.one_of(["rolls", "stands", "wobbles", "falls", "ball"] if flush else ["falls", "ball"])
-        level = -(slope[0] * x + slope[2] * z)
+        manner = draw.one_of(["rolls", "stands", "wobbles", "falls", "ball"] if level else ["falls", "ball"])
+        ground = -(slope[0] * x + slope[2] * z)
         if manner == "rolls":
             scene.cylinder(radius, length, [x, radius, z], moving([speed, 0.0, 0.0], [0.0, 0.0, -rounded(speed / radius)]), 'quaternion="1.0 1.0 0.0 0.0"')
         elif manner == "stands":
             scene.cylinder(radius, length, [x, length / 2, z], moving([speed, 0.0, 0.0], [0.0, spin, 0.0]))
         elif manner == "ball":
-            scene.sphere(radius, [x, rounded(level + radius * steep + 1e-3, 6), z], drawn_motion(draw))
+            scene.sphere(radius, [x, rounded(ground + radius * steep + 1e-3, 6), z], drawn_motion(draw))
         else:
             tall = 1.02 * math.sqrt(radius**2 + length**2 / 4) * steep
             turn = f'axis="{text(draw.uniform(-1, 1), 0, 1)}" angle="{text(draw.uniform(0.05, 0.5))}"' if manner == "wobbles" else draw.quaternion()
             motion = moving(None, [0.0, spin, 0.0]) if manner == "wobbles" else drawn_motion(draw)
-            scene.cylinder(radius, length, [x, rounded(level + tall, 6), z], motion, turn)
+            scene.cylinder(radius, length, [x, rounded(ground + tall, 6), z], motion, turn)
     scene.pair("b*", "p*")
-    kinds = [line.split()[0] for line in scene.bodies[1:]]
-    for i, a in enumerate(kinds):
+    round_ones = [line.startswith("<sphere") for line in scene.bodies[1:]]
+    for i, ball in enumerate(round_ones):
         for j in range(i):
-            if a == "<sphere" or kinds[j] == "<sphere":
+            if ball or round_ones[j]:
                 scene.pair(f"b{i + 1}", f"b{j + 1}")
 
 
