@@ -87,6 +87,39 @@ void DenseTableau::restart() {
   std::fill_n(table_.data() + std::size_t(n_) * padded_, padded_, 0.0);
 }
 
+// The basic z (and z_0) enter for the nonbasic w by the largest pivots left, whatever pair they are of.
+bool DenseTableau::renew(const std::vector<int>& active, int out, const Eigen::VectorXd& q,
+                         const Eigen::VectorXd& cover) {
+  entering_.clear();
+  leaving_ = active;
+  for (const int i : active) entering_.push_back(n_ + i);
+  if (out >= 0) {
+    entering_.push_back(2 * n_);
+    leaving_.push_back(out);
+  }
+  restart();
+  set_cover(cover);
+  set_load(q);
+  while (!entering_.empty()) {
+    double largest = 0;
+    std::size_t best_column = 0, best_row = 0;
+    for (std::size_t j = 0; j < entering_.size(); ++j) {
+      const double* change = column(entering_[j]);
+      for (std::size_t i = 0; i < leaving_.size(); ++i) {
+        const double size = std::abs(change[row_of(leaving_[i])]);
+        if (!(size > largest)) continue;
+        largest = size;
+        best_column = j;
+        best_row = i;
+      }
+    }
+    if (largest == 0 || !pivot(row_of(leaving_[best_row]), entering_[best_column])) return false;
+    entering_.erase(entering_.begin() + static_cast<std::ptrdiff_t>(best_column));
+    leaving_.erase(leaving_.begin() + static_cast<std::ptrdiff_t>(best_row));
+  }
+  return true;
+}
+
 void DenseTableau::multiply(const Eigen::VectorXd& z, Eigen::VectorXd& w) const {
   w.setZero(n_);
   for (int j = 0; j < n_; ++j)

@@ -37,6 +37,9 @@ class DenseTableau {
   void set_load(const Eigen::VectorXd& q) { transform(q.data(), rhs_.data()); }
   /// Covering vector (n, scaled, in the original rows) of the artificial variable, which must be nonbasic.
   void set_cover(const Eigen::VectorXd& cover);
+  /// The dictionary at a basis, from the original matrix: z_i basic for i in `active`, else w_i; z_0 for both of pair
+  /// `out` (-1: nowhere). For load q and covering vector (n, scaled). False where the basis is singular. O(|a| n^2).
+  bool renew(const std::vector<int>& active, int out, const Eigen::VectorXd& q, const Eigen::VectorXd& cover);
   /// The table itself is the inverse: nothing to recompute.
   static bool refresh() { return true; }
   /// Exchanges the basic variable of `row` with the nonbasic `entering`. False where the pivot is zero or not finite.
@@ -53,9 +56,10 @@ class DenseTableau {
   const Eigen::VectorXd *row_scale_ = nullptr, *column_scale_ = nullptr;
   int n_ = 0, padded_ = 0;
   Eigen::VectorXd table_, rhs_;
-  std::vector<int> basic_;     // n: variable of each row
-  std::vector<int> nonbasic_;  // n + 1: variable of each column
-  std::vector<int> slot_;      // 2 n + 1: column of a nonbasic variable, -1 - row of a basic one
+  std::vector<int> basic_;               // n: variable of each row
+  std::vector<int> nonbasic_;            // n + 1: variable of each column
+  std::vector<int> entering_, leaving_;  // scratch of renew()
+  std::vector<int> slot_;                // 2 n + 1: column of a nonbasic variable, -1 - row of a basic one
 };
 
 }  // namespace cb

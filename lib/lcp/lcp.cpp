@@ -67,6 +67,14 @@ void scale_coupled(PairScales& scales) {
   }
 }
 
+/// x = A^-1 right, refined once; false where it is not finite.
+bool solve_refined(const Eigen::SparseLU<SparseMatrix>& lu, const SparseMatrix& A, const Eigen::VectorXd& right,
+                   Eigen::VectorXd& x) {
+  x = lu.solve(right);
+  x += lu.solve(right - A * x);
+  return x.allFinite();
+}
+
 }  // namespace
 
 std::string_view name(LcpStatus status) { return status_names[static_cast<std::size_t>(status)]; }
@@ -123,11 +131,7 @@ void pair_scales(const LcpProblem& problem, PairScales& scales) {
 bool recover_free(const LcpProblem& problem, const Eigen::VectorXd& z, Eigen::VectorXd& x) {
   Eigen::SparseLU<SparseMatrix> lu;
   lu.compute(problem.A);
-  if (lu.info() != Eigen::Success) return false;
-  const Eigen::VectorXd right = -(problem.B * z + problem.a);
-  x = lu.solve(right);
-  x += lu.solve(right - problem.A * x);
-  return x.allFinite();
+  return lu.info() == Eigen::Success && solve_refined(lu, problem.A, -(problem.B * z + problem.a), x);
 }
 
 bool condense(const LcpProblem& problem, LcpProblem& dense) {
@@ -147,12 +151,17 @@ double natural_residual(const LcpProblem& problem, const Eigen::VectorXd& z) {
   Eigen::VectorXd w, q = problem.q;
   PairScales scales;
   if (problem.expanded) {
-    Eigen::VectorXd x, x0;
-    if (!recover_free(problem, z, x) || !recover_free(problem, Eigen::VectorXd::Zero(problem.n()), x0)) return refused;
-    w = problem.q + problem.C * x + problem.D * z;
-    q += problem.C * x0;
+    // What z adds is kept apart from A^-1 a: beside a large x of which q sees little, w would be its rounding.
+    Eigen::SparseLU<SparseMatrix> lu;
+    lu.compute(problem.A);
+    if (lu.info() != Eigen::Success) return refused;
+    Eigen::VectorXd x;
+    if (!solve_refined(lu, problem.A, -problem.a, x)) return refused;
+    q += problem.C * x;
+    if (!solve_refined(lu, problem.A, -(problem.B * z), x)) return refused;
+    w = q + (problem.C * x + problem.D * z);
   } else {
-    w = problem.q + problem.M * z;
+    w = q + problem.M * z;
   }
   pair_scales(problem, scales);
   double scale = problem.size, worst = 0;

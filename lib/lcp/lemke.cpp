@@ -15,9 +15,10 @@
 //     generically no two ratios agree, so no basis comes back (Cottle, Pang, Stone, sec. 4.9). p > 0 matters: pairs
 //     whose q_i = 0 (idle friction) become strictly slack and never enter, and 16 cubes at rest take 45 pivots.
 //  3. The answer is recomputed for the unperturbed q at the basis reached, with iterative refinement on the original
-//     data. Where that vertex is infeasible by more than round-off, Lemke goes on from this very basis with p itself as
-//     covering vector: the perturbed vertex lies on that path at z_0 = delta, so it only has to be followed to z_0 = 0
-//     (with a new perturbation delta repair_factor).
+//     data. Where that vertex is infeasible by more than round-off, Lemke goes on from this very basis with a covering
+//     vector under which the basic values of this basis all grow (cover_vertex): the exact vertex is near, and q need
+//     not be perturbed on the way. Contacts that are all but redundant make bases all but singular, where the pivots
+//     carried out before have left no digits: these paths, of a few pivots, take each basis from the original matrix.
 //  4. Ratio test in two passes after Harris (complementary_path.h); z_0 wins whenever it is among those that block.
 //  5. A ray is believed only if its direction is a ray of the original data. On any failure the ladder below restarts
 //     with other perturbations and covering vectors; `reason` names each rung that was used.
@@ -44,10 +45,9 @@ namespace {
 struct LemkeOptions : LcpOptions {
   /// An entry that blocks must be larger than this, -; looser: round-off grows, stricter: real blocks are missed.
   double pivot_tolerance = 1e-9;
-  double harris = 1e-12;        ///< least allowance of the ratio test (RatioTest), -
-  double perturbation = 1e-7;   ///< delta of q, -; smaller: ties drown in round-off, larger: more repairs
-  double repair_factor = 1e-3;  ///< delta of each repair against the one before, -
-  int repairs = 4;              ///< continuations from one basis at most
+  double harris = 1e-12;       ///< least allowance of the ratio test (RatioTest), -
+  double perturbation = 1e-7;  ///< delta of q, -; smaller: ties drown in round-off, larger: more repairs
+  int repairs = 4;             ///< paths from the vertices of one rung to the exact one, at most
   /// A basic value above minus this counts as zero at the unperturbed vertex and is clipped, -; within `tolerance`.
   double vertex_tolerance = 1e-12;
 };
@@ -80,7 +80,11 @@ class Lemke {
   template <class Table>
   PathEnd attempt(Table& table, const Rung& rung, LcpSolution& solution);
   template <class Table>
-  PathEnd follow_path(Table& table);
+  PathEnd follow_path(Table& table, bool afresh);
+  template <class Table>
+  bool cover_vertex(Table& table);
+  template <class Table>
+  int list_basis(const Table& table, std::vector<int>& active) const;
   int first_row(const double* cover, const double* rhs) const;
   void set_noise(unsigned seed);
 
@@ -95,6 +99,7 @@ class Lemke {
   Eigen::VectorXd noise_, perturbed_, base_;  // n: p, q + delta p, c
   Eigen::VectorXd first_noise_;               // p of the first rung, of the largest problem so far
   Eigen::VectorXd best_, answer_;             // n: best vertex of a rung, of all rungs
+  std::vector<int> best_active_, active_;     // pairs whose z is basic: at the best vertex, at the basis in hand
 };
 
 // Row that z_0 replaces: the one that needs most of it.
@@ -109,16 +114,22 @@ int Lemke::first_row(const double* cover, const double* rhs) const {
   return best;
 }
 
-// From the present complementary basis: z_0 enters, complements follow, until z_0 leaves.
+// From the present complementary basis: z_0 enters, complements follow, until z_0 leaves. `afresh`: each basis from the
+// original matrix, for the load as it is.
 template <class Table>
-PathEnd Lemke::follow_path(Table& table) {
+PathEnd Lemke::follow_path(Table& table, bool afresh) {
   const int artificial = 2 * n_;
   const int row = first_row(table.column(artificial), table.rhs());
   if (row < 0) return PathEnd::solution;
   const int leaving = table.basic(row);
   if (!table.pivot(row, artificial)) return PathEnd::bad_pivot;
   ++follower_.pivots;
-  const PathEnd end = follower_.follow(table, n_, leaving, [] {});
+  const auto renew = [&] {
+    const int out = list_basis(table, active_);
+    table.renew(active_, out, load_.q, base_);
+  };
+  const PathEnd end =
+      afresh ? follower_.follow(table, n_, leaving, renew) : follower_.follow(table, n_, leaving, [] {});
   if (end == PathEnd::ray && !judge_.ray_holds(table, load_, base_, follower_.ray_variable))
     return PathEnd::doubtful_ray;
   return end;
@@ -127,7 +138,7 @@ PathEnd Lemke::follow_path(Table& table) {
 // One rung: from the basis of slacks to a vertex, and on from there until the vertex stands without perturbation.
 template <class Table>
 PathEnd Lemke::attempt(Table& table, const Rung& rung, LcpSolution& solution) {
-  double delta = o_.perturbation * rung.perturbation;
+  const double delta = o_.perturbation * rung.perturbation;
   follower_.ratio.pivot_tolerance = o_.pivot_tolerance * rung.pivot_tolerance;
   follower_.ratio.harris = o_.harris;
   follower_.pivot_limit = follower_.pivots + (pivot_limit_ - follower_.pivots) / 2;
@@ -142,32 +153,53 @@ PathEnd Lemke::attempt(Table& table, const Rung& rung, LcpSolution& solution) {
     base_[i] = rung.random_cover ? 0.5 + draw(rung.seed + 100, static_cast<unsigned>(i)) : 1.0;
   table.set_cover(base_);
 
-  double best = HUGE_VAL;
-  for (int repair = 0;; ++repair) {
-    const PathEnd end = follow_path(table);
-    if (end != PathEnd::solution) {
-      if (best == HUGE_VAL) return end;
-      break;
-    }
-    const double below = judge_.vertex(table, load_, solution.z, solution.residual);
+  PathEnd end = follow_path(table, false);
+  if (end != PathEnd::solution) return end;
+  double below = judge_.vertex(table, load_, solution.z, solution.residual), best = HUGE_VAL;
+  for (int repair = 1; below > o_.vertex_tolerance && repair <= o_.repairs; ++repair) {
     if (solution.residual < best) {
       best = solution.residual;
       best_ = solution.z;
+      list_basis(table, best_active_);
     }
-    if (below <= o_.vertex_tolerance || repair == o_.repairs) break;
-    // On along the path of the covering vector p, from z_0 = delta.
-    base_ = noise_;
-    table.set_cover(base_);
-    delta *= o_.repair_factor;
-    set_noise(rung.seed + 1000 * static_cast<unsigned>(repair + 1));
-    perturbed_ = load_.q + delta * noise_;
-    table.set_load(perturbed_);
+    set_noise(rung.seed + 1000 * static_cast<unsigned>(repair));
+    end = cover_vertex(table) ? follow_path(table, true) : PathEnd::bad_pivot;
+    below = HUGE_VAL;
+    if (end == PathEnd::solution) below = judge_.vertex(table, load_, solution.z, solution.residual);
+    if (end == PathEnd::time_limit || end == PathEnd::pivot_limit) break;
   }
-  if (solution.residual > best) {
+  if (solution.residual > best || end != PathEnd::solution) {
     solution.residual = best;
     solution.z = best_;
   }
   return PathEnd::solution;
+}
+
+// Takes up the best vertex so far with a covering vector of its own, c = w_d - M z_d: z_d and w_d are p for what is
+// basic there and zero elsewhere. So its basic values are y + p z_0, feasible from some z_0 > 0 on, where the lowest
+// leaves, and at z_0 = 0 nothing is perturbed any more. False where its basis is singular.
+template <class Table>
+bool Lemke::cover_vertex(Table& table) {
+  perturbed_.setZero();
+  for (const int i : best_active_) perturbed_[i] = noise_[i] * load_.scales.columns[i];
+  table.multiply(perturbed_, base_);
+  base_ = noise_ - base_.cwiseProduct(load_.scales.rows);
+  for (const int i : best_active_) base_[i] -= noise_[i];
+  return table.renew(best_active_, -1, load_.q, base_);
+}
+
+// Pairs whose z is basic, and (returned) the pair that is out, -1 where z_0 is not basic.
+template <class Table>
+int Lemke::list_basis(const Table& table, std::vector<int>& active) const {
+  int out = -1;
+  active.clear();
+  for (int i = 0; i < n_; ++i) {
+    if (table.is_basic(n_ + i))
+      active.push_back(i);
+    else if (!table.is_basic(i))
+      out = i;
+  }
+  return out;
 }
 
 template <class Table>

@@ -92,6 +92,19 @@ void SparseBasis::restart() {
   refactor();
 }
 
+bool SparseBasis::renew(const std::vector<int>& active, int out, const Eigen::VectorXd& q,
+                        const Eigen::VectorXd& cover) {
+  row_.assign(2 * n_ + 1, -1);
+  for (int i = 0; i < n_; ++i) basic_[i] = i;
+  for (const int i : active) basic_[i] = n_ + i;
+  if (out >= 0) basic_[out] = 2 * n_;
+  for (int i = 0; i < n_; ++i) row_[basic_[i]] = i;
+  cover_ = cover;
+  if (!refactor()) return false;
+  set_load(q);
+  return true;
+}
+
 bool SparseBasis::refactor() {
   updates_.clear();
   column_of_ = -1;

@@ -39,6 +39,8 @@ class SparseBasis {
   void multiply(const Eigen::VectorXd& z, Eigen::VectorXd& w);
   /// Factorises the present basis afresh. False where that fails.
   bool refresh() { return refactor(); }
+  /// Takes up a basis for a load and a covering vector, as DenseTableau does.
+  bool renew(const std::vector<int>& active, int out, const Eigen::VectorXd& q, const Eigen::VectorXd& cover);
   int factorisations() const { return factorisations_; }
 
   /// Exchanges kept as product form before the basis is factorised again; more: each solve costs more and loses digits.

@@ -222,12 +222,11 @@ class Ynl {
   std::size_t peak_bytes_ = 0;
   bool memory_full_ = false, solved_ = false;
   Deadline deadline_;
-  double q_scale_ = 1;                            // largest scaled load once x is eliminated
-  double judged_ = 1;                             // what residuals are fractions of, over q_scale_
-  Eigen::VectorXd free_load_, pair_load_, zero_;  // nx, n: of the problem, over q_scale_; nx of zeros
-  Eigen::VectorXd load_, cover_;                  // n: condensed and scaled; c
-  Eigen::VectorXd z_value_, w_value_;             // n: values at the basis in hand
-  Eigen::VectorXd z_change_, w_change_;           // n: their changes per unit of the entering variable
+  double q_scale_ = 1;                   // largest scaled load once x is eliminated
+  double judged_ = 1;                    // what residuals are fractions of, over q_scale_
+  Eigen::VectorXd load_, cover_, zero_;  // n: condensed and scaled; c; nx of zeros: x counts from A^-1 a
+  Eigen::VectorXd z_value_, w_value_;    // n: values at the basis in hand
+  Eigen::VectorXd z_change_, w_change_;  // n: their changes per unit of the entering variable
   Eigen::VectorXd free_column_, pair_column_, answer_;
   double z0_value_ = 0, z0_change_ = 0;
 };
@@ -271,7 +270,7 @@ bool Ynl::vertex(const State& state, const LcpProblem& problem, LcpSolution& sol
     ++dead_.singular;
     return false;
   }
-  system_.solve(free_load_, pair_load_);
+  system_.solve(zero_, load_);
   end_below_ = below_zero(std::min(system_.z().minCoeff(), system_.w().minCoeff()), system_.z().maxCoeff()) / judged_;
   answer_ = (system_.z().cwiseProduct(scales_.columns) * q_scale_).cwiseMax(0.0);
   const double residual = answer_.allFinite() ? natural_residual(problem, answer_) : HUGE_VAL;
@@ -321,7 +320,7 @@ bool Ynl::expand(State& state, const LcpProblem& problem, LcpSolution& solution)
     ++dead_.singular;
     return false;
   }
-  system_.solve(free_load_, pair_load_);
+  system_.solve(zero_, load_);
   if (!system_.finite()) {
     ++dead_.singular;
     return false;
@@ -508,8 +507,6 @@ void Ynl::solve(const LcpProblem& problem, LcpSolution& solution) {
   judged_ = std::max(1.0, problem.size / q_scale_);
   if (!std::isfinite(q_scale_)) return refuse(LcpStatus::not_finite, "the data are not finite");
   load_ /= q_scale_;
-  free_load_ = system_.free_load() / q_scale_;
-  pair_load_ = system_.pair_load() / q_scale_;
   zero_.setZero(problem.nx());
 
   End end = End::exhausted;

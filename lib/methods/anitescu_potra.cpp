@@ -16,8 +16,8 @@
 // Differences from the source:
 //  1. Impulses and velocities of one event only: forces have acted before (docs/architecture.md, "The path of a step").
 //  2. No joint constraints: joints are inside M.
-//  3. Small problems eliminate v+ (matrix of order (k + 2) nc from the Delassus matrix); larger ones keep it as free
-//     unknowns, so that what is sparse stays sparse. dense_limit decides, by the number of unknowns.
+//  3. Small problems eliminate v+ (matrix of order (k + 2) nc from the Delassus matrix); larger ones keep v+ - v- as
+//     free unknowns, so that what is sparse stays sparse. dense_limit decides, by the number of unknowns.
 //  4. A contact with mu = 0 has no use for its c_t and lam: where told so (MethodOptions::idle_friction) they are no
 //     unknowns, and z gets c_t = 0 and the lam that its slip asks for. Not with e > 0 or regularisation.
 //  5. Optional regularisation: E is added to the diagonal of all rows of the LCP, in the unit of each row.
@@ -185,7 +185,8 @@ void negate_transposed(const SparseMatrix& B, SparseMatrix& T) {
   start[0] = 0;
 }
 
-// v+ stays: A = M, B = -[N^T D^T 0], C = [N; D; 0].
+// What the impulses add to the velocity stays, x = v+ - v-: A = M, B = -[N^T D^T 0], C = [N; D; 0], a = 0. With x = v+
+// the load of an island at rest or rolling, u- of 1e-16 on v- of 1, would have to be found as their difference.
 void AnitescuPotra::build_expanded(const ContactProblem& problem) {
   const int nc = nc_, k = k_, n = unknowns(), nv = problem.nv();
   lcp_.expanded = true;
@@ -247,15 +248,10 @@ void AnitescuPotra::set_load(const ContactProblem& problem, const std::vector<do
   lcp_.q.resize(unknowns());
   contact_velocity(problem, v, u_);
   lcp_.size = problem.M.blocks() > 1 ? size(problem) : 0;
-  const std::vector<double>& load = lcp_.expanded ? problem.offset : u_;
-  if (lcp_.expanded) {
-    scratch_.resize(problem.nv());
-    multiply(problem.M, v, scratch_);
-    lcp_.a = -Eigen::Map<const Eigen::VectorXd>(scratch_.data(), problem.nv());
-  }
-  for (int c = 0; c < nc_; ++c) lcp_.q[c] = load[3 * c];
+  if (lcp_.expanded) lcp_.a.setZero(problem.nv());
+  for (int c = 0; c < nc_; ++c) lcp_.q[c] = u_[3 * c];
   for (int f = 0; f < rough(); ++f) {
-    const double* along = &load[3 * rough_[f]];
+    const double* along = &u_[3 * rough_[f]];
     for (int a = 0; a < k_; ++a) lcp_.q[first_direction(f) + a] = cosine_[a] * along[1] + sine_[a] * along[2];
     lcp_.q[slip_bound(f)] = restored_[rough_[f]];
   }

@@ -216,6 +216,41 @@ TEST_CASE("A change of units changes nothing but the units of the search's answe
   CHECK((found.z.cwiseProduct(units) - z).lpNorm<Eigen::Infinity>() < 1e-12 * z.maxCoeff());
 }
 
+TEST_CASE("A load of any size is searched alike: bodies that all but rest, and bodies that are thrown") {
+  const LcpProblem p = bodies(2, 9, 3);
+  const LcpSolution given = solve(p);
+  REQUIRE(given.status == LcpStatus::solved);
+  for (const int power : {-200, -57, -30, 20, 200}) {
+    LcpProblem scaled = p;
+    scaled.a *= std::exp2(power);
+    const LcpSolution found = solve(scaled);
+    CAPTURE(power, found.reason);
+    CHECK(found.status == given.status);
+    CHECK(found.pivots == given.pivots);
+    CHECK(found.z == given.z * std::exp2(power));
+  }
+}
+
+TEST_CASE("Bodies that roll fast past each other are solved for the little by which they approach") {
+  // Velocities along the ground of 1, and of 1e-10 to 1e-17 across it. The velocities are free unknowns, and what the
+  // contacts see of them is their difference.
+  for (const double approach : {1e-10, 1e-13, 1e-15, 1e-16, 1e-17}) {
+    LcpProblem p = bodies(2, 4, 5);
+    VectorXd v(p.nx());
+    v << 1, approach, 0, -1, 2 * approach, 0;
+    p.a = -(p.A * v);
+    // Contacts turned into the axes: they see the approach alone, beside the slip.
+    for (int j = 0; j < p.n(); ++j)
+      for (SparseMatrix::InnerIterator it(p.B, j); it; ++it)
+        if (j % 4 == 0 && it.row() % 3 == 0) it.valueRef() = 0;
+    p.C = -p.B.transpose();
+    const LcpSolution found = solve(p);
+    CAPTURE(approach, found.reason);
+    CHECK(found.status == LcpStatus::solved);
+    CHECK(natural_residual(p, found.z) <= 1e-10);
+  }
+}
+
 TEST_CASE("Murty's problem takes exponentially many pivots, and no more than the limit") {
   // z = (0, ..., 0, 2^n): w_n = 2^n - (2^(n+1) - 2^n) = 0, and w_i = 2^(n+1) - (2^(n+1) - 2^(i+1)) > 0.
   for (const int n : {4, 6, 8}) {
