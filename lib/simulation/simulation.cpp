@@ -20,6 +20,7 @@
 
 #include "contact/feasibility.h"
 #include "dynamics/free_bodies.h"
+#include "linalg/stop.h"
 
 namespace cb {
 
@@ -86,6 +87,7 @@ const StepRecord& Simulation::step() {
   double remaining = options_.step;
   bool moved_on = false;  // has a time of contact split this step?
   while (record_.status == Status::ok || record_.status == Status::inaccurate) {
+    poll_stop();
     update_motions();
     const bool old_pairs = !moved_on && pairs_hold();
     if (!moved_on && !old_pairs) find_pairs(remaining);
@@ -235,6 +237,7 @@ bool Simulation::find_contacts() {
   patches_.clear();
   approaches_.clear();
   for (const auto& [i, j] : *pairs_) {
+    poll_stop();
     const std::size_t first = contacts_.size();
     const double tolerance = std::min(tolerance_[i], tolerance_[j]);
     const PairLaw& law = *scenario_.pairs.find(i, j);
@@ -436,6 +439,7 @@ double Simulation::first_contact(double horizon, double reach) {
   constexpr double still = 0.25;
   const bool skip = options_.prune.contact_times && reach < margin_;
   for (const auto& [i, j] : *pairs_) {
+    poll_stop();
     if (skip && travel_[i] + travel_[j] <= still * std::min(tolerance_[i], tolerance_[j])) {
       ++left_out_.contact_times;
       continue;
