@@ -8,26 +8,29 @@
 
 namespace cb {
 
-/// What may end a run between two steps: a signal (SIGINT, SIGTERM, SIGHUP), the time, the memory.
+/// What may end a computation from outside: a signal (SIGINT, SIGTERM, SIGHUP), the time, the memory. Each asks for a
+/// stop, which poll_stop() (linalg/stop.h) hears wherever it stands.
 class Limits {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// Time runs from here on. Signals are caught from here on too; a second one kills the program.
+  /// Time runs from here on. Signals are caught from here on too; a second one kills the program. One object at a time.
   Limits(std::optional<double> time_s, std::optional<double> memory_mb);
   ~Limits() { lift(); }
   Limits(const Limits&) = delete;
   Limits& operator=(const Limits&) = delete;
 
-  /// Has the system refuse a single step that asks for much more than the limit, which check() would see too late: it
-  /// ends in bad_alloc. Private memory counts from here on.
+  /// Has the system refuse at once what is asked for far beyond the limit, within a step too: it ends in bad_alloc.
+  /// Private memory counts from here on.
   void bound_memory();
-  /// ok, interrupted, time_limit or memory_limit. Cheap: memory is looked at now and then.
-  Status check(Clock::time_point now);
-  /// One line for a status that check() returned.
+  /// Asks for a stop where more memory is in use than the limit. Cheap: looks now and then.
+  void look_at_memory(Clock::time_point now);
+  /// interrupted, time_limit or memory_limit: why a stop was asked for, the first reason; ok where it was not.
+  Status status() const;
+  /// One line for a status that ends a run.
   std::string reason(Status status) const;
 
-  /// Gives back the memory that was kept from the process, so that what is left to do can be done.
+  /// Ends all limits and takes the stop back, so that what is left to do can be done; status() stays.
   void lift();
 
   Clock::time_point start() const { return start_; }

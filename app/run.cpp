@@ -13,6 +13,7 @@
 #include "evaluation/scene_errors.h"
 #include "flags.h"
 #include "limits.h"
+#include "linalg/stop.h"
 #include "method_flags.h"
 #include "output/number.h"
 #include "output/progress.h"
@@ -177,7 +178,6 @@ RunPlan make_plan(const RunFlags& flags) {
   }
   if (plan.summary.perturb > 0) perturb(plan.scenario, plan.summary.perturb, plan.summary.seed);
   plan.options = method_options(flags, *plan.method, plan.scenario.k, plan.scenario.compression_bound);
-  plan.options.time_limit_s = plan.time_limit_s.value_or(0);  // an event of many contacts may take longer than the run
   plan.unavailable = unavailable_reason(*plan.method, plan.options);
   plan.simulation.step = step.value_or(plan.scenario.step);
   plan.simulation.duration = duration.value_or(plan.scenario.duration);
@@ -234,6 +234,41 @@ void store_hard_problem(const RunPlan& plan, const HardProblem& hard, RunSummary
   }
 }
 
+/// Steps to the end, to a status that ends the run, or to a stop (throws Stopped). `hard`: see HardProblem.
+void go(const RunPlan& plan, Simulation& simulation, RunFiles& files, Limits& limits, SceneErrors& errors,
+        RunSummary& summary, Progress& progress, std::optional<HardProblem>& hard) {
+  constexpr std::chrono::milliseconds between_flushes{500};
+  Clock::time_point now = Clock::now(), flushed = now;
+  while (simulation.step_index() < simulation.steps_total()) {
+    limits.look_at_memory(now);
+    const StepRecord& record = simulation.step();
+    const bool last = ends_run(record.status);
+    summary.tally.observe_step(record, !last);
+    if (!last) errors.observe_step(simulation.state(), record);
+
+    const Clock::time_point before_writing = Clock::now();
+    if (last)
+      files.last_step(record);
+    else
+      files.step(simulation.state(), record, simulation.torque());
+    if (before_writing - flushed > between_flushes) {
+      files.flush();
+      flushed = before_writing;
+    }
+    now = Clock::now();
+    summary.write_s += std::chrono::duration<double>(now - before_writing).count();
+
+    if (last) {
+      summary.status = record.status;
+      summary.reason = simulation.reason();
+      if (fclib_available() && simulation.problem().nc() > 0) hard = {simulation.problem(), record.residual, record.t};
+      break;
+    }
+    if (!files.ok()) break;
+    progress.update(now, record.t, plan.simulation.duration, record.contacts);
+  }
+}
+
 /// The run itself. Fills in what came of it; may throw.
 void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors& errors, RunSummary& summary) {
   RunTally& tally = summary.tally;
@@ -269,39 +304,12 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
 
   summary.status = Status::ok;
   summary.reason.clear();
-  constexpr std::chrono::milliseconds between_flushes{500};
-  Clock::time_point now = Clock::now(), flushed = now;
-  while (simulation.step_index() < simulation.steps_total()) {
-    if (const Status stop = limits.check(now); stop != Status::ok) {
-      summary.status = stop;
-      summary.reason = limits.reason(stop);
-      break;
-    }
-    const StepRecord& record = simulation.step();
-    const bool last = ends_run(record.status);
-    tally.observe_step(record, !last);
-    if (!last) errors.observe_step(simulation.state(), record);
-
-    const Clock::time_point before_writing = Clock::now();
-    if (last)
-      files.last_step(record);
-    else
-      files.step(simulation.state(), record, simulation.torque());
-    if (before_writing - flushed > between_flushes) {
-      files.flush();
-      flushed = before_writing;
-    }
-    now = Clock::now();
-    summary.write_s += std::chrono::duration<double>(now - before_writing).count();
-
-    if (last) {
-      summary.status = record.status;
-      summary.reason = simulation.reason();
-      if (fclib_available() && simulation.problem().nc() > 0) hard = {simulation.problem(), record.residual, record.t};
-      break;
-    }
-    if (!files.ok()) break;
-    progress.update(now, record.t, plan.simulation.duration, record.contacts);
+  try {
+    go(plan, simulation, files, limits, errors, summary, progress, hard);
+  } catch (const Stopped&) {
+    summary.status = limits.status();
+    summary.reason = limits.reason(summary.status);
+    limits.lift();
   }
   files.flush();
   progress.clear();

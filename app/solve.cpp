@@ -14,6 +14,8 @@
 #include "flags.h"
 #include "lcp/lcp.h"
 #include "lcp/lcp_files.h"
+#include "limits.h"
+#include "linalg/stop.h"
 #include "method_flags.h"
 #include "methods/lcp_status.h"
 #include "scenario/near_name.h"
@@ -72,19 +74,32 @@ Common common_flags(const SolveFlags& flags) {
   return common;
 }
 
-/// Seconds of each of `repeat` calls; where there are several, one more comes first that is not counted.
+/// What several calls of a solver came to.
+struct Timed {
+  std::vector<double> seconds;  ///< of each, sorted; none where they were stopped
+  Status stop = Status::ok;     ///< interrupted or time_limit, with its reason
+  std::string reason;
+};
+
+/// Calls `solve` as often as the command line says; where that is several times, once more before, which does not
+/// count.
 template <class Solve>
-std::vector<double> timed(long repeat, Solve&& solve) {
+Timed timed(const Common& common, Solve&& solve) {
   using Clock = std::chrono::steady_clock;
-  if (repeat > 1) solve();
-  std::vector<double> seconds;
-  for (long i = 0; i < repeat; ++i) {
-    const Clock::time_point start = Clock::now();
-    solve();
-    seconds.push_back(std::chrono::duration<double>(Clock::now() - start).count());
+  Timed out;
+  Limits limits(common.time_limit_s, {});
+  try {
+    if (common.repeat > 1) solve();
+    for (long i = 0; i < common.repeat; ++i) {
+      const Clock::time_point start = Clock::now();
+      solve();
+      out.seconds.push_back(std::chrono::duration<double>(Clock::now() - start).count());
+    }
+    std::sort(out.seconds.begin(), out.seconds.end());
+  } catch (const Stopped&) {
+    out = {{}, limits.status(), limits.reason(limits.status())};
   }
-  std::sort(seconds.begin(), seconds.end());
-  return seconds;
+  return out;
 }
 
 double median(const std::vector<double>& sorted) {
@@ -96,6 +111,13 @@ Json number(double x) { return std::isfinite(x) ? Json(x) : Json(); }
 Json number(const std::optional<double>& x) { return x ? number(*x) : Json(); }
 
 bool answered(Status status) { return status == Status::ok || status == Status::inaccurate; }
+
+void put_times(Json& json, const Timed& times) {
+  const std::vector<double>& seconds = times.seconds;
+  json["repeats"] = seconds.size();
+  json["time_min_s"] = seconds.empty() ? Json() : Json(seconds.front());
+  json["time_median_s"] = seconds.empty() ? Json() : Json(median(seconds));
+}
 
 Report solve_lcp(const SolveFlags& flags) {
   constexpr std::string_view useless = "--kind lcp has no use for it";
@@ -130,23 +152,23 @@ Report solve_lcp(const SolveFlags& flags) {
       flags.problem ? read_lcp_siconos(*flags.problem) : read_lcp_matrix_market(*flags.matrix, *flags.vector);
   LcpOptions options;
   if (common.tolerance) options.tolerance = *common.tolerance;
-  if (common.time_limit_s) options.time_limit_s = *common.time_limit_s;
 
   Report report;
   LcpSolution solution;
-  std::vector<double> seconds;
+  Timed times;
   double residual = HUGE_VAL;
   if (!row->unavailable.empty()) {
     solution.status = LcpStatus::unavailable;
     solution.reason = row->unavailable;
   } else {
     const LcpSolver solver = row->make(options);
-    seconds = timed(common.repeat, [&] { solver(problem, solution); });
+    times = timed(common, [&] { solver(problem, solution); });
+    if (times.stop != Status::ok) solution = {};
     if (solution.z.size() == problem.q.size() && solution.z.allFinite())
       residual = natural_residual(problem, solution.z);
   }
-  report.status = status_of(solution.status);
-  report.reason = solution.reason;
+  report.status = times.stop != Status::ok ? times.stop : status_of(solution.status);
+  report.reason = times.stop != Status::ok ? times.reason : solution.reason;
   const bool claimed = solution.status == LcpStatus::solved;
   const bool holds = residual <= options.tolerance;
   if (!holds && report.status == Status::ok) {
@@ -168,9 +190,7 @@ Report solve_lcp(const SolveFlags& flags) {
   json["claimed_residual"] = number(solution.residual);
   json["residual"] = number(residual);
   json["false_claim"] = claimed && !holds;
-  json["repeats"] = seconds.size();
-  json["time_min_s"] = seconds.empty() ? Json() : Json(seconds.front());
-  json["time_median_s"] = seconds.empty() ? Json() : Json(median(seconds));
+  put_times(json, times);
   json["size"] = problem.n();
   return report;
 }
@@ -208,7 +228,6 @@ Report solve_contact(const SolveFlags& flags) {
   constexpr std::string_view useless = "--kind contact has no use for it";
   refuse_flag("matrix", flags.matrix, useless);
   refuse_flag("vector", flags.vector, useless);
-  refuse_flag("time-limit", flags.time_limit, useless);
   const Common common = common_flags(flags);
   if (!flags.problem)
     throw UsageError("the problem is missing: give an FCLIB HDF5 file or a Siconos friction text file");
@@ -228,7 +247,8 @@ Report solve_contact(const SolveFlags& flags) {
 
   Report report;
   ContactSolution solution;
-  std::vector<double> seconds, v_plus;
+  Timed times;
+  std::vector<double> v_plus;
   Residuals residuals;
   bool checked = false, holds = false;
   if (const std::string reason = unavailable_reason(row, options); !reason.empty()) {
@@ -236,7 +256,12 @@ Report solve_contact(const SolveFlags& flags) {
     solution.reason = reason;
   } else {
     const ContactMethod method = row.make(options);
-    seconds = timed(common.repeat, [&] { method(problem, solution); });
+    times = timed(common, [&] { method(problem, solution); });
+    if (times.stop != Status::ok) {
+      solution = {};
+      solution.status = times.stop;
+      solution.reason = times.reason;
+    }
     checked = solution.impulse.size() == 3 * static_cast<std::size_t>(problem.nc());
     if (checked) {
       Referee referee;
@@ -288,16 +313,14 @@ Report solve_contact(const SolveFlags& flags) {
   for (const double u : u_minus) fastest = std::max(fastest, std::abs(u));
   json["speed_before_m_per_s"] = fastest;
   Conditioning conditioning;
-  const bool measured = ConditioningEstimate().measure(problem, conditioning);
+  const bool measured = times.stop == Status::ok && ConditioningEstimate().measure(problem, conditioning);
   json["rank"] = measured ? Json(conditioning.rank) : Json();
   json["rows"] = measured ? Json(conditioning.rows) : Json();
   json["condition"] = measured ? number(conditioning.condition) : Json();
   json["weight_max_per_kg"] = largest_weight(problem);
   json["energy_change_j"] = checked ? number(energy_change(problem, solution.impulse, v_plus)) : Json();
   json["iterations"] = solution.iterations;
-  json["repeats"] = seconds.size();
-  json["time_min_s"] = seconds.empty() ? Json() : Json(seconds.front());
-  json["time_median_s"] = seconds.empty() ? Json() : Json(median(seconds));
+  put_times(json, times);
   json["size"] = solution.size;
   json["contacts"] = problem.nc();
   json["velocities"] = problem.nv();
@@ -369,7 +392,7 @@ void add_solve(CLI::App& program, Action& action) {
                    "contact: solve with the symmetric part of W where it is not symmetric (refused without)");
   add("--tolerance", flags->tolerance, "RESIDUAL",
       "checked residual beyond which an answer counts as inaccurate [lcp 1e-10, contact 1e-9]");
-  add("--time-limit", flags->time_limit, "S", "lcp: stop the solver after S seconds [none]");
+  add("--time-limit", flags->time_limit, "S", "stop after S seconds, all repeats together [none]");
   add("--repeat", flags->repeat, "N", "solve N times for the times; several: after one that is not counted [1]");
   add("--out", flags->out, "FILE.mtx", "where the answer goes: z, or the impulses n, t1, t2 of each contact");
   add("--velocities", flags->velocities, "FILE.mtx",

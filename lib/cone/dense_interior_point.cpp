@@ -20,6 +20,7 @@
 
 #include "cone/interior_point.h"
 #include "cone/second_order_cone.h"
+#include "linalg/stop.h"
 
 namespace cb {
 
@@ -61,6 +62,7 @@ class Dense {
     Real best_merit = HUGE_VALL;
     int since_best = 0;
     for (int k = 0; k < options_.iteration_limit; ++k) {
+      poll_stop();
       const Real merit = residuals();
       if (!std::isfinite(merit)) {
         solution.status = ConeStatus::not_finite;

@@ -21,6 +21,7 @@
 #include <cmath>
 
 #include "cone/second_order_cone.h"
+#include "linalg/stop.h"
 
 namespace cb {
 
@@ -381,6 +382,7 @@ bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x, int patience, 
     return newton_terms(p, x);
   };
   for (int k = 0; k <= limit; ++k) {
+    poll_stop();
     const double residual = terms();
     if (!std::isfinite(residual) && (!careful || best == HUGE_VAL)) break;  // there is nothing to go back to
     if (residual < 0.5 * best)
@@ -484,6 +486,7 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
   ConeStatus ending = ConeStatus::nonconverged;
 
   for (int k = 0; k < options_.iteration_limit; ++k) {
+    poll_stop();
     velocities_.evaluate(p, x.r, p.has_eta() ? std::span<const double>(x.eta) : no_eta);
     // Residuals: ry = y - u_hat - s d, ra = a - u_n, rb = b - kappa + d.r.
     double complementarity = x.s * b, residual = 0;

@@ -25,6 +25,8 @@
 #include <map>
 #include <vector>
 
+#include "linalg/stop.h"
+
 namespace cb {
 
 namespace {
@@ -136,6 +138,7 @@ void eliminate(const Sparse& W, const std::vector<std::vector<int>>& next, const
   MatrixXd V;
   VectorXd lambda;
   for (int step = 0; step < groups; ++step) {
+    poll_stop();
     const int g = order.indices()[step];
     const int owner = part[member[g][0]];
     if (failed[owner]) continue;

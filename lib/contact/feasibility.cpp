@@ -7,6 +7,8 @@
 #include <Eigen/QR>
 #include <cmath>
 
+#include "linalg/stop.h"
+
 namespace cb {
 
 namespace {
@@ -43,6 +45,7 @@ bool feasible(const ContactProblem& problem) {
   };
   lambda = approach(v);
   for (int step = 0; step < most_steps; ++step) {
+    poll_stop();
     const double size = lambda.norm();
     if (!(size > certain * w.norm())) return true;
     if ((A * lambda).norm() <= certain * size) return !(lambda.dot(w) < 0);

@@ -11,6 +11,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "linalg/stop.h"
+
 namespace cb {
 
 namespace {
@@ -117,6 +119,7 @@ void BroadPhase::sweep_finite(const std::vector<Shape>& shapes, const std::vecto
 
   const int other_1 = (axis_ + 1) % 3, other_2 = (axis_ + 2) % 3;
   for (std::size_t k = 0; k < intervals_.size(); ++k) {
+    poll_stop();
     const Interval& a = intervals_[k];
     for (std::size_t m = k + 1; m < intervals_.size() && intervals_[m].low[axis_] <= a.high[axis_]; ++m) {
       const Interval& b = intervals_[m];

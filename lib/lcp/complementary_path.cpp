@@ -26,8 +26,6 @@ std::string_view text(PathEnd end) {
       return "path turned back";
     case PathEnd::pivot_limit:
       return "pivot limit";
-    case PathEnd::time_limit:
-      return "time limit";
     case PathEnd::bad_pivot:
       return "pivot too small";
   }

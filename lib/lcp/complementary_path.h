@@ -11,7 +11,7 @@
 #include "lcp/dense_tableau.h"
 #include "lcp/lcp.h"
 #include "lcp/scaling.h"
-#include "linalg/deadline.h"
+#include "linalg/stop.h"
 
 namespace cb {
 
@@ -59,15 +59,14 @@ class RatioTest {
 };
 
 /// How a path ends.
-enum class PathEnd { solution, ray, doubtful_ray, turned_back, pivot_limit, time_limit, bad_pivot };
+enum class PathEnd { solution, ray, doubtful_ray, turned_back, pivot_limit, bad_pivot };
 std::string_view text(PathEnd end);
 
 /// Follows a path by pivots: whatever variable left the basis last, its complement enters, until z_0 leaves.
 struct PathFollower {
   RatioTest ratio;
-  int pivots = 0;       ///< so far
-  int pivot_limit = 0;  ///< pivots at which a path ends
-  Deadline deadline;
+  int pivots = 0;             ///< so far
+  int pivot_limit = 0;        ///< pivots at which a path ends
   double retreat = HUGE_VAL;  ///< z_0 beyond which the path has turned back
   int ray_variable = 0;       ///< what nothing blocks, where a path ends in a ray
 
@@ -79,7 +78,7 @@ struct PathFollower {
     for (;;) {
       if (leaving == artificial) return PathEnd::solution;
       if (pivots >= pivot_limit) return PathEnd::pivot_limit;
-      if (pivots % 16 == 0 && deadline.passed()) return PathEnd::time_limit;
+      poll_stop();
       if (table.rhs()[table.row_of(artificial)] > retreat) return PathEnd::turned_back;
       at_basis();
       const int entering = complement(leaving, n);
@@ -225,7 +224,7 @@ bool climb(const Ladder& ladder, double tolerance, LcpSolution& solution, Eigen:
     tried.rays += tried.end == PathEnd::ray;
     tried.singular += tried.end == PathEnd::bad_pivot;
     solution.reason += (tried.rungs++ > 0 ? "; " : "") + std::string(rung.name) + ": " + std::string(text(tried.end));
-    if (spent() || tried.end == PathEnd::time_limit) break;
+    if (spent()) break;
   }
   solution.residual = least;
   if (least == HUGE_VAL) {

@@ -21,9 +21,8 @@ namespace cb {
 
 namespace {
 
-constexpr std::array<std::string_view, 10> status_names{"solved",       "inaccurate", "ray",        "nonconverged",
-                                                        "cycling",      "singular",   "not_finite", "time_limit",
-                                                        "memory_limit", "unavailable"};
+constexpr std::array<std::string_view, 9> status_names{
+    "solved", "inaccurate", "ray", "nonconverged", "cycling", "singular", "not_finite", "memory_limit", "unavailable"};
 
 /// The power of two next to x > 0, by its exponent bits; scales beyond the range of normal numbers stay as they are.
 double power_of_two_near(double x) {

@@ -39,7 +39,6 @@ enum class LcpStatus {
   cycling,       ///< a basis came back
   singular,      ///< no usable factorisation of a basis
   not_finite,    ///< NaN or infinity in the data or on the way
-  time_limit,
   memory_limit,
   unavailable  ///< the solver is not installed here
 };
@@ -60,7 +59,6 @@ struct LcpSolution {
 struct LcpOptions {
   double tolerance = 1e-10;       ///< accepted natural residual, -; looser: more answers are believed
   int pivot_limit = 0;            ///< 0: 50 (n + nx) + 1000
-  double time_limit_s = 0;        ///< 0: none
   double memory_limit_mb = 1024;  ///< tables of a search; beyond: memory_limit
   /// Largest n at which the dense kernel serves an expanded problem too (measured: bench/lcp).
   int dense_limit = 100;
@@ -77,7 +75,7 @@ bool condense(const LcpProblem& problem, LcpProblem& dense);
 /// x = -A^-1 (B z + a), refined once. False where A is singular.
 bool recover_free(const LcpProblem& problem, const Eigen::VectorXd& z, Eigen::VectorXd& x);
 
-/// A solver that owns its scratch; never throws.
+/// A solver that owns its scratch; throws nothing but Stopped (linalg/stop.h) and bad_alloc.
 using LcpSolver = std::function<void(const LcpProblem& problem, LcpSolution& solution)>;
 
 struct LcpSolverRow {

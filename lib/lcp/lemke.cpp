@@ -23,7 +23,7 @@
 //  5. A ray is believed only if its direction is a ray of the original data. On any failure the ladder below restarts
 //     with other perturbations and covering vectors; `reason` names each rung that was used.
 //
-// Returns: solved (residual at most the tolerance), ray, nonconverged (pivot limit), time_limit, singular (pivots too
+// Returns: solved (residual at most the tolerance), ray, nonconverged (pivot limit), singular (pivots too
 // small to trust on every rung), inaccurate (a vertex whose residual stays above the tolerance), not_finite.
 
 #include <algorithm>
@@ -218,9 +218,7 @@ void Lemke::climb_ladder(Table& table, LcpSolution& solution) {
           [&](const Rung& rung) { return attempt(table, rung, solution); },
           [&] { return follower_.pivots >= pivot_limit_ - 1; }))
     return;
-  if (tried.end == PathEnd::time_limit)
-    solution.status = LcpStatus::time_limit;
-  else if (tried.end == PathEnd::pivot_limit)
+  if (tried.end == PathEnd::pivot_limit)
     solution.status = LcpStatus::nonconverged;
   else
     solution.status = tried.rays > 0 ? LcpStatus::ray : LcpStatus::singular;
@@ -234,7 +232,6 @@ void Lemke::solve(const LcpProblem& problem, LcpSolution& solution) {
   n_ = problem.n();
   follower_.pivots = 0;
   pivot_limit_ = o_.pivot_limit > 0 ? o_.pivot_limit : 50 * (n_ + problem.nx()) + 1000;
-  follower_.deadline = Deadline(o_.time_limit_s);
   solution.reason.clear();
   solution.pivots = solution.factorisations = 0;
   if (!problem.expanded) solution.x.resize(0);

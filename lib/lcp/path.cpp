@@ -37,7 +37,7 @@
 //     there, and the path is the one that Lemke's method follows.
 //
 // Returns: solved (residual at most the tolerance), ray (a start with c > 0 ended in a ray that the original data bear
-// out), nonconverged (limits, paths that turn back or end in other rays), time_limit, singular (no usable pivot),
+// out), nonconverged (limits, paths that turn back or end in other rays), singular (no usable pivot),
 // inaccurate (a vertex whose residual stays above the tolerance), not_finite. `reason` names each rung that was used.
 
 #include <array>
@@ -184,7 +184,8 @@ template <class Table>
 void Path::reach(Table& table) {
   if (table.is_basic(2 * n_)) table.restart();
   const auto out_of_budget = [&] {
-    return follower_.pivots >= follower_.pivot_limit || (follower_.pivots % 16 == 0 && follower_.deadline.passed());
+    poll_stop();
+    return follower_.pivots >= follower_.pivot_limit;
   };
   const auto pending = [&](int i) { return table.is_basic(n_ + i) != bool(want_[i]); };
   waiting_.clear();
@@ -216,7 +217,7 @@ void Path::crash(Table& table, const Eigen::VectorXd& q) {
   merits_.assign(1, merit);
   before_.assign(n_, 2);
   refused_.assign(n_, 0);
-  for (int step = 0; step < o_.crash_steps && merit > o_.converged && !follower_.deadline.passed(); ++step) {
+  for (int step = 0; step < o_.crash_steps && merit > o_.converged; ++step) {
     want_.resize(n_);
     for (int i = 0; i < n_; ++i) want_[i] = z_[i] > F_[i] && !refused_[i];
     if (want_ == before_) return;
@@ -249,7 +250,6 @@ PathEnd Path::path_search(Table& table, const Eigen::VectorXd& q, const Rung& ru
   for (int i = 0; i < n_; ++i) want_[i] = z_[i] > 0;
   reach(table);
   if (follower_.pivots >= follower_.pivot_limit) return PathEnd::pivot_limit;
-  if (follower_.deadline.passed()) return PathEnd::time_limit;
   for (int i = 0; i < n_; ++i)
     if (!table.is_basic(n_ + i)) z_[i] = 0;
   evaluate(table, q, z_);
@@ -357,7 +357,7 @@ PathEnd Path::attempt(Table& table, const Rung& rung, LcpSolution& solution) {
       }
       if (least <= o_.tolerance) return end;
     }
-    if (end == PathEnd::pivot_limit || end == PathEnd::time_limit) break;
+    if (end == PathEnd::pivot_limit) break;
 
     // Watchdog.
     const double merit = evaluate(table, load_.q, z_);
@@ -396,9 +396,7 @@ void Path::climb_ladder(Table& table, LcpSolution& solution) {
           [&](const Rung& rung) { return attempt(table, rung, solution); },
           [&] { return follower_.pivots >= pivot_limit_ - 1; }))
     return;
-  if (tried.end == PathEnd::time_limit)
-    solution.status = LcpStatus::time_limit;
-  else if (tried.rays > 0)
+  if (tried.rays > 0)
     solution.status = LcpStatus::ray;
   else
     solution.status = tried.singular == tried.rungs ? LcpStatus::singular : LcpStatus::nonconverged;
@@ -408,7 +406,6 @@ void Path::solve(const LcpProblem& problem, LcpSolution& solution) {
   n_ = problem.n();
   follower_.pivots = factorisations_ = 0;
   pivot_limit_ = o_.pivot_limit > 0 ? o_.pivot_limit : 50 * (n_ + problem.nx()) + 1000;
-  follower_.deadline = Deadline(o_.time_limit_s);
   solution.reason.clear();
   solution.pivots = solution.factorisations = 0;
   solution.x.resize(0);

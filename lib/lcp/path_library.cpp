@@ -7,7 +7,7 @@
 // has bounds 0 and 1e20. Its own tolerance is left alone; what it returns is judged by our natural residual.
 //
 // Returns: solved; inaccurate (the library is content and we are not); unavailable (the licence does not cover a
-// problem of this size: the library says so before or during the solve); time_limit; nonconverged with the library's
+// problem of this size: the library says so before or during the solve); nonconverged with the library's
 // ending; not_finite; singular (the free unknowns).
 //
 // The interface is written after the calls that its Julia wrapper makes; it has not been run against the library itself
@@ -33,7 +33,7 @@ constexpr std::array<std::string_view, 13> endings{
     "",           "solved",         "no progress", "major iteration limit", "minor iteration limit",
     "time limit", "user interrupt", "bound error", "domain error",          "infeasible",
     "error",      "licence error",  "no ending"};
-constexpr int ending_solved = 1, ending_time = 5, ending_licence = 11;
+constexpr int ending_solved = 1, ending_licence = 11;
 
 /// What the library writes; silenced.
 struct Output {
@@ -200,8 +200,7 @@ void solve(const LcpOptions& options, LcpProblem& dense, const LcpProblem& probl
     return;
   }
   const auto known = std::size_t(ending) < endings.size() ? std::size_t(ending) : endings.size() - 1;
-  refuse(ending == ending_time ? LcpStatus::time_limit : LcpStatus::nonconverged,
-         "the PATH library ends with: " + std::string(endings[known]));
+  refuse(LcpStatus::nonconverged, "the PATH library ends with: " + std::string(endings[known]));
 }
 
 }  // namespace

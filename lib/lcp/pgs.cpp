@@ -14,14 +14,14 @@
 //
 // Returns: solved; singular where a diagonal is not positive: the sweep divides by it (the slip bounds of a friction
 // pyramid have a zero there: such LCPs are refused before the first sweep, unless they are regularised);
-// nonconverged (sweep limit; the reason says where the iterates grew without bound); time_limit; not_finite. On each of
+// nonconverged (sweep limit; the reason says where the iterates grew without bound); not_finite. On each of
 // them z is the best iterate that a check has seen.
 
 #include <cmath>
 #include <memory>
 
 #include "lcp/lcp.h"
-#include "linalg/deadline.h"
+#include "linalg/stop.h"
 
 namespace cb {
 
@@ -41,7 +41,6 @@ class Pgs {
       solution.reason = std::move(reason);
       if (problem.expanded) recover_free(problem, solution.z, solution.x);
     };
-    const Deadline deadline(o_.time_limit_s);
     const int n = problem.n(), limit = o_.pivot_limit > 0 ? o_.pivot_limit : 50 * (n + problem.nx()) + 1000;
     solution.pivots = solution.factorisations = 0;
     solution.residual = HUGE_VAL;
@@ -64,7 +63,7 @@ class Pgs {
       if (residual <= o_.tolerance) return end(LcpStatus::solved);
       if (!z_.allFinite()) return end(LcpStatus::nonconverged, "the iterates grow without bound");
       if (solution.pivots >= limit) return end(LcpStatus::nonconverged, "sweep limit");
-      if (deadline.passed()) return end(LcpStatus::time_limit, "time limit");
+      poll_stop();
 
       w_ = form.M * z_ + form.q;
       for (int s = 0; s < o_.check_every && solution.pivots < limit; ++s, ++solution.pivots)

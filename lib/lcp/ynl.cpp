@@ -24,7 +24,7 @@
 //  7. When all sequences from c of ones end dead, or half of the pivots are spent, the search is repeated with two
 //     other covering vectors, whose entries differ so that few candidates tie; q itself is never perturbed.
 //
-// Returns: solved; nonconverged (pivot limit), time_limit, memory_limit: the search was cut off; where it was not:
+// Returns: solved; nonconverged (pivot limit), memory_limit: the search was cut off; where it was not:
 // inaccurate (ends whose residual stays above the tolerance: the best of them), ray (some sequence ended in a ray that
 // the original data confirm), singular (sequences met bases that cannot be used), cycling (all came back to states
 // seen); singular also where A is; not_finite. `reason` counts the dead ends; on `solved` too.
@@ -39,7 +39,7 @@
 #include "lcp/complementary_path.h"
 #include "lcp/lcp.h"
 #include "lcp/scaling.h"
-#include "linalg/deadline.h"
+#include "linalg/stop.h"
 
 namespace cb {
 
@@ -181,7 +181,7 @@ struct Candidate {
   double pivot;
 };
 
-enum class End { solved, exhausted, pivot_limit, time_limit, memory_limit };
+enum class End { solved, exhausted, pivot_limit, memory_limit };
 
 class Ynl {
  public:
@@ -221,7 +221,6 @@ class Ynl {
   double end_below_ = 0;             // how far the last end's lowest variable is, beyond rounding, -
   std::size_t peak_bytes_ = 0;
   bool memory_full_ = false, solved_ = false;
-  Deadline deadline_;
   double q_scale_ = 1;                   // largest scaled load once x is eliminated
   double judged_ = 1;                    // what residuals are fractions of, over q_scale_
   Eigen::VectorXd load_, cover_, zero_;  // n: condensed and scaled; c; nx of zeros: x counts from A^-1 a
@@ -419,7 +418,7 @@ End Ynl::follow(const LcpProblem& problem, LcpSolution& solution) {
         break;
       }
       if (pivots_ >= cover_limit_) return End::pivot_limit;
-      if (deadline_.passed()) return End::time_limit;
+      poll_stop();
       ++pivots_;
       const bool on = expand(state, problem, solution);
       if (solved_) return End::solved;
@@ -475,7 +474,6 @@ void Ynl::solve(const LcpProblem& problem, LcpSolution& solution) {
   n_ = problem.n();
   pivots_ = 0;
   pivot_limit_ = o_.pivot_limit > 0 ? o_.pivot_limit : 50 * (n_ + problem.nx()) + 1000;
-  deadline_ = Deadline(o_.time_limit_s);
   solution.reason.clear();
   solution.pivots = solution.factorisations = 0;
   solution.residual = HUGE_VAL;
@@ -543,9 +541,6 @@ void Ynl::solve(const LcpProblem& problem, LcpSolution& solution) {
       break;
     case End::pivot_limit:
       ended(LcpStatus::nonconverged, "pivot limit");
-      break;
-    case End::time_limit:
-      ended(LcpStatus::time_limit, "time limit");
       break;
     case End::memory_limit:
       ended(LcpStatus::memory_limit, "memory limit of the stored candidates");

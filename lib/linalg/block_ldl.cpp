@@ -10,6 +10,7 @@
 #include <iterator>
 
 #include "linalg/pack.h"
+#include "linalg/stop.h"
 
 namespace cb {
 
@@ -254,6 +255,7 @@ bool BlockLdl::factor() {
   const int n = blocks();
   const int* target = target_.data();
   for (int k = 0; k < n; ++k) {
+    poll_stop();
     const int size = size_[k], rows = padded(size);
     double* L = values_.data() + diagonal_[k];
     double* inverse = inverse_pivots_.data() + first_[k];

@@ -120,7 +120,6 @@ AnitescuPotra::AnitescuPotra(const MethodOptions& options)
     solver_failure_ = std::string(row->unavailable);
   } else {
     if (row->wants_expanded) lcp_options_.dense_limit = 0;
-    lcp_options_.time_limit_s = options.time_limit_s;
     solver_ = row->make(lcp_options_);
   }
   for (int i = 0; i < k_; ++i) {

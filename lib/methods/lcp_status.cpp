@@ -18,8 +18,6 @@ Status status_of(LcpStatus status) {
       return Status::singular;
     case LcpStatus::not_finite:
       return Status::not_finite;
-    case LcpStatus::time_limit:
-      return Status::time_limit;
     case LcpStatus::memory_limit:
       return Status::memory_limit;
     case LcpStatus::unavailable:

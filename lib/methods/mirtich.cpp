@@ -34,8 +34,8 @@
 // Differences: 1. the variable sigma in place of u_n (compression) and W (restitution); 2. the diverging ray from (2)
 // rather than from a quartic; 3. repeated compression stores again.
 //
-// Fails: impact_limit or step_limit reached -> nonconverged, time_limit_s -> time_limit, both with the impulses so far;
-// NaN or infinity in the data or on the way -> not_finite, no impulse; M not positive definite -> singular, no impulse.
+// Fails: impact_limit or step_limit reached -> nonconverged with the impulses so far; NaN or infinity in the data or on
+// the way -> not_finite, no impulse; M not positive definite -> singular, no impulse.
 
 #include "methods/mirtich.h"
 
@@ -45,8 +45,8 @@
 #include <limits>
 #include <memory>
 
-#include "linalg/deadline.h"
 #include "linalg/finite.h"
+#include "linalg/stop.h"
 
 namespace cb {
 
@@ -128,6 +128,7 @@ class Path {
       return;
     }
     while (!resting && !ended_) {
+      poll_stop();
       if (impact_.steps++ >= options_.step_limit) {
         fail(Status::nonconverged);
         return;
@@ -166,7 +167,10 @@ class Path {
 
   void follow_ray(const Vector3d& xi) {
     const Vector3d a = K_ * xi;
-    while (!ended_ && impact_.steps++ < options_.step_limit) straight_stretch(velocity(y_), xi, a, infinite);
+    while (!ended_ && impact_.steps++ < options_.step_limit) {
+      poll_stop();
+      straight_stretch(velocity(y_), xi, a, infinite);
+    }
     if (!ended_) fail(Status::nonconverged);
   }
 
@@ -418,18 +422,13 @@ class Mirtich {
 
     refresh_normal_velocities();
     const long limit = static_cast<long>(options_.impact_limit) * nc;
-    const Deadline deadline(options_.time_limit_s);
     bool fresh = true;
     int c = fastest_approach();
     while (c >= 0 && solution.iterations < limit) {
+      poll_stop();
       ++solution.iterations;
       fresh = false;
       if (!impact(problem, c, solution)) break;
-      if (solution.iterations % 16 == 0 && deadline.passed()) {
-        solution.status = Status::time_limit;
-        solution.reason = "contacts still approach after " + std::to_string(solution.iterations) + " micro-impacts";
-        break;
-      }
       c = fastest_approach();
       if (c < 0) {  // take round-off out of v before believing it
         state_.restart(solution.impulse);
@@ -515,11 +514,7 @@ class Mirtich {
   std::vector<double> normal_velocity_;  // nc, m/s
 };
 
-ContactMethod make(const MethodOptions& options) {
-  MirtichOptions mirtich;
-  mirtich.time_limit_s = options.time_limit_s;
-  return make_mirtich(mirtich);
-}
+ContactMethod make(const MethodOptions&) { return make_mirtich({}); }
 
 }  // namespace
 

@@ -20,8 +20,7 @@ struct MirtichOptions {
   /// Local error of the direction of sliding, rad: binds where the slip is about to stop and errors of the velocity no
   /// longer do. Its effect on the impulse shrinks with the slip. Looser: steps that are too long to be stable.
   double turn = 1e-3;
-  double time_limit_s = 0;  ///< wall clock of one event; 0: none
-  int step_limit = 5000;    ///< accepted and rejected steps of one micro-impact; beyond: nonconverged
+  int step_limit = 5000;  ///< accepted and rejected steps of one micro-impact; beyond: nonconverged
 };
 
 /// One impact at one contact: what came of it.

@@ -28,9 +28,8 @@
 // Differences: 1. contacts one after another rather than a tree of collisions; 2. the test for sticking can be left
 // out (`uncapped`); 3. the bound (4).
 //
-// Fails: sweep_limit reached with a contact still approaching -> nonconverged, time_limit_s -> time_limit, both with
-// the impulses so far; NaN or infinity in the data or on the way -> not_finite, no impulse; M not positive definite ->
-// singular, no impulse.
+// Fails: sweep_limit reached with a contact still approaching -> nonconverged with the impulses so far; NaN or infinity
+// in the data or on the way -> not_finite, no impulse; M not positive definite -> singular, no impulse.
 
 #include "methods/newton.h"
 
@@ -38,7 +37,7 @@
 #include <cmath>
 #include <memory>
 
-#include "linalg/deadline.h"
+#include "linalg/stop.h"
 
 namespace cb {
 
@@ -110,8 +109,8 @@ class Newton {
 
     // A sweep that meets no approach ends the event, once round-off is out of v.
     bool settled = nc == 0, fresh = true;
-    const Deadline deadline(options_.time_limit_s);
-    while (!settled && solution.iterations < options_.sweep_limit && !deadline.passed()) {
+    while (!settled && solution.iterations < options_.sweep_limit) {
+      poll_stop();
       ++solution.iterations;
       settled = !sweep(problem, solution.impulse);
       if (settled && !fresh) {
@@ -132,7 +131,7 @@ class Newton {
       solution.status = Status::not_finite;
       solution.reason = "the impulses grew beyond all bounds";
     } else if (!settled) {
-      solution.status = deadline.passed() ? Status::time_limit : Status::nonconverged;
+      solution.status = Status::nonconverged;
       solution.reason = "contacts still approach after " + std::to_string(solution.iterations) + " sweeps";
     }
     solution.claimed_residual = residual(problem);
@@ -175,7 +174,6 @@ class Newton {
 
 ContactMethod make(const MethodOptions& options) {
   NewtonOptions newton;
-  newton.time_limit_s = options.time_limit_s;
   if (options.variant == "stick-tested") newton.variant = NewtonOptions::Variant::stick_tested;
   return make_newton(newton);
 }

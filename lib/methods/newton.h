@@ -9,7 +9,6 @@ struct NewtonOptions {
   enum class Variant { uncapped, stick_tested };
   Variant variant = Variant::uncapped;
   int sweep_limit = 20000;             ///< sweeps of one event; smaller: more events end in nonconverged
-  double time_limit_s = 0;             ///< wall clock of one event; 0: none
   ImpactState::Tolerances tolerances;  ///< when a contact counts as approaching
   /// K_nn - mu |K_nt . d| below jam x K_nn counts as jammed (uncapped: no impulse of the law exists), -.
   double jam = 1e-9;

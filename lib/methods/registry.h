@@ -22,12 +22,12 @@ struct MethodOptions {
   bool compression_bound = true;           ///< convex: bound the sum of normal impulses of each island
   double regularise = 0;                   ///< ap: added to the diagonal of the LCP
   bool idle_friction = true;               ///< ap: keep the unknowns of friction where mu = 0
-  double time_limit_s = 0;                 ///< wall clock of one event, after which it ends in time_limit; 0: none
   bool warm_start = false;                 ///< ap, convex: try the active set of the previous event first
   std::shared_ptr<long> warm_starts;       ///< receives how many such starts were accepted, where it is given
 };
 
-/// A contact model, ready to solve events: owns its scratch memory. Writes the whole of `solution`; never throws.
+/// A contact model, ready to solve events: owns its scratch memory. Writes the whole of `solution`; throws nothing but
+/// Stopped (linalg/stop.h) and bad_alloc.
 using ContactMethod = std::function<void(const ContactProblem& problem, ContactSolution& solution)>;
 
 /// A solver of a method, as `list` shows it.

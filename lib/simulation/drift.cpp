@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "dynamics/kinematics.h"
+#include "linalg/stop.h"
 
 namespace cb {
 
@@ -72,6 +73,7 @@ void Drift::remove(const Scenario& scenario, std::vector<Motion>& motions, const
   }
 
   for (int round = 0; round < rounds; ++round) {
+    poll_stop();
     find_points(scenario, motions, tolerance, pairs);
     if (worst_ <= good_gap) return;
     displace(scenario, state);

@@ -20,6 +20,7 @@
 
 #include "contact/feasibility.h"
 #include "geometry/box_box.h"
+#include "linalg/stop.h"
 
 namespace cb {
 
@@ -86,6 +87,7 @@ const StepRecord& Simulation::step() {
   double remaining = options_.step;
   bool moved_on = false;  // has a time of contact split this step?
   while (record_.status == Status::ok || record_.status == Status::inaccurate) {
+    poll_stop();
     const bool old_pairs = !moved_on && pairs_hold();
     if (!contacts_known_) {
       update_motions();
@@ -245,6 +247,7 @@ void Simulation::find_contacts() {
   patches_.clear();
   depth_ = overlap_ratio_ = 0;
   for (const auto& [i, j] : *pairs_) {
+    poll_stop();
     const std::size_t first = contacts_.size();
     const double tolerance = std::min(tolerance_[i], tolerance_[j]);
     const PairLaw& law = *scenario_.pairs.find(i, j);
@@ -481,6 +484,7 @@ double Simulation::first_contact(double horizon, double reach) {
   constexpr double still = 0.25;
   const bool skip = options_.prune.contact_times && reach < margin_;
   for (const auto& [i, j] : *pairs_) {
+    poll_stop();
     if (skip && travel_[i] + travel_[j] <= still * std::min(tolerance_[i], tolerance_[j])) {
       ++left_out_.contact_times;
       continue;

@@ -106,7 +106,8 @@ class Simulation {
  public:
   Simulation(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, Law law);
 
-  /// Advances one step; the record holds until the next call. A status other than ok or inaccurate ends the run.
+  /// Advances one step; the record holds until the next call. A status other than ok or inaccurate ends the run. Where
+  /// a stop is asked for within it: throws Stopped, and nothing of the step is to be used.
   const StepRecord& step();
 
   const State& state() const { return state_; }

@@ -15,6 +15,9 @@ std::vector<std::string> long_run(const std::vector<std::string>& more = {}) {
   return arguments;
 }
 
+/// s: a bound for machines under load; without it these runs take minutes.
+constexpr double limit_heard_within = 10;
+
 /// All rows are whole: an interrupted or failed run leaves files that every reader takes.
 void readable(std::string_view text, std::size_t columns) {
   REQUIRE_FALSE(text.empty());
@@ -83,6 +86,87 @@ TEST_CASE("a time limit keeps what there is", "[program]") {
   CHECK(json["steps"].get<long>() > 0);
   CHECK(json["time"]["wall_s"].get<double>() < 5);
   readable(read_file(directory.path() / "r" / "steps.csv"), 21);
+}
+
+TEST_CASE("a time limit and a signal are heard within an event", "[program]") {
+  // The first event of this stack takes Mirtich's method millions of micro-impacts: many minutes.
+  const std::vector<std::string> endless = {"run",     "stack.xml", "--method", "mirtich", "--set",  "boxes=200",
+                                            "--prune", "off",       "--out",    "r",       "--quiet"};
+  {
+    TemporaryDirectory directory;
+    std::vector<std::string> limited = endless;
+    limited.insert(limited.end(), {"--time-limit", "0.5"});
+    CHECK(run(directory.path(), limited).code == 3);
+    const Json json = summary(directory.path() / "r");
+    CHECK(json["status"] == "time_limit");
+    CHECK(json["t_reached"] == 0.0);
+    CHECK(json["steps"] == 0);
+    CHECK(json["time"]["wall_s"].get<double>() < limit_heard_within);
+  }
+  for (const int signal : {SIGINT, SIGTERM}) {
+    TemporaryDirectory directory;
+    Process process(directory.path(), endless);
+    REQUIRE(wait_until([&] { return fs::exists(directory.path() / "r" / "steps.csv"); }));
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));  // into the event
+    const auto sent = std::chrono::steady_clock::now();
+    process.send(signal);
+    CHECK(process.wait().code == 3);
+    CHECK(std::chrono::steady_clock::now() - sent < std::chrono::duration<double>(limit_heard_within));
+    const Json json = summary(directory.path() / "r");
+    CHECK(json["status"] == "interrupted");
+    CHECK(json["steps"] == 0);
+    readable(read_file(directory.path() / "r" / "trajectory.csv"), 15);
+  }
+}
+
+TEST_CASE("a time limit is heard within a step that advances without end", "[program]") {
+  for (const char* scene : {"hang_r89.xml", "hang_spin_1e8.xml"})
+    for (const char* method : {"newton", "mirtich", "ap", "convex"}) {
+      INFO(scene << " by " << method);
+      TemporaryDirectory directory;
+      const fs::path path = fs::path(TEST_DATA) / "scenes" / scene;
+      const Result result = run(
+          directory.path(), {"run", path.string(), "--method", method, "--time-limit", "0.5", "--out", "r", "--quiet"});
+      const Json json = summary(directory.path() / "r");
+      INFO(result.err);
+      CHECK(json["status"] != "crash");  // which is what a summary says until the run ends by itself
+      CHECK(json["t_reached"].is_number());
+      CHECK(json["time"]["wall_s"].get<double>() < limit_heard_within);
+    }
+}
+
+TEST_CASE("a stored problem is given up at its time limit, whatever its kind", "[program]") {
+  TemporaryDirectory directory;
+  // A chain of springs: Gauss-Seidel needs of the order of n^2 sweeps of n^2 operations.
+  constexpr int n = 1500;
+  std::ofstream M(directory.path() / "M.mtx"), q(directory.path() / "q.mtx");
+  M << "%%MatrixMarket matrix coordinate real general\n" << n << ' ' << n << ' ' << 3 * n - 2 << '\n';
+  q << "%%MatrixMarket matrix array real general\n" << n << " 1\n";
+  for (int i = 1; i <= n; ++i) {
+    M << i << ' ' << i << " 2\n";
+    if (i < n) M << i << ' ' << i + 1 << " -1\n" << i + 1 << ' ' << i << " -1\n";
+    q << "-1\n";
+  }
+  M.close();
+  q.close();
+  const auto given_up = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {"--time-limit", "0.5", "--json"});
+    const auto start = std::chrono::steady_clock::now();
+    const Result result = run(directory.path(), arguments);
+    INFO(result.err);
+    CHECK(std::chrono::steady_clock::now() - start < std::chrono::duration<double>(limit_heard_within));
+    CHECK(result.code == 3);
+    const Json json = Json::parse(result.out);
+    CHECK(json["status"] == "time_limit");
+    CHECK(json["residual"].is_null());
+    CHECK(json["false_claim"] == false);
+  };
+  given_up({"solve", "--kind", "lcp", "--matrix", "M.mtx", "--vector", "q.mtx", "--solver", "pgs"});
+
+  const Result stored = run(directory.path(), {"run", "stack.xml", "--method", "ap", "--set", "boxes=200", "--duration",
+                                               "1e-3", "--save-problems", "p", "--out", "r", "--quiet"});
+  if (stored.code == 2) return;  // a build without HDF5
+  given_up({"solve", "p/event_000000001.hdf5", "--kind", "contact", "--method", "mirtich"});
 }
 
 TEST_CASE("the contact problem that ended a run is kept for solve, and not beyond the next run", "[program]") {

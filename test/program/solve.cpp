@@ -171,7 +171,6 @@ TEST_CASE("wrong flags of solve are named, with the fix", "[program]") {
   solve_refused({contact, "--kind", "contact", "--method", "convex", "--epsilon", "1e-8", "--epsilon-relative", "1e-8"},
                 {"exclude each other"});
   solve_refused({contact, "--kind", "contact", "--method", "ap", "--matrix", "M.mtx"}, {"--matrix", "no use"});
-  solve_refused({contact, "--kind", "contact", "--method", "ap", "--time-limit", "1"}, {"--time-limit", "no use"});
   solve_refused({lcp, "--kind", "lcp", "--method", "ap"}, {"--method ap", "no use"});
   solve_refused({lcp, "--kind", "lcp", "--k", "8"}, {"--k 8", "no use"});
   solve_refused({lcp, "--kind", "lcp", "--epsilon", "1e-8"}, {"--epsilon", "no use"});
