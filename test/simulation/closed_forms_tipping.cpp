@@ -160,3 +160,25 @@ TEST_CASE("a block that tips over an edge that holds falls as a pendulum on it, 
     CHECK(error[0] / error[1] == Approx(2).epsilon(0.15));
   }
 }
+
+TEST_CASE("the scenes of what the compression bound forbids begin as their heads say, by each method", "[closed]") {
+  const Scenario tall = load_scenario(SOURCE_ROOT "/scenarios/tipping_box.xml", {}),
+                 row = load_scenario(SOURCE_ROOT "/scenarios/pushed_block.xml", {});
+  const double tilt = 35 * M_PI / 180, alpha = 1.5 * g * (2 * std::sin(tilt) - std::cos(tilt)) / 5,
+               slide = g * (std::sin(tilt) - std::cos(tilt) / 2);
+  CHECK(alpha == Approx(0.9643).epsilon(1e-4));
+  CHECK(slide == Approx(1.6072).epsilon(1e-4));
+  for (const Claimant& who : complementarity() + std::vector{convex(true), convex(false)}) {
+    INFO(who.name);
+    const bool bounded = who.name == convex(true).name;
+    Stepped ramp(tall, who);
+    ramp.step();
+    CHECK(-ramp.spin().z() / tall.step == Approx(bounded ? 0 : alpha).margin(1e-10));
+    const double along = ramp.velocity().x() * std::cos(tilt) - ramp.velocity().y() * std::sin(tilt);
+    CHECK(along / tall.step == Approx(bounded ? slide : alpha).margin(1e-10));  // H / 2 = 1 above the edge
+    Stepped blocks(row, who);
+    blocks.step(100);
+    for (const int body : {0, 1})
+      CHECK(blocks.velocity(body).x() == Approx(bounded ? 2 * 100 * row.step : 0).margin(1e-10));
+  }
+}
