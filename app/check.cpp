@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "bound_notes.h"
 #include "commands.h"
 #include "flags.h"
 #include "geometry/broad_phase.h"
@@ -160,6 +161,8 @@ int check(const std::string& name, const Text& method, const std::vector<std::st
   const auto [points, pairs] = contacts_at_start(scenario);
   line("contacts", fmt::format("{} at the start, on {} pairs of shapes", points, pairs));
   if (row) line("method", fmt::format("{}: {}", row->name, row->summary));
+  if (row && row->law == Law::convex && scenario.compression_bound.value_or(MethodOptions().compression_bound))
+    for (const std::string& note : bound_notes(scenario)) line("note", note);
   for (const std::string& what : left_out(scenario)) line("left out", what);
   if (row) {
     const Trial trial = try_steps(scenario, *row, steps);

@@ -287,6 +287,32 @@ TEST_CASE("check says what a scene has without writing anything", "[program]") {
   CHECK(content(directory.path()).empty());
 }
 
+TEST_CASE("check says what the compression bound forbids in a scene, to who asks for convex with it", "[program]") {
+  TemporaryDirectory directory;
+  const auto notes = [&](const std::vector<std::string>& arguments) {
+    const Result result = run(directory.path(), arguments);
+    INFO(result.err);
+    REQUIRE(result.code == 0);
+    return std::pair(result.out.find("should tip slides") != std::string::npos,
+                     result.out.find("no more friction than the pusher's own") != std::string::npos);
+  };
+  const std::vector<std::string> tall = {"check", "tipping_box.xml", "--steps", "0", "--method"},
+                                 row = {"check", "pushed_block.xml", "--steps", "0", "--method"};
+  const auto with = [](std::vector<std::string> arguments, const std::vector<std::string>& more) {
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  };
+  CHECK(notes(with(tall, {"convex"})) == std::pair(true, false));
+  CHECK(notes(with(tall, {"ap"})) == std::pair(false, false));
+  CHECK(notes(with(tall, {"convex", "--set", "mu=0.4"})) == std::pair(false, false));  // slides before it tips
+  CHECK(notes(with(row, {"convex"})) == std::pair(false, true));
+  CHECK(notes(with(row, {"ap"})) == std::pair(false, false));
+  for (const char* held : {"sticking_box.xml", "stack.xml", "sliding_box.xml"})
+    CHECK(notes({"check", held, "--steps", "0", "--method", "convex"}) == std::pair(false, false));
+  CHECK(notes({"check", "urdf_arm.xml", "--steps", "0", "--method", "convex"}) ==
+        std::pair(false, false));  // bound off
+}
+
 TEST_CASE("every scene that comes with the program is valid", "[program]") {
   TemporaryDirectory directory;
   const Result listed = run(directory.path(), {"list", "scenarios", "--json"});

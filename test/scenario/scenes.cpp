@@ -35,11 +35,12 @@ std::vector<double> corner_gaps(const Scenario& s, const Shape& plane, const Sha
 
 }  // namespace
 
-TEST_CASE("The scenes that come with the program are those of the paper, and an example") {
+TEST_CASE("The scenes that come with the program are those of the paper, an example, and what a model forbids") {
   std::vector<std::string> names;
   for (const std::string& file : bundled_scenarios()) names.push_back(std::filesystem::path(file).stem().string());
   CHECK(names == std::vector<std::string>{"circular_sliding", "grasp", "impacting_sphere", "mobile_robot",
-                                          "mobile_robot_caster", "sliding_box", "stack", "sticking_box", "urdf_arm"});
+                                          "mobile_robot_caster", "pushed_block", "sliding_box", "stack", "sticking_box",
+                                          "tipping_box", "urdf_arm"});
 }
 
 TEST_CASE("Every scene states step, duration, edges, bound, friction and its analytic reference") {

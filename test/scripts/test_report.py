@@ -19,6 +19,7 @@ SWEEPS = [ROOT / "scenarios/sweeps" / f"{name}.toml" for name in ("paper", "robo
 sys.path.insert(0, str(SCRIPTS))
 from reporting import choice, claims, fits, precision, stored, table1  # noqa: E402
 from reporting.results import Results  # noqa: E402
+from reporting.sections import advice  # noqa: E402
 
 
 def script(*words, fakes=None):
@@ -131,6 +132,11 @@ class Precision(unittest.TestCase):
         self.assertIsNone(choice.apart(best, second | {"repeats": 1}))
         self.assertEqual(choice.choose(points, 1e-12), (None, None, []))
         self.assertEqual(choice.nearest(points)["time"], 9)
+
+    def test_what_the_bound_forbids_is_said_to_whom_convex_is_advised(self):
+        ap, convex = ({"cell": FakeCell(method=method)} for method in ("ap", "convex"))
+        self.assertIn("a box that should tip slides", advice.forbidden([ap, convex]))
+        self.assertEqual(advice.forbidden([ap]), "")
 
     def test_a_replayed_stream_is_counted_by_solver(self):
         with tempfile.TemporaryDirectory() as folder:

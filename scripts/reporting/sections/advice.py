@@ -63,6 +63,16 @@ def limits(results, scenes):
     return out
 
 
+def forbidden(chosen):
+    """What convex, where it is advised, can't do in other scenes than these: one sentence."""
+    if not any(best["cell"]["method"] == "convex" for best in chosen):
+        return ""
+    return ("<li>What holds for convex here does not where friction adds load: with the compression bound a box that should tip slides, and a "
+            "block that another body pushes is held by no more friction than the pusher's own (scenes <code>tipping_box</code>, "
+            "<code>pushed_block</code>; <code>contactbench check SCENE --method convex</code> says where a scene shows it). There take ap, or "
+            "<code>--compression-bound off</code> where nothing slides.</li>")
+
+
 def build(results):
     scenes = precision.scenes(results)
     if not scenes:
@@ -87,6 +97,6 @@ def build(results):
             "another measure, a limit of time for a step, and a scene of your own.</p>",
             table(["scene"] + [f"{error:g} m" for error in ERRORS], rows), "<ul>", wins(chosen),
             knob(results, scenes, "convex", "epsilon", "1e-6", "1e-12"), knob(results, scenes, "convex", "epsilon", "1e-2", "1e-6"),
-            knob(results, scenes, "ap", "k", "4", "8"), knob(results, scenes, "ap", "k", "8", "32"), *turned(results), *limits(results, scenes), "</ul>"]
+            knob(results, scenes, "ap", "k", "4", "8"), knob(results, scenes, "ap", "k", "8", "32"), *turned(results), *limits(results, scenes), forbidden(chosen), "</ul>"]
     # Who is cheapest depends on the machine.
     return Section("\n".join(html), {}, {"answers": data, "text": html[2:]})
