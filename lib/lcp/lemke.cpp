@@ -166,7 +166,7 @@ PathEnd Lemke::attempt(Table& table, const Rung& rung, LcpSolution& solution) {
     end = cover_vertex(table) ? follow_path(table, true) : PathEnd::bad_pivot;
     below = HUGE_VAL;
     if (end == PathEnd::solution) below = judge_.vertex(table, load_, solution.z, solution.residual);
-    if (end == PathEnd::time_limit || end == PathEnd::pivot_limit) break;
+    if (end == PathEnd::pivot_limit) break;
   }
   if (solution.residual > best || end != PathEnd::solution) {
     solution.residual = best;
