@@ -19,12 +19,6 @@ namespace cb {
 
 namespace {
 
-// Features within this are equal: the gap below which a pair counts as closed by default, m.
-double closed_gap(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
-  constexpr double equal = 1e-9;  // of the size
-  return resolved_tolerance(equal * std::max(a.size(), b.size()), pose_a.p, pose_b.p);
-}
-
 Vec3 plane_normal(const Pose& pose) {
   // Column y of the rotation matrix: R(q) (0, 1, 0).
   const Quat& q = pose.q;
@@ -102,23 +96,22 @@ int box_on_plane(const Shape& box, const Pose& pose, const Pose& plane, double t
   return patch > 0 ? patch - corners : 0;
 }
 
-void cylinder_on_plane(const Shape& cylinder, const Pose& pose, const Pose& plane, double tolerance, const Sink& sink) {
+void cylinder_on_plane(const Shape& cylinder, const Pose& pose, const Pose& plane, double tolerance, double reach,
+                       const Sink& sink) {
   const Vec3 n = plane_normal(plane);
   const Mat3 R = pose.q.toRotationMatrix();
   const double r = cylinder.radius, l = cylinder.half_extents.y();
   const double centre = n.dot(pose.p - plane.p), c = n.dot(R.col(1));
   // Up the slope of the ends' planes: u, with sine of its angle to the plane.
   const double sine_x = n.dot(R.col(0)), sine_z = n.dot(R.col(2)), sine = std::hypot(sine_x, sine_z);
-  if (centre - l * std::abs(c) - r * sine > tolerance) return;
-  // An end is flat, whatever is asked for, where its rim is within the gap that counts as closed.
-  const double flat = std::min(tolerance, closed_gap(cylinder, pose, cylinder, plane));
+  if (centre - l * std::abs(c) - r * sine > reach) return;
   const auto add = [&](const Vec3& x, double gap) { sink.add(pose.p + x - (gap / 2) * n, n, gap); };
   for (int end = l > 0 ? -1 : 1; end <= 1; end += 2) {
     const Vec3 middle = end * l * R.col(1);
     const double height = centre + end * l * c, lowest = height - r * sine;
-    if (lowest > tolerance) continue;
-    const bool whole = height + r * sine <= tolerance;
-    if (whole && r * sine <= flat) {
+    if (lowest > reach) continue;
+    const bool whole = height + r * sine <= reach;
+    if (whole && r * sine <= tolerance) {
       for (int k = 0; k < 4; ++k) {
         const double sign = k < 2 ? r : -r;
         add(middle + sign * R.col(k % 2 == 0 ? 0 : 2), height + sign * (k % 2 == 0 ? sine_x : sine_z));
@@ -127,7 +120,7 @@ void cylinder_on_plane(const Shape& cylinder, const Pose& pose, const Pose& plan
     }
     const Vec3 u = (sine_x / sine) * R.col(0) + (sine_z / sine) * R.col(2);
     add(middle - r * u, lowest);
-    if (height > tolerance) continue;
+    if (height > reach) continue;
     const Vec3 across = R.col(1).cross(u);
     add(middle - r * across, height);
     add(middle + r * across, height);
@@ -236,21 +229,20 @@ int add_patch(const PlacedBox& a, const PlacedBox& b, const FacePatch& patch, do
 }
 
 void box_on_box(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, const Pose& pose_b, double tolerance,
-                const Sink& sink) {
-  const double reach = shape_a.half_extents.norm() + shape_b.half_extents.norm() + tolerance;
-  if ((pose_b.p - pose_a.p).squaredNorm() > reach * reach) return;
+                double reach, const Sink& sink) {
+  const double furthest = shape_a.half_extents.norm() + shape_b.half_extents.norm() + reach;
+  if ((pose_b.p - pose_a.p).squaredNorm() > furthest * furthest) return;
   const PlacedBox a(shape_a, pose_a), b(shape_b, pose_b);
   const RelativeBox ab(a, b);
-  // Which axis separates does not depend on how far points are looked for.
-  const double margin = axis_margin(std::min(tolerance, closed_gap(shape_a, pose_a, shape_b, pose_b)), a.h, b.h);
-  const SeparatingAxis axis = separating_axis(a, b, ab, margin, tolerance);
-  if (axis.gap > tolerance) return;
+  const double margin = axis_margin(tolerance, a.h, b.h);
+  const SeparatingAxis axis = separating_axis(a, b, ab, margin, reach);
+  if (axis.gap > reach) return;
 
   const Vec3 normal = -(a.R * axis.normal_A);
   if (axis.index < 6) {
     FacePatch patch;
     face_patch(a, b, ab, axis.index, margin, patch);
-    if (add_patch(a, b, patch, tolerance, sink) > 0) return;
+    if (add_patch(a, b, patch, reach, sink) > 0) return;
     // Faces that miss each other (corner past corner): the vertex of b that reaches furthest towards a.
     Vec3 vertex = b.c;
     for (int k = 0; k < 3; ++k) vertex += (normal.dot(b.R.col(k)) > 0 ? -b.h[k] : b.h[k]) * b.R.col(k);
@@ -263,14 +255,14 @@ void box_on_box(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, 
 }  // namespace
 
 int contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape& b, const Pose& pose_b, int index_b,
-                   double tolerance, std::vector<ContactPoint>& out, bool corners_only) {
-  const double tol = resolved_tolerance(tolerance, pose_a.p, pose_b.p);
+                   double tolerance, std::vector<ContactPoint>& out, bool corners_only, double reach) {
+  const double closed = resolved_tolerance(tolerance, pose_a.p, pose_b.p), tol = std::max(closed, reach);
   const Sink straight{out, 1, index_a, index_b}, turned{out, -1, index_a, index_b};
   switch (a.kind) {
     case ShapeKind::box:
       if (b.kind == ShapeKind::half_space) return box_on_plane(a, pose_a, pose_b, tol, corners_only, straight);
       if (b.kind == ShapeKind::box)
-        box_on_box(a, pose_a, b, pose_b, tol, straight);
+        box_on_box(a, pose_a, b, pose_b, closed, tol, straight);
       else if (b.kind == ShapeKind::sphere)
         sphere_on_box(b, pose_b, a, pose_a, tol, turned);
       break;
@@ -286,7 +278,7 @@ int contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape&
       break;
     case ShapeKind::cylinder:
       if (b.kind == ShapeKind::half_space)
-        cylinder_on_plane(a, pose_a, pose_b, tol, straight);
+        cylinder_on_plane(a, pose_a, pose_b, closed, tol, straight);
       else if (b.kind == ShapeKind::sphere)
         sphere_on_cylinder(b, pose_b, a, pose_a, tol, turned);
       break;
@@ -295,7 +287,7 @@ int contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape&
       if (b.kind == ShapeKind::sphere)
         sphere_on_plane(b, pose_b, pose_a, tol, turned);
       else if (b.kind == ShapeKind::cylinder)
-        cylinder_on_plane(b, pose_b, pose_a, tol, turned);
+        cylinder_on_plane(b, pose_b, pose_a, closed, tol, turned);
       break;
   }
   return 0;

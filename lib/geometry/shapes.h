@@ -53,8 +53,10 @@ void contact_tangents(const Vec3& normal, double angle, Vec3& t1, Vec3& t2);
 /// closer is not resolved. Poses are of the *shapes* in the world.
 /// `corners_only`: of a box's grid of points, where what touches is a whole face, an edge or a corner of it, the
 /// corners of the hull alone. Returns how many points were left out so.
+/// `reach`, m: points whose gap is at most this are listed too, where it is more than the tolerance; which faces count
+/// as equal, and which ends of a cylinder as flat, is still the tolerance's to say.
 int contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape& b, const Pose& pose_b, int index_b,
-                   double tolerance, std::vector<ContactPoint>& out, bool corners_only = false);
+                   double tolerance, std::vector<ContactPoint>& out, bool corners_only = false, double reach = 0);
 
 /// A lower bound on the distance of two shapes that is exact where they touch, m; negative: penetration depth.
 /// A cylinder with a box or a cylinder: the boxes around them stand in, a bound.

@@ -66,8 +66,8 @@ double Overlap::find_points(const Scenario& scenario, const std::vector<Motion>&
     const double closed =
         resolved_tolerance(std::min(tolerance[i], tolerance[j]), motions[i].pose.p, motions[j].pose.p);
     const std::size_t first = points_.size();
-    contact_points(scenario.shapes[i], motions[i].pose, i, scenario.shapes[j], motions[j].pose, j,
-                   std::max(reach, closed), points_);
+    contact_points(scenario.shapes[i], motions[i].pose, i, scenario.shapes[j], motions[j].pose, j, closed, points_,
+                   false, reach);
     for (std::size_t c = first; c < points_.size(); ++c) {
       const double gap = points_[c].gap;
       wanted_.push_back(gap < -closed || gap > 0 ? -gap : 0);
