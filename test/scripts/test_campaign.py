@@ -216,6 +216,40 @@ class Looks(unittest.TestCase):
         self.assertIn("ends at", look.look(self.run_.folder, self.model, SUMMARY).faults[0])
 
 
+class Islands(unittest.TestCase):
+    def test_what_is_heavy_and_fast_elsewhere_hides_no_gain(self):
+        with tempfile.TemporaryDirectory() as folder:
+            model = look.Model(write_scene(folder, '<box name="b1" size="1 1 1" mass="1" position="0 0 0"/><box name="b2" size="1 1 1" mass="1" position="3 0 0"/>'
+                                           '<box name="b3" size="1 1 1" mass="1e6" position="90 0 0"/>'))
+        steps, times = 5, np.arange(6) * 1e-3
+        fall = np.outer(times, model.gravity)
+        still = np.tile([1.0, 0, 0, 0], (6, 1))
+
+        def gain(speed_of_b1, touches):
+            motion = {name: (np.zeros((6, 3)), still, fall + [speed, 0, 0], np.zeros((6, 3))) for name, speed in (("b1", 1.0), ("b2", 0.0), ("b3", 100.0))}
+            motion["b1"][2][3:, 0] = speed_of_b1
+            rows = [{"t": str(t), "kinetic_energy": str(k)} for t, k in zip(times[1:], look.energies(model, times, motion, model.free, np.zeros(3))[0].sum(axis=1)[1:])]
+            out = look.Look()
+            look.energy(model, times, motion, SUMMARY, rows, touches, out)
+            return out.energy_gain, out.faults
+
+        pair = [("b1", "b2", np.ones(steps, bool))]
+        self.assertEqual(gain(1.0, pair)[1], [])
+        found, faults = gain(1 + 1e-6, pair)
+        self.assertAlmostEqual(found, 2e-6, delta=1e-7)  # of the energy of b1 and b2, which is b1's but for the fall
+        self.assertIn("island of b1", faults[0])
+
+    def test_bodies_are_of_one_island_by_way_of_another_but_not_by_way_of_the_ground(self):
+        with tempfile.TemporaryDirectory() as folder:
+            model = look.Model(write_scene(folder, "".join(f'<box name="b{i}" size="1 1 1" mass="1" position="{2 * i} 0 0"/>' for i in range(5))))
+        now = np.array([True, False])
+        touches = [("b3", "b1", now), ("b1", "b0", now), ("b2", "", now), ("b4", "", now)]
+        label = look.islands(list(model.free), model, touches, 2)
+        self.assertEqual(len({label[0, 0], label[0, 1], label[0, 3]}), 1)
+        self.assertEqual(len(set(label[0])), 3)
+        self.assertEqual(len(set(label[1])), 5)
+
+
 BELT = """<robot name="r"><link name="band" mass="10" position="0 -0.1 0" inertia="1 1 1"><box name="belt" size="10 0.2 2" position="0 -0.1 0"/></link>
 <joint name="roll" kind="prismatic" parent="world" child="band" axis="1 0 0" lower="0" upper="0" limit_rate="2"/></robot>
 <box name="b1" size="0.2 0.2 0.2" mass="1" position="0 0.1 0"/>"""
