@@ -304,13 +304,16 @@ class Reduction(unittest.TestCase):
 
 PROGRAM = """#!{python}
 import json, os, sys
+from pathlib import Path
 sys.path.insert(0, {scripts!r})
 words = sys.argv[1:]
 if words[0] == "list":
     print(json.dumps({{"statuses": [{{"name": s}} for s in ("ok", "inaccurate", "ray", "time_limit", "crash", "memory_limit", "input_error")]}}))
     sys.exit()
+if words[0] == "solve":
+    print("  kind     contact\\n  status   " + ("ray" if Path(words[1]).read_text() == "problem" else "ok"))
+    sys.exit(3)
 with open({log!r}, "a") as log: log.write(words[1] + "\\n")
-from pathlib import Path
 from stressing import look
 model = look.Model(words[1])
 out = Path(words[words.index("--out") + 1])
@@ -330,7 +333,8 @@ for i in range(round(model.duration / model.step) + 1):
 (out / "hard_problem.hdf5").write_text("problem")
 summary = {{"scenario": name, "method": words[words.index("--method") + 1], "status": status, "finished": status == "ok", "reason": None, "t_reached": model.duration,
            "time": {{"dynamics_s": 0, "collision_s": 0, "assembly_s": 0, "solve_s": 0}}, "residuals": {{"false_claims": 0, "max": 0.0}}, "events": 0, "versions": {{"git": "stand-in"}},
-           "energy": {{"max_gain_relative": 0, "max_gain_j": 0}}, "hard_problem": "hard_problem.hdf5" if status == "ray" else None}}
+           "energy": {{"max_gain_relative": 0, "max_gain_j": 0}}, "hard_problem": "hard_problem.hdf5" if status == "ray" else None,
+           "hard_problem_command": "contactbench solve hard_problem.hdf5 --kind contact"}}
 (out / "summary.json").write_text(json.dumps(summary))
 sys.exit(0 if status == "ok" else 3)
 """
@@ -362,6 +366,7 @@ class Campaign(unittest.TestCase):
                          [("r1_0", "ok", "ok"), ("r1_1", "crash", "defect"), ("r1_2", "ray", "typed")])
         kept = self.top / "out/failing/r1_2__ap-lemke__prune-on"
         self.assertEqual(sorted(p.name for p in kept.iterdir()), ["hard_problem.hdf5", "how.txt", "r1_2.xml"])
+        self.assertEqual([row["again"] for row in rows], ["", "", "yes"])
 
     def test_runs_that_end_differently_with_and_without_pruning_are_defects(self):
         row = {"scene": "a", "method": "m", "verdict": "ok", "faults": []}
