@@ -9,7 +9,7 @@ What is looked at, each with its bound:
                what the program itself states, if that is less (`penetration_bound` of the summary's options)
   event energy steps.csv's event_energy_gain and the summary's max_gain_relative: at most ENERGY of the energy before the event
   energy       of free bodies, from the trajectory alone: contacts take kinetic energy or leave it. With explicit Euler the step begins with
-               v + h (g + F/m), so the kinetic energy at its end is at most that of these velocities, times 1 + ENERGY, plus the second order
+               v + h (g + F/m), so the kinetic energy of an island (what may touch in the step) at its end is at most that of these velocities, times 1 + ENERGY, plus the second order
                of the explicit gyroscopic term, h^2 (w x Iw) . I^-1 (w x Iw) / 2
   momentum     a body that touches nothing in a step: dv = h (g + F/m) and dp = h v to MOMENTUM of their size; its angular momentum keeps
                to (h |w|)^2 of itself, which explicit Euler loses in a step
@@ -33,7 +33,7 @@ MOMENTUM = 1e-9     # of |v| + h |g| (of |p| + h |v|), -
 LIMIT = 1e-8        # rad, m
 NEAR_PARALLEL = 1e-8  # |cross product| of unit edges below which it is no axis of its own, -
 ROBOT = 1.0         # of (h w)^2 and a robot's kinetic energy: what its step gains to second order, w how fast its shape changes, -
-STOPPED = 1e-12     # J per J: kinetic energy that rounding leaves, of the largest of the run
+FLOOR = 1e-20       # of the run's largest kinetic energy: an island with less is at rest, -
 
 
 def numbers(text, count):
@@ -309,9 +309,9 @@ def look(folder, model, summary):
         return out
     if summary["status"] in ("ok", "inaccurate") and abs(times[-1] - model.duration) > model.step:
         out.faults.append(f"files: the trajectory ends at {times[-1]:g} s, not {model.duration:g} s")
-    alone = penetrations(model, times, motion, summary, out)
-    energy(model, times, motion, summary, steps, out)
-    momentum(model, times, motion, alone, out)
+    touches = penetrations(model, times, motion, summary, out)
+    energy(model, times, motion, summary, steps, touches, out)
+    momentum(model, times, motion, touches, out)
     for row in joints:
         if row["joint"] in model.limits:
             lower, upper, rate = model.limits[row["joint"]]
@@ -343,51 +343,73 @@ def poses(model, motion):
     return out
 
 
-def penetrations(model, times, motion, summary, out):
-    """Fills in the worst penetration. Returns {free body: (T - 1) whether it touches nothing in the step from each time}."""
-    at = poses(model, motion)
-    h, g = model.step, np.linalg.norm(model.gravity)
-    steps = len(times) - 1
-    alone = {name: np.ones(steps, bool) for name in model.free}
-    travel = []  # m: how far a point can get in the step before or after
+def travels(model, at):
+    """How far a point of each shape can get in the step before or after each time, m."""
+    h, out = model.step, []
     for shape, (_, _, v, w) in zip(model.shapes, at):
-        reach = shape.bound if math.isfinite(shape.bound) else 0.0
-        speed = np.linalg.norm(v, axis=1) + (reach + np.linalg.norm(shape.p) * (shape.owner in model.links)) * np.linalg.norm(w, axis=1)
+        reach = (shape.bound if math.isfinite(shape.bound) else 0.0) + np.linalg.norm(shape.p) * (shape.owner in model.links)
+        speed = np.linalg.norm(v, axis=1) + reach * np.linalg.norm(w, axis=1)
         speed[:-1] = np.maximum(speed[:-1], speed[1:])
-        travel.append(h * (speed + (g * h if shape.owner else 0)))
-    worst = (0.0, 0.0, "", 0.0)
+        out.append(h * (speed + (np.linalg.norm(model.gravity) * h if shape.owner else 0)))
+    return out
+
+
+def close_times(a, pa, b, pb, margin):
+    """Indices of the times at which spheres around the two come closer than the margin."""
+    if "half_space" in (a.kind, b.kind):
+        plane, other, p = (a, b, pb) if a.kind == "half_space" else (b, a, pa)
+        return np.flatnonzero((p - plane.p) @ plane.normal - other.bound < margin)
+    return np.flatnonzero(np.linalg.norm(pa - pb, axis=1) - a.bound - b.bound < margin)
+
+
+def penetrations(model, times, motion, summary, out):
+    """Fills in the worst penetration. Returns which owners may touch in the step from each time: [(owner, owner, (T - 1) bool)]."""
+    at = poses(model, motion)
+    travel, touches = travels(model, at), []
     for i, a in enumerate(model.shapes):
         for j in range(i):
             b = model.shapes[j]
             if not model.collide(a, b):
                 continue
             (pa, Ra, _, _), (pb, Rb, _, _) = at[i], at[j]
-            margin = 2 * (travel[i] + travel[j]) + 1e-6 * min(a.size, b.size)
-            if "half_space" in (a.kind, b.kind):
-                plane, other, p = (a, b, pb) if a.kind == "half_space" else (b, a, pa)
-                near = np.flatnonzero((p - plane.p) @ plane.normal - other.bound < margin)
-            else:
-                near = np.flatnonzero(np.linalg.norm(pa - pb, axis=1) - a.bound - b.bound < margin)
-            if not len(near):
-                continue
-            gap = apart(a, pa[near], Ra[near], b, pb[near], Rb[near])
+            margin = 2 * (travel[i] + travel[j]) + PENETRATION * min(a.size, b.size)
+            near = close_times(a, pa, b, pb, margin)
+            gap = apart(a, pa[near], Ra[near], b, pb[near], Rb[near]) if len(near) else None
             if gap is None:
                 continue
-            for owner in (a.owner, b.owner):
-                if owner in alone:
-                    touching = near[gap < margin[near]]
-                    alone[owner][touching[touching < steps]] = False
-                    alone[owner][touching[touching > 0] - 1] = False
+            touching = np.zeros(len(times), bool)
+            touching[near[gap < margin[near]]] = True
+            touches.append((a.owner, b.owner, touching[:-1] | touching[1:]))
             deepest = int(np.argmin(gap))
-            depth = -float(gap[deepest])
-            if depth / min(a.size, b.size) > worst[1]:
-                worst = (depth, depth / min(a.size, b.size), f"{b.name} and {a.name}", float(times[near[deepest]]))
-            out.penetration = max(out.penetration, depth)
+            depth, size = -float(gap[deepest]), min(a.size, b.size)
+            if depth / size > out.penetration_relative:
+                out.penetration, out.penetration_relative = depth, depth / size
+                out.where = f"{b.name} and {a.name} at t = {times[near[deepest]]:g} s"
     bound = min(PENETRATION, (summary.get("options") or {}).get("penetration_bound", PENETRATION))
-    out.penetration_relative, out.where = worst[1], f"{worst[2]} at t = {worst[3]:g} s" if worst[2] else ""
-    if worst[1] > bound:
-        out.faults.append(f"penetration: {worst[0]:.3g} m, {worst[1]:.3g} of the size, {out.where}")
-    return alone
+    if out.penetration_relative > bound:
+        out.faults.append(f"penetration: {out.penetration:.3g} m, {out.penetration_relative:.3g} of the size, {out.where}")
+    return touches
+
+
+def islands(names, model, touches, steps):
+    """For each step, a number for each of the names: the same where bodies may touch, one by way of another. A robot's links are one."""
+    index = {name: k for k, name in enumerate(names)}
+    for name in model.links:
+        if name in index:
+            index[name] = index[next(iter(model.links))]
+    label = np.tile(np.arange(len(names)), (steps, 1))
+    label[:, [k for k, name in enumerate(names) if index[name] != k]] = index.get(next(iter(model.links), ""), 0)
+    edges = [(index[a], index[b], touching) for a, b, touching in touches if a in index and b in index and touching.any()]
+    changed = True
+    while changed:
+        changed = False
+        for a, b, touching in edges:
+            least = np.minimum(label[:, a], label[:, b])
+            if (touching & ((label[:, a] != least) | (label[:, b] != least))).any():
+                label[touching, a] = label[touching, b] = least[touching]
+                changed = True
+    root = [index[name] for name in names]
+    return label[:, root]
 
 
 def push(model, name, mass, times):
@@ -416,12 +438,12 @@ def fastest(model, motion):
 def compare_steps(steps, kinetic, out):
     """Has steps.csv the kinetic energy that the trajectory has?"""
     for row, k in zip(steps, kinetic[1:]):
-        if abs(float(row["kinetic_energy"]) - k) > 1e-6 * max(k, STOPPED * kinetic.max()):
+        if abs(float(row["kinetic_energy"]) - k) > 1e-6 * max(k, 1e-12 * kinetic.max()):
             out.faults.append(f"energy: steps.csv has {row['kinetic_energy']} J at t = {row['t']} s, the trajectory {k:.9g} J")
             break
 
 
-def energy(model, times, motion, summary, steps, out):
+def energy(model, times, motion, summary, steps, touches, out):
     gains = summary.get("energy") or {}
     out.event_gain = max(0.0, gains.get("max_gain_relative") or 0.0)
     driven = any(rate for _, _, rate in model.limits.values())  # the stops do work in the events
@@ -432,33 +454,46 @@ def energy(model, times, motion, summary, steps, out):
         frame, counted = moving_frame(model, motion), model.free
         if frame is None:
             return
-    h, kinetic, begun = model.step, np.zeros(len(times)), np.zeros(len(times) - 1)
+    kinetic, begun = energies(model, times, motion, counted, frame)
+    if not frame.any() and not model.links:
+        compare_steps(steps, kinetic.sum(axis=1), out)
+    # Island by island, so that what is heavy and fast elsewhere hides nothing.
+    label = islands(list(counted), model, touches, len(times) - 1)
+    floor = FLOOR * max(kinetic.sum(axis=1).max(), begun.sum(axis=1).max(initial=0), 1e-300)
+    for number in range(label.shape[1]):
+        member = label == number
+        before, after = (begun * member).sum(axis=1), (kinetic[1:] * member).sum(axis=1)
+        gain = (after - before) / np.maximum(before, floor)
+        worst = int(np.argmax(gain)) if len(gain) else 0
+        if len(gain) and gain[worst] > out.energy_gain:
+            out.energy_gain, where = float(gain[worst]), f"the island of {list(counted)[number]} in the step to t = {times[worst + 1]:g} s"
+    if out.energy_gain > ENERGY:
+        out.faults.append(f"energy: kinetic energy gains {out.energy_gain:.3g} of itself, {where}")
+
+
+def energies(model, times, motion, counted, frame):
+    """Kinetic energy of each body at each time (T, bodies), and the most that each step may begin with (T - 1, bodies)."""
+    h, kinetic, begun = model.step, [], []
     for name, (mass, inertia) in counted.items():
         _, q, v, w = motion[name]
         v, R = v - frame, matrix(q)
         spin = np.einsum("kij,ki->kj", R @ R[0].T if name in model.links else R, w)
         turning = 0.5 * (spin**2) @ inertia
         own = 0.5 * mass * (v**2).sum(axis=1) + turning
-        kinetic += own
         pushed = v[:-1] + h * push(model, name, mass, times)
         torque = np.cross(spin, spin * inertia)[:-1]
-        begun += 0.5 * mass * (pushed**2).sum(axis=1) + turning[:-1] + 0.5 * h * h * (torque**2 / inertia).sum(axis=1)
+        most = 0.5 * mass * (pushed**2).sum(axis=1) + turning[:-1] + 0.5 * h * h * (torque**2 / inertia).sum(axis=1)
         if name in model.links:
-            begun += ROBOT * (h * fastest(model, motion)[:-1]) ** 2 * own[:-1]
-    if not frame.any() and not model.links:
-        compare_steps(steps, kinetic, out)
-    floor = STOPPED * max(kinetic.max(), begun.max(initial=0))
-    gain = (kinetic[1:] - begun) / np.maximum(begun, floor if floor > 0 else 1)
-    worst = int(np.argmax(gain)) if len(gain) else 0
-    out.energy_gain = max(0.0, float(gain[worst])) if len(gain) else 0.0
-    if out.energy_gain > ENERGY:
-        out.faults.append(f"energy: kinetic energy gains {out.energy_gain:.3g} of itself in the step to t = {times[worst + 1]:g} s")
+            most = most + ROBOT * (h * fastest(model, motion)[:-1]) ** 2 * own[:-1]
+        kinetic.append(own)
+        begun.append(most)
+    return np.stack(kinetic, 1), np.stack(begun, 1)
 
 
-def momentum(model, times, motion, alone, out):
+def momentum(model, times, motion, touches, out):
     h = model.step
     for name, (mass, inertia) in model.free.items():
-        free = alone[name]
+        free = ~np.any([np.zeros(len(times) - 1, bool)] + [touching for a, b, touching in touches if name in (a, b)], axis=0)
         if not free.any():
             continue
         p, q, v, w = motion[name]

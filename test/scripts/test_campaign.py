@@ -216,6 +216,40 @@ class Looks(unittest.TestCase):
         self.assertIn("ends at", look.look(self.run_.folder, self.model, SUMMARY).faults[0])
 
 
+class Islands(unittest.TestCase):
+    def test_what_is_heavy_and_fast_elsewhere_hides_no_gain(self):
+        with tempfile.TemporaryDirectory() as folder:
+            model = look.Model(write_scene(folder, '<box name="b1" size="1 1 1" mass="1" position="0 0 0"/><box name="b2" size="1 1 1" mass="1" position="3 0 0"/>'
+                                           '<box name="b3" size="1 1 1" mass="1e6" position="90 0 0"/>'))
+        steps, times = 5, np.arange(6) * 1e-3
+        fall = np.outer(times, model.gravity)
+        still = np.tile([1.0, 0, 0, 0], (6, 1))
+
+        def gain(speed_of_b1, touches):
+            motion = {name: (np.zeros((6, 3)), still, fall + [speed, 0, 0], np.zeros((6, 3))) for name, speed in (("b1", 1.0), ("b2", 0.0), ("b3", 100.0))}
+            motion["b1"][2][3:, 0] = speed_of_b1
+            rows = [{"t": str(t), "kinetic_energy": str(k)} for t, k in zip(times[1:], look.energies(model, times, motion, model.free, np.zeros(3))[0].sum(axis=1)[1:])]
+            out = look.Look()
+            look.energy(model, times, motion, SUMMARY, rows, touches, out)
+            return out.energy_gain, out.faults
+
+        pair = [("b1", "b2", np.ones(steps, bool))]
+        self.assertEqual(gain(1.0, pair)[1], [])
+        found, faults = gain(1 + 1e-6, pair)
+        self.assertAlmostEqual(found, 2e-6, delta=1e-7)  # of the energy of b1 and b2, which is b1's but for the fall
+        self.assertIn("island of b1", faults[0])
+
+    def test_bodies_are_of_one_island_by_way_of_another_but_not_by_way_of_the_ground(self):
+        with tempfile.TemporaryDirectory() as folder:
+            model = look.Model(write_scene(folder, "".join(f'<box name="b{i}" size="1 1 1" mass="1" position="{2 * i} 0 0"/>' for i in range(5))))
+        now = np.array([True, False])
+        touches = [("b3", "b1", now), ("b1", "b0", now), ("b2", "", now), ("b4", "", now)]
+        label = look.islands(list(model.free), model, touches, 2)
+        self.assertEqual(len({label[0, 0], label[0, 1], label[0, 3]}), 1)
+        self.assertEqual(len(set(label[0])), 3)
+        self.assertEqual(len(set(label[1])), 5)
+
+
 BELT = """<robot name="r"><link name="band" mass="10" position="0 -0.1 0" inertia="1 1 1"><box name="belt" size="10 0.2 2" position="0 -0.1 0"/></link>
 <joint name="roll" kind="prismatic" parent="world" child="band" axis="1 0 0" lower="0" upper="0" limit_rate="2"/></robot>
 <box name="b1" size="0.2 0.2 0.2" mass="1" position="0 0.1 0"/>"""
@@ -270,13 +304,16 @@ class Reduction(unittest.TestCase):
 
 PROGRAM = """#!{python}
 import json, os, sys
+from pathlib import Path
 sys.path.insert(0, {scripts!r})
 words = sys.argv[1:]
 if words[0] == "list":
     print(json.dumps({{"statuses": [{{"name": s}} for s in ("ok", "inaccurate", "ray", "time_limit", "crash", "memory_limit", "input_error")]}}))
     sys.exit()
+if words[0] == "solve":
+    print("  kind     contact\\n  status   " + ("ray" if Path(words[1]).read_text() == "problem" else "ok"))
+    sys.exit(3)
 with open({log!r}, "a") as log: log.write(words[1] + "\\n")
-from pathlib import Path
 from stressing import look
 model = look.Model(words[1])
 out = Path(words[words.index("--out") + 1])
@@ -296,7 +333,8 @@ for i in range(round(model.duration / model.step) + 1):
 (out / "hard_problem.hdf5").write_text("problem")
 summary = {{"scenario": name, "method": words[words.index("--method") + 1], "status": status, "finished": status == "ok", "reason": None, "t_reached": model.duration,
            "time": {{"dynamics_s": 0, "collision_s": 0, "assembly_s": 0, "solve_s": 0}}, "residuals": {{"false_claims": 0, "max": 0.0}}, "events": 0, "versions": {{"git": "stand-in"}},
-           "energy": {{"max_gain_relative": 0, "max_gain_j": 0}}, "hard_problem": "hard_problem.hdf5" if status == "ray" else None}}
+           "energy": {{"max_gain_relative": 0, "max_gain_j": 0}}, "hard_problem": "hard_problem.hdf5" if status == "ray" else None,
+           "hard_problem_command": "contactbench solve hard_problem.hdf5 --kind contact"}}
 (out / "summary.json").write_text(json.dumps(summary))
 sys.exit(0 if status == "ok" else 3)
 """
@@ -328,6 +366,7 @@ class Campaign(unittest.TestCase):
                          [("r1_0", "ok", "ok"), ("r1_1", "crash", "defect"), ("r1_2", "ray", "typed")])
         kept = self.top / "out/failing/r1_2__ap-lemke__prune-on"
         self.assertEqual(sorted(p.name for p in kept.iterdir()), ["hard_problem.hdf5", "how.txt", "r1_2.xml"])
+        self.assertEqual([row["again"] for row in rows], ["", "", "yes"])
 
     def test_runs_that_end_differently_with_and_without_pruning_are_defects(self):
         row = {"scene": "a", "method": "m", "verdict": "ok", "faults": []}
