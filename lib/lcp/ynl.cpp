@@ -19,8 +19,9 @@
 //  3. Pairs are scaled symmetrically by powers of two (scaling.h).
 //  4. Each basis is solved with iterative refinement. A basis whose values fall below -feasible is a dead end.
 //  5. An end where z_0 has left counts only if the natural residual on the original data is within the tolerance.
-//  6. An end within the tolerance that has a variable below zero by more than rounding is not the last: the search goes
-//     on from its basis (polish) to one whose signs are right, and keeps what it had where it finds none.
+//  6. An end that has a variable below zero by more than rounding is near the exact one: a search of its own goes from
+//     its basis (polish) to one whose signs are right. Where it finds none, an end within the tolerance stands, and the
+//     search goes on from any other.
 //  7. When all sequences from c of ones end dead, or half of the pivots are spent, the search is repeated with two
 //     other covering vectors, whose entries differ so that few candidates tie; q itself is never perturbed.
 //
@@ -196,8 +197,9 @@ class Ynl {
 
   End search(const LcpProblem& problem, LcpSolution& solution);
   End follow(const LcpProblem& problem, LcpSolution& solution);
-  void polish(const LcpProblem& problem, LcpSolution& solution);
-  void start(State& state, double near_tie, double below);
+  bool polish(const LcpProblem& problem, LcpSolution& solution);
+  bool follow_own_cover(const LcpProblem& problem, LcpSolution& solution);
+  void start(State& state, double near_tie);
   bool expand(State& state, const LcpProblem& problem, LcpSolution& solution);
   void find_candidates(const State& state);
   bool ray_holds(double left) const;
@@ -214,11 +216,14 @@ class Ynl {
   Waiting waiting_;
   Dead dead_;
   std::vector<Candidate> candidates_;
+  Seen seen_aside_;  // of the search that an end's own cover interrupts
+  Waiting waiting_aside_;
+  std::vector<Candidate> candidates_aside_;
   std::vector<int> active_;
   State child_;
   int n_ = 0, pivots_ = 0, pivot_limit_ = 0, cover_limit_ = 0;
-  double near_tie_ = 0, below_ = 0;  // of the search in hand: width of ties; how far below zero an end may be, -
-  double end_below_ = 0;             // how far the last end's lowest variable is, beyond rounding, -
+  double near_tie_ = 0;  // of the search in hand: width of ties, -
+  bool polishing_ = false, polished_ = false;
   std::size_t peak_bytes_ = 0;
   bool memory_full_ = false, solved_ = false;
   double q_scale_ = 1;                   // largest scaled load once x is eliminated
@@ -231,7 +236,7 @@ class Ynl {
 };
 
 bool Ynl::room(std::size_t more) {
-  const std::size_t bytes = seen_.bytes() + waiting_.bytes() + more;
+  const std::size_t bytes = seen_.bytes() + waiting_.bytes() + seen_aside_.bytes() + waiting_aside_.bytes() + more;
   if (double(bytes) > o_.memory_limit_mb * 1e6) {
     memory_full_ = true;
     return false;
@@ -270,14 +275,19 @@ bool Ynl::vertex(const State& state, const LcpProblem& problem, LcpSolution& sol
     return false;
   }
   system_.solve(zero_, load_);
-  end_below_ = below_zero(std::min(system_.z().minCoeff(), system_.w().minCoeff()), system_.z().maxCoeff()) / judged_;
+  const double end_below =
+      below_zero(std::min(system_.z().minCoeff(), system_.w().minCoeff()), system_.z().maxCoeff()) / judged_;
   answer_ = (system_.z().cwiseProduct(scales_.columns) * q_scale_).cwiseMax(0.0);
   const double residual = answer_.allFinite() ? natural_residual(problem, answer_) : HUGE_VAL;
-  if (residual < solution.residual) {
+  const bool better = residual < solution.residual;
+  if (better) {
     solution.residual = residual;
     solution.z = answer_;
   }
-  if (residual <= o_.tolerance && end_below_ <= below_) return solved_ = true;
+  const bool exact = end_below <= o_.vertex_tolerance;
+  if (residual <= o_.tolerance && exact) return solved_ = true;
+  if (!polishing_ && better && !exact && polish(problem, solution)) return true;
+  if (residual <= o_.tolerance && !polishing_) return solved_ = true;
   ++dead_.refused;
   return false;
 }
@@ -378,20 +388,19 @@ bool Ynl::expand(State& state, const LcpProblem& problem, LcpSolution& solution)
 }
 
 // Nothing seen, nothing waits; `state` is the slack basis.
-void Ynl::start(State& state, double near_tie, double below) {
+void Ynl::start(State& state, double near_tie) {
   const std::size_t words = (static_cast<std::size_t>(n_) + 63) / 64;
   seen_.clear();
   waiting_.clear(words);
   state.basic.assign(words, 0);
   near_tie_ = near_tie;
-  below_ = below;
   solved_ = false;
 }
 
 // From the slack basis: all sequences, until one ends in a checked solution.
 End Ynl::search(const LcpProblem& problem, LcpSolution& solution) {
   State state;
-  start(state, o_.near_tie, HUGE_VAL);
+  start(state, o_.near_tie);
   if (load_.minCoeff() >= -o_.feasible && vertex(state, problem, solution)) return End::solved;
 
   // z_0 enters; whatever needs most of it leaves. The first of the list is to be the youngest.
@@ -431,11 +440,11 @@ End Ynl::follow(const LcpProblem& problem, LcpSolution& solution) {
 
 // On from an end in hand that has a variable below zero by more than rounding: the exact end is at another basis. With
 // c = w_d - M z_d, where z_d and w_d are one for what is basic at this end and zero elsewhere, all its basic values
-// grow with z_0 alike: they are feasible from z_0 = -lowest on, where the lowest leaves. From there the search goes on
-// to z_0 = 0, its ties no wider than rounding. At most a pivot a pair; the end in hand stands where that does not do.
-void Ynl::polish(const LcpProblem& problem, LcpSolution& solution) {
+// grow with z_0 alike: they are feasible from z_0 = -lowest on, where the lowest leaves. From there a search of its own
+// goes on to z_0 = 0, its ties no wider than rounding. At most a pivot a pair.
+bool Ynl::follow_own_cover(const LcpProblem& problem, LcpSolution& solution) {
   State state;
-  start(state, o_.vertex_tolerance, o_.vertex_tolerance);
+  start(state, o_.vertex_tolerance);
   z_change_.setZero(n_);
   for (const int i : active_) {
     state.flip(i);
@@ -447,13 +456,31 @@ void Ynl::polish(const LcpProblem& problem, LcpSolution& solution) {
 
   active_.clear();
   ++solution.factorisations;
-  if (!system_.factor(active_, -1)) return;
+  if (!system_.factor(active_, -1)) return false;
   system_.product(z_change_, free_column_, pair_column_);
   system_.solve(free_column_, pair_column_);
-  cover_ = Eigen::VectorXd::Ones(n_) - z_change_ - system_.w();
-  system_.set_cover(cover_);
+  system_.set_cover(Eigen::VectorXd::Ones(n_) - z_change_ - system_.w());
   cover_limit_ = std::min(pivot_limit_, pivots_ + n_);
-  if (push(state)) follow(problem, solution);
+  return push(state) && follow(problem, solution) == End::solved;
+}
+
+// The same, with the search in hand put aside meanwhile.
+bool Ynl::polish(const LcpProblem& problem, LcpSolution& solution) {
+  polished_ = polishing_ = true;
+  const double near_tie = near_tie_;
+  const int cover_limit = cover_limit_;
+  std::swap(seen_, seen_aside_);
+  std::swap(waiting_, waiting_aside_);
+  std::swap(candidates_, candidates_aside_);
+  const bool found = follow_own_cover(problem, solution);
+  std::swap(seen_, seen_aside_);
+  std::swap(waiting_, waiting_aside_);
+  std::swap(candidates_, candidates_aside_);
+  system_.set_cover(cover_);
+  near_tie_ = near_tie;
+  cover_limit_ = cover_limit;
+  polishing_ = false;
+  return found;
 }
 
 std::string Ynl::dead_ends() const {
@@ -481,7 +508,7 @@ void Ynl::solve(const LcpProblem& problem, LcpSolution& solution) {
   solution.z.setZero(n_);
   solution.x.resize(0);
   peak_bytes_ = 0;
-  memory_full_ = false;
+  memory_full_ = polishing_ = polished_ = false;
   dead_ = {};
   const auto refuse = [&](LcpStatus status, const char* reason) {
     solution.status = status;
@@ -521,10 +548,7 @@ void Ynl::solve(const LcpProblem& problem, LcpSolution& solution) {
     cut_off = cut_off || end == End::pivot_limit;
   }
   if (end == End::exhausted && cut_off) end = End::pivot_limit;
-  if (end == End::solved && end_below_ > o_.vertex_tolerance) {
-    also("the end's own cover");
-    polish(problem, solution);
-  }
+  if (polished_) also("an end's own cover");
 
   if (problem.expanded && solution.z.allFinite()) recover_free(problem, solution.z, solution.x);
   solution.pivots = pivots_;
