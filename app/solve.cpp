@@ -215,15 +215,6 @@ double largest_weight(const ContactProblem& problem) {
   return weight.empty() ? 0 : *std::max_element(weight.begin(), weight.end());
 }
 
-/// Why the check does not hold, in one line.
-std::string refusal(const Residuals& residuals, const ContactSolution& solution, double tolerance) {
-  if (!residuals.finite) return "the method's impulses are not finite";
-  if (residuals.gap)
-    return fmt::format("the checked gap is {:.3g} J (allowed: {:.3g}), the infeasibility {:.3g}", *residuals.gap,
-                       solution.epsilon, residuals.infeasibility.value_or(HUGE_VAL));
-  return fmt::format("the checked residual of the model is {:.3g}, beyond {:g}", residuals.model, tolerance);
-}
-
 Report solve_contact(const SolveFlags& flags) {
   constexpr std::string_view useless = "--kind contact has no use for it";
   refuse_flag("matrix", flags.matrix, useless);
@@ -274,7 +265,7 @@ Report solve_contact(const SolveFlags& flags) {
   if (!holds) report.reason = solution.reason;
   if (!holds && report.status == Status::ok) {
     report.status = residuals.finite ? Status::inaccurate : Status::not_finite;
-    report.reason = refusal(residuals, solution, tolerance);
+    report.reason = Referee::refusal(residuals, tolerance);
   }
   if (checked && residuals.finite && answered(report.status)) {
     report.answer = solution.impulse;

@@ -2,19 +2,36 @@
 //
 // Everything is recomputed from the problem's own data and the claimed impulses (docs/judging.md). Impulse errors are
 // weighted by w_i = trace(W_ii) / 3 (1/kg), so that a residual is a ratio of square roots of energies and the units of
-// mass, length and time cancel. All sums run over the whole event: a contact that is idle, and whose velocity is only
-// round-off, is measured against what the event is about.
+// mass, length and time cancel.
+//
+// Sizes. An error is a fraction of what the contact it is made at is about,
+//   size_c = max(sqrt(w) |r_c|, |u_c+| / sqrt(w), |u_c-| / sqrt(w))                                  sqrt(J)
+// so that nothing light or slow hides beside what is heavy or fast, be it joined to it or not. The convex program binds
+// an island as a whole: its size is that of the norms over its contacts, its gap is held against its own share.
+//
+// Terms. Where an answer does not pass by these sizes, it may be that velocities are small sums of large terms. By
+// absolute values, entry by entry, impulses change u_c by terms of d_c, and the last bits of the data leave rho_c open:
+//   d_c = |J_c| |M^-1 J^T| |r|,     rho_c = units eps | |J_c| |v-| + |w_c| + d_c |                    m/s
+// size_c is at least d_c / sqrt(w) then, and an error of rho_c counts as `accepted`: size_c >= rho_c / (sqrt(w)
+// accepted). Velocities, not energies, are compared there: what is heavy still hides nothing.
 
 #include "contact/referee.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "linalg/finite.h"
 
 namespace cb {
 
 namespace {
+
+/// Roundings of each term of a velocity that an error may have and still be none, -: a solver's own sums and the
+/// check's are made in other orders.
+constexpr double rounding_units = 16;
 
 using Eigen::Vector3d;
 using ConstVec3 = Eigen::Map<const Vector3d>;
@@ -41,11 +58,12 @@ Residuals Referee::check(const ContactProblem& problem, const ContactSolution& s
   const int nc = problem.nc();
   const auto& r = solution.impulse;
   v_plus = problem.v_minus;
-  if (static_cast<int>(r.size()) != 3 * nc || !all_finite(r) || !factor_.factor(problem.M)) {
+  const auto not_finite = [&] {
     out.finite = false;
     out.model = HUGE_VAL;
     return out;
-  }
+  };
+  if (static_cast<int>(r.size()) != 3 * nc || !all_finite(r) || !factor_.factor(problem.M)) return not_finite();
   momentum_.assign(problem.nv(), 0.0);
   multiply_transposed_add(problem.J, problem.M, r, momentum_);
   v_plus = momentum_;
@@ -54,25 +72,126 @@ Residuals Referee::check(const ContactProblem& problem, const ContactSolution& s
   contact_velocity(problem, v_plus, u_plus_);
   contact_velocity(problem, problem.v_minus, u_minus_);  // = q
   contact_weights(problem, factor_, weight_);
-  if (!all_finite(u_plus_) || !all_finite(u_minus_)) {
-    out.finite = false;
-    out.model = HUGE_VAL;
-    return out;
-  }
+  if (!all_finite(u_plus_) || !all_finite(u_minus_)) return not_finite();
 
-  // Weights and the size of the event.
-  double size_r = 0, size_u = 0, size_q = 0;
-  bool elastic = false;
-  for (int c = 0; c < nc; ++c) {
-    size_r += weight_[c] * ConstVec3(&r[3 * c]).squaredNorm();
-    size_u += ConstVec3(&u_plus_[3 * c]).squaredNorm() / weight_[c];
-    size_q += ConstVec3(&u_minus_[3 * c]).squaredNorm() / weight_[c];
-    elastic = elastic || problem.restitution[c] != 0;
+  find_same_islands(problem);
+  measure_sizes(problem, r);
+  observe(problem, r, out);
+  balance(problem, v_plus, out);
+  const bool elastic =
+      std::any_of(problem.restitution.begin(), problem.restitution.end(), [](double e) { return e != 0; });
+  if (!elastic) out.law = coulomb(problem, r, u_plus_);
+  rounding_.clear();
+  judge(problem, solution, law, elastic, out);
+  if (!holds(out, solution, law, accepted)) {
+    look_at_terms(problem, solution);
+    judge(problem, solution, law, elastic, out);
   }
-  size_ = std::sqrt(std::max({size_r, size_u, size_q}));
-  size_q_ = std::sqrt(size_q);
+  return out;
+}
 
+bool Referee::holds(const Residuals& residuals, const ContactSolution&, Law law, double tolerance) {
+  if (!residuals.finite) return false;
+  // With restitution `convex` has no gap: its answer is feasible, or it is not.
+  if (law != Law::convex || !residuals.gap) return residuals.model <= tolerance;
+  return residuals.infeasibility.value_or(HUGE_VAL) <= accepted &&
+         std::abs(residuals.island_gap) <= residuals.allowed_gap;
+}
+
+std::string Referee::refusal(const Residuals& residuals, double tolerance) {
+  if (!residuals.finite) return "the impulses are not finite";
+  const std::string where = residuals.worst_contact < 0 ? ""
+                                                        : fmt::format(", at contact {} of island {}",
+                                                                      residuals.worst_contact, residuals.worst_island);
+  if (!residuals.gap) return fmt::format("checked residual {:.3g}, beyond {:g}{}", residuals.model, tolerance, where);
+  return fmt::format("checked gap {:.3g} J (allowed: {:.3g}), infeasibility {:.3g} (allowed: {:g}){}",
+                     residuals.island_gap, residuals.allowed_gap, residuals.infeasibility.value_or(HUGE_VAL), accepted,
+                     where);
+}
+
+// The same bodies touch as in the event before, as a rule.
+void Referee::find_same_islands(const ContactProblem& problem) {
+  if (problem.J.band == joined_band_ && problem.J.block == joined_block_ &&
+      problem.M.blocks() == static_cast<int>(islands_.of_block.size()))
+    return;
+  find_islands(problem, islands_);
+  joined_band_ = problem.J.band;
+  joined_block_ = problem.J.block;
+}
+
+void Referee::measure_sizes(const ContactProblem& problem, std::span<const double> r) {
+  const int nc = problem.nc();
+  size_.resize(nc);
+  island_size_.assign(3 * islands_.count, 0.0);  // squares of norms of r, u+, u-, one after the other
   for (int c = 0; c < nc; ++c) {
+    const double w = weight_[c], size_r = w * ConstVec3(&r[3 * c]).squaredNorm(),
+                 size_u = ConstVec3(&u_plus_[3 * c]).squaredNorm() / w,
+                 size_q = ConstVec3(&u_minus_[3 * c]).squaredNorm() / w;
+    size_[c] = std::sqrt(std::max({size_r, size_u, size_q}));
+    double* island = &island_size_[3 * islands_.of_contact[c]];
+    island[0] += size_r;
+    island[1] += size_u;
+    island[2] += size_q;
+  }
+  island_size_q_.resize(islands_.count);
+  for (int g = 0; g < islands_.count; ++g) {
+    const double* island = &island_size_[3 * g];
+    island_size_q_[g] = std::sqrt(island[2]);
+    island_size_[g] = std::sqrt(std::max({island[0], island[1], island[2]}));
+  }
+}
+
+// Sizes grow to those of the terms, and to what rounding of the terms makes of errors.
+void Referee::look_at_terms(const ContactProblem& problem, const ContactSolution& solution) {
+  constexpr double unit = rounding_units * std::numeric_limits<double>::epsilon();
+  const BandMatrix& J = problem.J;
+  add_changes(problem, solution);
+  rounding_.resize(problem.nc());
+  sum_.assign(islands_.count, 0.0);
+  for (int c = 0; c < problem.nc(); ++c) {
+    Vector3d changes = Vector3d::Zero(), before = ConstVec3(&problem.offset[3 * c]).cwiseAbs();
+    for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
+      const auto entry = J.entry(e);
+      const int at = problem.M.first[J.block[e]];
+      for (int j = 0; j < entry.cols(); ++j) {
+        changes += entry.col(j).cwiseAbs() * changes_[at + j];
+        before += entry.col(j).cwiseAbs() * std::abs(problem.v_minus[at + j]);
+      }
+    }
+    const double root_w = std::sqrt(weight_[c]);
+    rounding_[c] = unit * (changes + before).norm();
+    const double floor = rounding_[c] / root_w / accepted;
+    size_[c] = std::max({size_[c], changes.norm() / root_w, floor});
+    sum_[islands_.of_contact[c]] += floor * floor;
+  }
+  for (int g = 0; g < islands_.count; ++g) {
+    island_size_[g] = std::max(island_size_[g], std::sqrt(sum_[g]));
+    island_size_q_[g] = std::max(island_size_q_[g], std::sqrt(sum_[g]));
+  }
+}
+
+// |M^-1 J^T| |r| and what the multipliers of the convex program do beside it, m/s and rad/s.
+void Referee::add_changes(const ContactProblem& problem, const ContactSolution& solution) {
+  const BandMatrix& J = problem.J;
+  const int nc = problem.nc();
+  changes_.assign(problem.nv(), 0.0);
+  for (int c = 0; c < nc; ++c) {
+    Vector3d load = ConstVec3(&solution.impulse[3 * c]).cwiseAbs();
+    for (const auto* more : {&solution.eta, &solution.frictionless})
+      if (static_cast<int>(more->size()) == nc && std::isfinite((*more)[c])) load[0] += std::abs((*more)[c]);
+    for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
+      const int b = J.block[e], n = problem.M.block_size(b);
+      columns_.resize(3 * static_cast<std::size_t>(n));
+      Eigen::Map<Eigen::MatrixX3d> columns(columns_.data(), n, 3);
+      columns = J.entry(e).transpose();
+      factor_.solve_block_in_place(b, columns_.data(), 3);
+      for (int i = 0; i < n; ++i) changes_[problem.M.first[b] + i] += columns.row(i).cwiseAbs().dot(load);
+    }
+  }
+}
+
+void Referee::observe(const ContactProblem& problem, std::span<const double> r, Residuals& out) {
+  for (int c = 0; c < problem.nc(); ++c) {
     const ConstVec3 rc(&r[3 * c]);
     const double mu = problem.mu[c];
     out.approach = std::max(out.approach, -u_plus_[3 * c]);
@@ -84,8 +203,10 @@ Residuals Referee::check(const ContactProblem& problem, const ContactSolution& s
       out.energy_gain += 0.5 * rc[i] * (u_plus_[3 * c + i] + u_minus_[3 * c + i] - 2 * problem.offset[3 * c + i]);
   }
   out.energy_before = 0.5 * quadratic_form(problem.M, problem.v_minus);
+}
 
-  // M (v+ - v-) - J^T r, scaled as sqrt(J) through the largest diagonal entry of M.
+// M (v+ - v-) - J^T r, scaled as sqrt(J) through the diagonal entries of M.
+void Referee::balance(const ContactProblem& problem, std::span<const double> v_plus, Residuals& out) {
   scratch_v_.resize(problem.nv());
   difference_.resize(problem.nv());
   for (int i = 0; i < problem.nv(); ++i) difference_[i] = v_plus[i] - problem.v_minus[i];
@@ -95,53 +216,62 @@ Residuals Referee::check(const ContactProblem& problem, const ContactSolution& s
     for (int i = 0; i < problem.M.block_size(b); ++i)
       out.momentum =
           std::max(out.momentum, std::abs(scratch_v_[problem.M.first[b] + i]) / std::sqrt(problem.M.block(b)(i, i)));
-
-  if (!elastic) out.law = coulomb(problem, r, u_plus_);
-  switch (law) {
-    case Law::anitescu_potra:
-      out.model = anitescu_potra(problem, solution, elastic);
-      break;
-    case Law::convex:
-      convex(problem, solution, elastic, out);
-      break;
-    case Law::newton:
-      out.model = newton(problem, solution);
-      break;
-    case Law::mirtich:
-      out.model = mirtich(problem, solution, out.energy_gain);
-      break;
-  }
-  return out;
 }
 
-bool Referee::holds(const Residuals& residuals, const ContactSolution& solution, Law law, double tolerance) {
-  if (!residuals.finite) return false;
-  // With restitution `convex` has no gap: its answer is feasible, or it is not.
-  if (law != Law::convex || !residuals.gap) return residuals.model <= tolerance;
-  return residuals.infeasibility.value_or(HUGE_VAL) <= 1e-9 &&
-         std::abs(residuals.gap.value_or(HUGE_VAL)) <= solution.epsilon + 1e-14 * residuals.energy_before;
+void Referee::judge(const ContactProblem& problem, const ContactSolution& solution, Law law, bool elastic,
+                    Residuals& out) {
+  Worst worst;
+  switch (law) {
+    case Law::anitescu_potra:
+      worst = anitescu_potra(problem, solution, elastic);
+      break;
+    case Law::convex:
+      if (!elastic) return convex(problem, solution, out);
+      worst = impact(problem, solution);  // Poisson's second phase moves the answer off the optimum of the first:
+      break;                              // what is left is feasibility
+    case Law::newton:
+      worst = newton(problem, solution);
+      break;
+    case Law::mirtich:
+      worst = mirtich(problem, solution);
+      break;
+  }
+  out.model = worst.ratio;
+  out.worst_contact = worst.contact;
+  out.worst_island = worst.island;
+}
+
+// Takes note of an error. Without size there is nothing an error could be made of, but in a claim of it.
+void Referee::see(Worst& worst, double error, double size, int contact) const {
+  if (!(error > worst.ratio * size)) return;
+  worst.ratio = size > 0 ? error / size : HUGE_VAL;
+  worst.contact = contact;
+  worst.island = islands_.of_contact[contact];
 }
 
 double Referee::coulomb(const ContactProblem& problem, std::span<const double> r, std::span<const double> u) {
-  if (size_ == 0) return 0;
-  double sum = 0;
+  sum_.assign(islands_.count, 0.0);
   for (int c = 0; c < problem.nc(); ++c) {
     const ConstVec3 rc(&r[3 * c]);
     Vector3d changed = ConstVec3(&u[3 * c]);
     changed[0] += problem.mu[c] * tangential(u, c);
-    sum += weight_[c] * (rc - project_on_cone(rc - changed / weight_[c], problem.mu[c])).squaredNorm();
+    sum_[islands_.of_contact[c]] +=
+        weight_[c] * (rc - project_on_cone(rc - changed / weight_[c], problem.mu[c])).squaredNorm();
   }
-  return std::sqrt(sum) / size_;
+  double worst = 0;
+  for (int g = 0; g < islands_.count; ++g)
+    if (island_size_[g] > 0) worst = std::max(worst, std::sqrt(sum_[g]) / island_size_[g]);
+  return worst;
 }
 
 // Natural map of the LCP, in impulses: rows of c_n and c_t divided by w_i; lam (m/s) divided by w_i too. What the
 // polygon's impulses do not add up to is an error of the answer as well. With restitution z holds two phases (Poisson):
 // compression from v-, then e c_n is given back and decompression keeps contacts from approaching, its friction bounded
 // by mu (e c_n + c_n').
-double Referee::anitescu_potra(const ContactProblem& problem, const ContactSolution& solution, bool elastic) {
+Referee::Worst Referee::anitescu_potra(const ContactProblem& problem, const ContactSolution& solution, bool elastic) {
   const int nc = problem.nc(), k = solution.k, unknowns = (k + 2) * nc;
-  if (static_cast<int>(solution.z.size()) != (elastic ? 2 : 1) * unknowns || !all_finite(solution.z)) return HUGE_VAL;
-  if (size_ == 0) return 0;
+  if (static_cast<int>(solution.z.size()) != (elastic ? 2 : 1) * unknowns || !all_finite(solution.z))
+    return {.ratio = HUGE_VAL};
 
   if (static_cast<int>(cosine_.size()) != k) {
     cosine_.resize(k);
@@ -153,7 +283,7 @@ double Referee::anitescu_potra(const ContactProblem& problem, const ContactSolut
   }
   given_back_.assign(nc, 0.0);
   phase_.assign(3 * nc, 0.0);
-  double sum = 0;
+  error_.assign(nc, 0.0);  // squares
   for (int at = 0; at < static_cast<int>(solution.z.size()); at += unknowns) {
     const double* z = solution.z.data() + at;
     for (int c = 0; c < nc; ++c) {
@@ -182,35 +312,23 @@ double Referee::anitescu_potra(const ContactProblem& problem, const ContactSolut
       add(std::min(lam / w, problem.mu[c] * (z[c] + given_back_[c]) - c_sum));
       if (last)
         for (int i = 0; i < 3; ++i) add(phase_[3 * c + i] - solution.impulse[3 * c + i]);
-      sum += w * error;
+      error_[c] += w * error;
       given_back_[c] = problem.restitution[c] * z[c];
     }
   }
-  return std::sqrt(sum) / size_;
+  Worst worst;
+  for (int c = 0; c < nc; ++c) see(worst, std::sqrt(error_[c]), size_[c], c);
+  return worst;
 }
 
-void Referee::convex(const ContactProblem& problem, const ContactSolution& solution, bool elastic, Residuals& out) {
+void Referee::convex(const ContactProblem& problem, const ContactSolution& solution, Residuals& out) {
   const int nc = problem.nc();
   const auto& r = solution.impulse;
   const auto& eta = solution.eta;
-  if (elastic) {  // Poisson's second phase moves the answer off the optimum of the first: what is left is feasibility
-    for (int c = 0; c < nc; ++c) {
-      const double root_w = std::sqrt(weight_[c]), r_n = r[3 * c];
-      out.model = std::max(
-          {out.model, -u_plus_[3 * c] / root_w, -r_n * root_w, (tangential(r, c) - problem.mu[c] * r_n) * root_w});
-    }
-    if (size_ > 0) out.model /= size_;
-    return;
-  }
   if (static_cast<int>(eta.size()) != nc || !all_finite(eta)) {
-    out.gap = out.infeasibility = out.model = HUGE_VAL;
+    out.gap = out.infeasibility = out.model = out.island_gap = HUGE_VAL;
     return;
   }
-  find_islands(problem, islands_);
-  double worst = 0;
-  const auto violated = [&](double x) { worst = std::max(worst, x); };
-  const double size = size_ > 0 ? size_ : 1;
-
   // y = u - W_(:,n) eta; as a rule eta = 0.
   y_ = u_plus_;
   if (std::any_of(eta.begin(), eta.end(), [](double x) { return x != 0; })) {
@@ -223,58 +341,87 @@ void Referee::convex(const ContactProblem& problem, const ContactSolution& solut
     for (int i = 0; i < 3 * nc; ++i) y_[i] -= scratch_u_[i];
   }
 
+  Worst worst;
   kappa_.assign(islands_.count, 0.0);
   kappa_scale_.assign(islands_.count, 0.0);
   if (solution.bounded) least_sum(problem, solution, worst);
 
   // The least s that puts every y of an island into the dual cone mu |y_t| <= y_n.
   slack_.assign(islands_.count, 0.0);
+  slack_rounding_.assign(islands_.count, 0.0);
   sum_.assign(islands_.count, 0.0);
   for (int c = 0; c < nc; ++c) {
     const int g = islands_.of_contact[c];
-    const double short_of = problem.mu[c] * tangential(y_, c) - y_[3 * c];
+    const double root_w = std::sqrt(weight_[c]), size = island_size_[g], mu = problem.mu[c];
+    const double short_of = mu * tangential(y_, c) - y_[3 * c];
+    slack_rounding_[g] = std::max(slack_rounding_[g], (1 + mu) * open(c));
     if (solution.bounded)
       slack_[g] = std::max(slack_[g], short_of);
-    else if (short_of > 0)
-      violated(short_of / std::sqrt(weight_[c]) / size);
+    else
+      see(worst, short_of / root_w, std::max(size, (1 + mu) * open(c) / root_w / accepted), c);
+    see(worst, -u_plus_[3 * c] / root_w, size, c);
+    see(worst, -r[3 * c] * root_w, size, c);
+    see(worst, (tangential(r, c) - mu * r[3 * c]) * root_w, size, c);
+    see(worst, -eta[c] * root_w, size, c);
     sum_[g] += r[3 * c];
   }
-
-  double gap = 0;
-  for (int c = 0; c < nc; ++c) {
-    const double s = slack_[islands_.of_contact[c]];
-    const double root_w = std::sqrt(weight_[c]);
-    gap += eta[c] * u_plus_[3 * c] + ConstVec3(&r[3 * c]).dot(ConstVec3(&y_[3 * c])) + s * r[3 * c];
-    violated(-u_plus_[3 * c] / root_w / size);
-    violated(-r[3 * c] * root_w / size);
-    violated((tangential(r, c) - problem.mu[c] * r[3 * c]) * root_w / size);
-    violated(-eta[c] * root_w / size);
-  }
   if (solution.bounded)
-    for (int g = 0; g < islands_.count; ++g) {
-      gap += slack_[g] * (kappa_[g] - sum_[g]);
-      if (sum_[g] > kappa_[g]) violated((sum_[g] - kappa_[g]) / kappa_scale_[g]);
+    for (int g = 0; g < islands_.count; ++g)
+      if (sum_[g] - kappa_[g] > worst.ratio * kappa_scale_[g]) worst = {(sum_[g] - kappa_[g]) / kappa_scale_[g], -1, g};
+  out.infeasibility = worst.ratio;
+  out.worst_contact = worst.contact;
+  out.worst_island = worst.island;
+  out.model = worst.ratio;
+  gaps(problem, solution, out);
+}
+
+// Gaps island by island: eta.u_n + r.y + s 1.r_n, all three complementary, + s (kappa - 1.r_n). Each is held against
+// its share of what the solver was allowed, and what rounding of velocities and of the impulses that they determine
+// makes of it.
+void Referee::gaps(const ContactProblem& problem, const ContactSolution& solution, Residuals& out) {
+  const auto& r = solution.impulse;
+  gap_.assign(islands_.count, 0.0);
+  gap_rounding_.assign(islands_.count, 0.0);
+  for (int c = 0; c < problem.nc(); ++c) {
+    const int g = islands_.of_contact[c];
+    const ConstVec3 rc(&r[3 * c]), yc(&y_[3 * c]);
+    const double eta = solution.eta[c], s = slack_[g];
+    gap_[g] += eta * u_plus_[3 * c] + rc.dot(yc) + s * rc[0];
+    gap_rounding_[g] += open(c) * (rc.norm() + std::abs(eta) + (yc.norm() + s) / weight_[c]);
+  }
+  double total = 0, worst = -1;
+  for (int g = 0; g < islands_.count; ++g) {
+    if (solution.bounded) gap_[g] += slack_[g] * (kappa_[g] - sum_[g]);
+    const double allowed = solution.epsilon / islands_.count + gap_rounding_[g] + slack_rounding_[g] * kappa_[g];
+    total += gap_[g];
+    const double size = island_size_[g] * island_size_[g];
+    // One number for the law: the gap as a fraction of the energy that the island is about.
+    if (gap_[g] != 0) out.model = std::max(out.model, size > 0 ? std::abs(gap_[g]) / size : HUGE_VAL);
+    const double ratio = allowed > 0 ? std::abs(gap_[g]) / allowed : gap_[g] != 0 ? HUGE_VAL : 0;
+    if (ratio <= worst) continue;
+    worst = ratio;
+    out.island_gap = gap_[g];
+    out.allowed_gap = allowed;
+    if (ratio > 1 && out.infeasibility <= accepted) {
+      out.worst_island = g;
+      out.worst_contact = -1;
     }
-  out.gap = gap;
-  out.infeasibility = worst;
-  // One number for the law: the gap as a fraction of the energy that the event is about.
-  out.model = std::max(worst, std::abs(gap) / (size * size));
+  }
+  out.gap = total;
 }
 
 // kappa: the frictionless impulses must solve min 1/2 v.M v, N v + w_n >= 0, and z must prove that no other solution of
 // it has a smaller sum: N z <= 1 where contacts touch, f.(1 - N z) = 0 (duality of the linear program).
-void Referee::least_sum(const ContactProblem& problem, const ContactSolution& solution, double& worst) {
+void Referee::least_sum(const ContactProblem& problem, const ContactSolution& solution, Worst& worst) {
   const int nc = problem.nc();
   const auto& f = solution.frictionless;
   const auto& z = solution.kappa_dual;
   if (static_cast<int>(f.size()) != nc || static_cast<int>(z.size()) != problem.nv() || !all_finite(f) ||
       !all_finite(z)) {
-    worst = HUGE_VAL;
+    worst.ratio = HUGE_VAL;
     kappa_scale_.assign(islands_.count, 1.0);
     return;
   }
-  const auto violated = [&](double x) { worst = std::max(worst, x); };
-  const double size = size_q_ > 0 ? size_q_ : 1;  // impulses with friction, however large, are no matter here
   constexpr double touching = 1e-9;  // scaled u_n up to which the frictionless solution touches: the bound on it below
 
   scratch_u_.assign(3 * nc, 0.0);
@@ -289,15 +436,15 @@ void Referee::least_sum(const ContactProblem& problem, const ContactSolution& so
 
   for (int c = 0; c < nc; ++c) {
     const int g = islands_.of_contact[c];
-    const double root_w = std::sqrt(weight_[c]);
-    const double u_n = scratch_u_[3 * c], excess = u_dual_[3 * c] - 1;
-    violated(-f[c] * root_w / size);
-    violated(-u_n / root_w / size);
-    violated(std::min(f[c] * root_w, u_n / root_w) / size);  // f_i u_n,i = 0
-    if (u_n / root_w <= touching * size) violated(excess);   // N z <= 1 where it touches
-    violated(std::min(-excess, f[c] * root_w / size));       // f_i (1 - N z)_i = 0
+    const double size = island_size_q_[g];  // impulses with friction, however large, are no matter here
+    const double root_w = std::sqrt(weight_[c]), u_n = scratch_u_[3 * c], excess = u_dual_[3 * c] - 1;
+    see(worst, -f[c] * root_w, size, c);
+    see(worst, -u_n / root_w, size, c);
+    see(worst, std::min(f[c] * root_w, u_n / root_w), size, c);     // f_i u_n,i = 0
+    if (u_n / root_w <= touching * size) see(worst, excess, 1, c);  // N z <= 1 where it touches
+    see(worst, std::min(-excess * size, f[c] * root_w), size, c);   // f_i (1 - N z)_i = 0
     kappa_[g] += f[c];
-    kappa_scale_[g] += std::abs(u_minus_[3 * c]) / weight_[c];
+    kappa_scale_[g] += (std::abs(u_minus_[3 * c]) + open(c) / accepted) / weight_[c];
   }
   for (int g = 0; g < islands_.count; ++g) {
     kappa_scale_[g] = std::max(kappa_scale_[g], std::abs(kappa_[g]));
@@ -305,41 +452,53 @@ void Referee::least_sum(const ContactProblem& problem, const ContactSolution& so
   }
 }
 
-// Impact laws: nothing approaches any more, impulses lie in their cones, and where a single contact was solved Newton's
-// law holds to the letter: u_n+ = -e u_n-. (With several, impacts are a sequence, and each has its own u_n-.)
-double Referee::newton(const ContactProblem& problem, const ContactSolution& solution) const {
-  double worst = 0;
+// Nothing approaches any more, and impulses lie in their cones.
+Referee::Worst Referee::impact(const ContactProblem& problem, const ContactSolution& solution) const {
+  Worst worst;
+  const auto& r = solution.impulse;
   for (int c = 0; c < problem.nc(); ++c) {
-    const double root_w = std::sqrt(weight_[c]), u_n = u_plus_[3 * c], r_n = solution.impulse[3 * c];
-    worst = std::max(
-        {worst, -u_n / root_w, -r_n * root_w, (tangential(solution.impulse, c) - problem.mu[c] * r_n) * root_w});
-    if (problem.nc() == 1 && u_minus_[0] < 0)
-      worst = std::max(worst, std::abs(u_n + problem.restitution[0] * u_minus_[0]) / root_w);
+    const double root_w = std::sqrt(weight_[c]), r_n = r[3 * c];
+    see(worst, -u_plus_[3 * c] / root_w, size_[c], c);
+    see(worst, -r_n * root_w, size_[c], c);
+    see(worst, (tangential(r, c) - problem.mu[c] * r_n) * root_w, size_[c], c);
   }
-  return size_ > 0 ? worst / size_ : worst;
+  return worst;
+}
+
+// Where a single contact was solved Newton's law holds to the letter: u_n+ = -e u_n-. (With several, impacts are a
+// sequence, and each has its own u_n-.)
+Referee::Worst Referee::newton(const ContactProblem& problem, const ContactSolution& solution) const {
+  Worst worst = impact(problem, solution);
+  if (problem.nc() == 1 && u_minus_[0] < 0)
+    see(worst, std::abs(u_plus_[0] + problem.restitution[0] * u_minus_[0]) / std::sqrt(weight_[0]), size_[0], 0);
+  return worst;
 }
 
 // Stronge's law: the works that the method claims must give back e^2 of what compression stored, take energy by
-// friction, and add up to the change of kinetic energy.
-double Referee::mirtich(const ContactProblem& problem, const ContactSolution& solution, double energy_gain) const {
+// friction, and on each island add up to the change of kinetic energy.
+Referee::Worst Referee::mirtich(const ContactProblem& problem, const ContactSolution& solution) {
   const int nc = problem.nc();
   const auto& stored = solution.compression_work;
   const auto& returned = solution.restitution_work;
   const auto& friction = solution.friction_work;
   for (const auto* work : {&stored, &returned, &friction})
-    if (static_cast<int>(work->size()) != nc || !all_finite(*work)) return HUGE_VAL;
-  // The work of the impulses is r.(u- + u+) / 2; the kinetic energy of v knows nothing of the offset.
-  double worst = 0, balance = -energy_gain;
-  for (int i = 0; i < 3 * nc; ++i) balance -= solution.impulse[i] * problem.offset[i];
+    if (static_cast<int>(work->size()) != nc || !all_finite(*work)) return {.ratio = HUGE_VAL};
+  Worst worst = impact(problem, solution);
+  sum_.assign(islands_.count, 0.0);
   for (int c = 0; c < nc; ++c) {
-    const double root_w = std::sqrt(weight_[c]), r_n = solution.impulse[3 * c], e = problem.restitution[c];
-    worst = std::max({worst, -u_plus_[3 * c] / root_w / size_, -r_n * root_w / size_,
-                      (tangential(solution.impulse, c) - problem.mu[c] * r_n) * root_w / size_});
-    const double energy = size_ * size_;
-    worst = std::max({worst, std::abs(returned[c] + e * e * stored[c]) / energy, friction[c] / energy});
-    balance += stored[c] + returned[c] + friction[c];
+    const int g = islands_.of_contact[c];
+    const double e = problem.restitution[c], energy = island_size_[g] * island_size_[g];
+    see(worst, std::abs(returned[c] + e * e * stored[c]), energy, c);
+    see(worst, friction[c], energy, c);
+    // The work of the impulses is r.(u- + u+) / 2; the kinetic energy of v knows nothing of the offset.
+    sum_[g] += stored[c] + returned[c] + friction[c];
+    for (int i = 3 * c; i < 3 * c + 3; ++i) sum_[g] -= solution.impulse[i] * (u_plus_[i] + u_minus_[i]) / 2;
   }
-  return size_ > 0 ? std::max(worst, std::abs(balance) / (size_ * size_)) : 0;
+  for (int g = 0; g < islands_.count; ++g) {
+    const double energy = island_size_[g] * island_size_[g];
+    if (std::abs(sum_[g]) > worst.ratio * energy) worst = {energy > 0 ? std::abs(sum_[g]) / energy : HUGE_VAL, -1, g};
+  }
+  return worst;
 }
 
 }  // namespace cb

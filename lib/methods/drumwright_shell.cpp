@@ -51,6 +51,15 @@ namespace {
 
 double tangential(const double* x) { return std::sqrt(x[1] * x[1] + x[2] * x[2]); }
 
+/// J, before the event. Where a problem comes as W and q alone it is in the offset.
+double energy(const BlockDiagonalMatrix& M, const std::vector<double>& v, const std::vector<double>& offset,
+              const std::vector<double>& weight) {
+  double in_offset = 0;
+  for (std::size_t i = 0; i < offset.size(); ++i)
+    in_offset = std::max(in_offset, 0.5 * offset[i] * offset[i] / weight[i / 3]);
+  return 0.5 * quadratic_form(M, v) + in_offset;
+}
+
 void fail(ContactSolution& solution, Status status, std::string reason) {
   solution.status = status;
   solution.reason = std::move(reason);
@@ -72,13 +81,9 @@ void DrumwrightShell::operator()(const ContactProblem& problem, ContactSolution&
     solution.kappa_dual.assign(problem.nv(), 0.0);
   }
   if (!weigh(problem, solution)) return;
-  // Where a problem comes as W and q alone its energy is in the offset.
-  double offset_energy = 0;
-  for (int i = 0; i < 3 * nc; ++i)
-    offset_energy = std::max(offset_energy, 0.5 * problem.offset[i] * problem.offset[i] / weight_[i / 3]);
-  const double energy = 0.5 * quadratic_form(problem.M, problem.v_minus) + offset_energy;
-  solution.epsilon = tolerances_.epsilon_relative ? *tolerances_.epsilon_relative * energy
-                                                  : std::max(tolerances_.epsilon, tolerances_.epsilon_floor * energy);
+  solution.epsilon = tolerances_.epsilon_relative
+                         ? *tolerances_.epsilon_relative * energy(problem.M, problem.v_minus, problem.offset, weight_)
+                         : tolerances_.epsilon;
   if (nc == 0) return;
   if (!solve(problem, problem.v_minus, solution.epsilon, solution)) return;
 
@@ -135,8 +140,11 @@ bool DrumwrightShell::solve(const ContactProblem& problem, const std::vector<dou
   if (tolerances_.warm_start) previous_.resize(islands_.count);
   for (int i = 0; i < islands_.count; ++i) {
     extract(problem, v0, i);
-    const ConeStatus status =
-        solve_island(epsilon / islands_.count, solution, tolerances_.warm_start ? &previous_[i] : nullptr);
+    // An island's own energy: what another holds excuses nothing here.
+    const double allowed =
+        std::max(epsilon / islands_.count,
+                 tolerances_.epsilon_floor * energy(island_.M, island_.v0, island_.offset, island_.weight));
+    const ConeStatus status = solve_island(allowed, solution, tolerances_.warm_start ? &previous_[i] : nullptr);
     if (status != ConeStatus::solved) worst = status;
     for (std::size_t k = 0; k < island_.contacts.size(); ++k) {
       const int c = island_.contacts[k];

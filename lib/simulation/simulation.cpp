@@ -433,7 +433,7 @@ bool Simulation::solve_event(Lap& lap) {
   }
   if (!holds) {
     record_.status = Status::inaccurate;
-    reason_ = fmt::format("checked residual {:.3g} at t = {:.9g} s", residuals_.model, state_.t);
+    reason_ = fmt::format("{}, at t = {:.9g} s", Referee::refusal(residuals_, options_.accepted_residual), state_.t);
   }
   for (std::size_t row = 3 * contacts.size(); row < problem_.offset.size(); row += 3)  // limits that move do work
     energy_input_ += std::abs(solution_.impulse[row] * problem_.offset[row]);

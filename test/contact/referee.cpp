@@ -285,3 +285,173 @@ TEST_CASE(
   solution.impulse = {1.5 * m * 10, 1.6 * p.mu[0] * m * 10, 0};  // outside the cone
   CHECK_FALSE(Referee::holds(referee.check(p, solution, Law::convex, v_plus), solution, Law::convex, 1e-9));
 }
+
+namespace {
+
+constexpr Law laws[] = {Law::newton, Law::mirtich, Law::anitescu_potra, Law::convex};
+
+/// A problem and its exact answer under each of `laws`.
+struct Claims {
+  ContactProblem problem;
+  ContactSolution of[4];
+};
+/// Appends what `law` claims of sphere c, alone on the ground, which impulse r slides on along x.
+void claim(ContactSolution& s, Law law, const ContactProblem& p, int c, const std::vector<double>& r) {
+  std::vector<double> u;
+  contact_velocity(p, p.v_minus, u);
+  const double m = p.M.block(c)(0, 0), slip = u[3 * c + 1] + r[1] * 3.5 / m;
+  s.impulse.insert(s.impulse.end(), r.begin(), r.end());
+  if (law == Law::mirtich) {
+    s.compression_work.push_back(0.5 * r[0] * u[3 * c]);
+    s.restitution_work.push_back(0);
+    s.friction_work.push_back(0.5 * r[1] * (u[3 * c + 1] + slip));
+  }
+  if (law == Law::convex) {
+    s.bounded = true;
+    s.eta.push_back(0);
+    s.frictionless.push_back(r[0]);
+    s.kappa_dual.insert(s.kappa_dual.end(), {0, 1, 0, 0, 0, 0});
+  }
+  if (law == Law::anitescu_potra) s.k = 4;
+}
+/// ap's z from impulses along t1 and the slips left.
+void polygon(ContactSolution& s, const ContactProblem& p) {
+  const int nc = p.nc();
+  std::vector<double> v_plus, u;
+  BlockCholesky factor;
+  factor.factor(p.M);
+  apply_impulse(p, factor, s.impulse, v_plus);
+  contact_velocity(p, v_plus, u);
+  s.z.assign(6 * static_cast<std::size_t>(nc), 0.0);
+  for (int c = 0; c < nc; ++c) {
+    const double r_t = s.impulse[3 * c + 1];
+    s.z[c] = s.impulse[3 * c];
+    s.z[nc + 4 * c + (r_t > 0 ? 0 : 2)] = std::abs(r_t);
+    s.z[5 * nc + c] = std::abs(u[3 * c + 1]);
+  }
+}
+
+/// A heavy sphere that slides without friction at `fast` m/s, and one of 1 g that lands with slip beside it.
+Claims light_beside_heavy(double fast) {
+  Claims out;
+  ContactProblem& p = out.problem;
+  const double masses[] = {1e3, 1e-3}, mus[] = {0, 0.5};
+  const Vector3d v[] = {{fast, -0.1, 0}, {2, -0.1, 0}};
+  for (int b = 0; b < 2; ++b) {
+    test::add_body(p, masses[b], Vector3d::Constant(0.4 * masses[b]), v[b]);
+    test::add_contact(p, b, {0, -1, 0}, -1, {}, test::ground_axes(), mus[b]);
+  }
+  for (int l = 0; l < 4; ++l) {
+    for (int b = 0; b < 2; ++b)
+      claim(out.of[l], laws[l], p, b, {-masses[b] * v[b][1], mus[b] * masses[b] * v[b][1], 0});
+    if (laws[l] == Law::anitescu_potra) polygon(out.of[l], p);
+  }
+  return out;
+}
+
+bool held(const ContactProblem& p, const ContactSolution& s, Law law, Residuals* out = nullptr) {
+  std::vector<double> v_plus;
+  const Residuals residuals = Referee().check(p, s, law, v_plus);
+  if (out != nullptr) *out = residuals;
+  return Referee::holds(residuals, s, law, 1e-9);
+}
+
+}  // namespace
+
+TEST_CASE(
+    "an error of 1e-6 of a light island's own impulses is found beside one that is heavy and fast, at every speed") {
+  for (const double fast : {0.0, 1.0, 1e2, 1e4, 1e6}) {
+    for (int l = 0; l < 4; ++l) {
+      INFO("law " << l << " at " << fast << " m/s");
+      Claims claims = light_beside_heavy(fast);
+      ContactSolution& s = claims.of[l];
+      Residuals out;
+      CHECK(held(claims.problem, s, laws[l], &out));
+      s.impulse[3] *= 1 - 1e-6;  // goes on into the ground
+      s.impulse[4] *= 1 - 1e-6;
+      if (laws[l] == Law::anitescu_potra) polygon(s, claims.problem);
+      CHECK_FALSE(held(claims.problem, s, laws[l], &out));
+      if (laws[l] != Law::mirtich) CHECK(out.worst_contact == 1);  // whose balance of works is the island's
+      CHECK(out.worst_island == 1);
+    }
+  }
+}
+
+TEST_CASE("friction 1 % too weak on a light island is found by its own gap, whatever moves beside it") {
+  for (const double fast : {0.0, 1.0, 1e2, 1e4, 1e6}) {
+    Claims claims = light_beside_heavy(fast);
+    ContactSolution& s = claims.of[3];
+    s.epsilon = 1e-12;
+    CHECK(held(claims.problem, s, Law::convex));
+    s.impulse[4] *= 0.99;  // in the cone, but not the least energy
+    Residuals out;
+    CHECK_FALSE(held(claims.problem, s, Law::convex, &out));
+    CHECK(out.infeasibility.value() < 1e-12);
+    CHECK(out.worst_island == 1);
+    CHECK(out.island_gap == Approx(0.01 * 0.5 * 1e-3 * 0.1 * (2 - 3.5 * 0.99 * 0.5 * 0.1)).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("a light box does not hide an error of 1e-6 of its own velocity among heavy ones in its island") {
+  ContactProblem p = test::stack(6, 0.5, {0, -g * h, 0});
+  for (int b = 0; b < 5; ++b) p.M.block(b) *= 1e6;
+  ContactSolution newton, ap;
+  for (int c = 0; c < p.nc(); ++c)
+    newton.impulse.insert(newton.impulse.end(), {(1 + 1e6 * (5 - c / 4)) * g * h / 4, 0, 0});
+  ap = newton;
+  ap.k = 4;
+  polygon(ap, p);
+  CHECK(held(p, newton, Law::newton));
+  CHECK(held(p, ap, Law::anitescu_potra));
+  for (std::size_t c = 20; c < 24; ++c) newton.impulse[3 * c] *= 1 - 1e-6;  // sinks into the box below
+  ap.impulse = newton.impulse;
+  polygon(ap, p);
+  CHECK_FALSE(held(p, newton, Law::newton));
+  Residuals out;
+  CHECK_FALSE(held(p, ap, Law::anitescu_potra, &out));
+  CHECK(out.worst_contact >= 20);
+}
+
+TEST_CASE("what the last bits of a common velocity of 1e6 m/s make of an exact answer is no error, in any units") {
+  for (const double mass : {1.0, 1e3})
+    for (const double time : {1.0, 1.0 / 60})
+      for (int l = 0; l < 4; ++l) {
+        INFO("law " << l << ", " << mass << " kg, " << time << " s");
+        // Two spheres meet at 1e-3 m/s, their common velocity along no axis.
+        const double V = 1e6 / time, approach = 1e-3 / time, slip = 2e-3 / time, mu = 0.25;
+        const Vector3d n = Vector3d(1, 2, 3).normalized(), t = n.cross(Vector3d::UnitX()).normalized();
+        Eigen::Matrix3d axes;
+        axes << n.transpose(), t.transpose(), n.cross(t).transpose();
+        const auto problem = [&](const Vector3d& common) {
+          ContactProblem p;
+          for (int b = 0; b < 2; ++b)
+            test::add_body(p, mass, Vector3d::Constant(0.4 * mass), common + (1 - b) * (slip * t - approach * n));
+          test::add_contact(p, 0, -n, 1, n, axes, mu);
+          return p;
+        };
+        const double r_n = mass * approach / 2, r_t = -mu * r_n, slip_after = slip + 7 * r_t / mass;
+        const auto answer = [&](double normal) {
+          ContactSolution s;
+          s.impulse = {normal * r_n, normal * r_t, 0};
+          s.compression_work = {-0.5 * r_n * approach};
+          s.restitution_work = {0};
+          s.friction_work = {0.5 * r_t * (slip + slip_after)};
+          s.k = 4;
+          s.z = {normal * r_n, 0, 0, -normal * r_t, 0, slip_after};
+          s.bounded = true;
+          s.eta = {0};
+          s.frictionless = {r_n};
+          s.kappa_dual.assign(12, 0.0);
+          Eigen::Map<Vector3d>(&s.kappa_dual[0]) = n / 2;
+          Eigen::Map<Vector3d>(&s.kappa_dual[6]) = -n / 2;
+          return s;
+        };
+        const Vector3d common = V * Vector3d(0.6, -0.48, 0.64);
+        Residuals still, moving;
+        CHECK(held(problem(Vector3d::Zero()), answer(1), laws[l], &still));
+        CHECK(still.model < 1e-14);
+        CHECK(held(problem(common), answer(1), laws[l], &moving));
+        CHECK(moving.model > 100 * still.model);  // the bits are lost, and excused
+        CHECK_FALSE(held(problem(common), answer(0.99), laws[l]));
+      }
+}
