@@ -233,16 +233,17 @@ void Referee::convex(const ContactProblem& problem, const ContactSolution& solut
   for (int c = 0; c < nc; ++c) {
     const int g = islands_.of_contact[c];
     const double short_of = problem.mu[c] * tangential(y_, c) - y_[3 * c];
-    if (solution.bounded)
+    const double share = is_limit(problem, c) ? 0 : 1;  // limits of joints do not count in the bound
+    if (solution.bounded && share > 0)
       slack_[g] = std::max(slack_[g], short_of);
     else if (short_of > 0)
       violated(short_of / std::sqrt(weight_[c]) / size);
-    sum_[g] += r[3 * c];
+    sum_[g] += share * r[3 * c];
   }
 
   double gap = 0;
   for (int c = 0; c < nc; ++c) {
-    const double s = slack_[islands_.of_contact[c]];
+    const double s = is_limit(problem, c) ? 0 : slack_[islands_.of_contact[c]];
     const double root_w = std::sqrt(weight_[c]);
     gap += eta[c] * u_plus_[3 * c] + ConstVec3(&r[3 * c]).dot(ConstVec3(&y_[3 * c])) + s * r[3 * c];
     violated(-u_plus_[3 * c] / root_w / size);
@@ -262,7 +263,8 @@ void Referee::convex(const ContactProblem& problem, const ContactSolution& solut
 }
 
 // kappa: the frictionless impulses must solve min 1/2 v.M v, N v + w_n >= 0, and z must prove that no other solution of
-// it has a smaller sum: N z <= 1 where contacts touch, f.(1 - N z) = 0 (duality of the linear program).
+// it has a smaller sum: N z <= 1 where contacts touch, f.(1 - N z) = 0 (duality of the linear program). Limits of
+// joints do not count in the sum: there 0 stands for 1.
 void Referee::least_sum(const ContactProblem& problem, const ContactSolution& solution, double& worst) {
   const int nc = problem.nc();
   const auto& f = solution.frictionless;
@@ -290,13 +292,14 @@ void Referee::least_sum(const ContactProblem& problem, const ContactSolution& so
   for (int c = 0; c < nc; ++c) {
     const int g = islands_.of_contact[c];
     const double root_w = std::sqrt(weight_[c]);
-    const double u_n = scratch_u_[3 * c], excess = u_dual_[3 * c] - 1;
+    const double share = is_limit(problem, c) ? 0 : 1;
+    const double u_n = scratch_u_[3 * c], excess = u_dual_[3 * c] - share;
     violated(-f[c] * root_w / size);
     violated(-u_n / root_w / size);
     violated(std::min(f[c] * root_w, u_n / root_w) / size);  // f_i u_n,i = 0
     if (u_n / root_w <= touching * size) violated(excess);   // N z <= 1 where it touches
     violated(std::min(-excess, f[c] * root_w / size));       // f_i (1 - N z)_i = 0
-    kappa_[g] += f[c];
+    kappa_[g] += share * f[c];
     kappa_scale_[g] += std::abs(u_minus_[3 * c]) / weight_[c];
   }
   for (int g = 0; g < islands_.count; ++g) {
