@@ -12,9 +12,9 @@ namespace cb {
 /// Convex program over second-order cones, in sparse variables (v and r):
 ///   minimise    1/2 v.M v        with v = v0 + M^-1 J^T r   (v0 = v_minus)
 ///   subject to  N v + w_n >= 0                      (where `bounded_below`; N: first row of each band)
-///               N v + w_n = 0                       (where `fixed` says so)
+///               N v + w_n = 0                       (where `fixed` says so, in place of >= 0)
 ///               r_i in K_i = { |r_t| <= mu_i r_n }   (band i of J; mu_i = 0 leaves r_n >= 0, r_t = 0)
-///               d . r <= kappa                      (where kappa is finite; d = `bound`, or the sum of all r_n)
+///               d . r <= kappa                      (where kappa is finite; d = `bound`, or the sum of share_i r_n,i)
 /// In terms of r alone the objective is 1/2 r.W r + r.(J v0 + w) up to a constant, W = J M^-1 J^T.
 /// One program is one island: what does not touch is solved apart. Views only: the caller keeps the data alive.
 struct ConeProgram {
@@ -26,13 +26,19 @@ struct ConeProgram {
   const std::vector<double>* mu = nullptr;      ///< nc
   const std::vector<double>* weight = nullptr;  ///< nc, a typical diagonal entry of W_ii, 1/kg, > 0: scales tolerances
   bool bounded_below = false;                   ///< N v + w_n >= 0 enforced?
-  bool fixed = false;                           ///< N v + w_n = 0 enforced on all bands?
+  const std::vector<char>* fixed = nullptr;     ///< nc, N v + w_n = 0 enforced? null: nowhere
   double kappa = std::numeric_limits<double>::infinity();  ///< N s, >= 0
-  const std::vector<double>* bound = nullptr;              ///< 3 nc, d, of order 1; null: e_n of every contact
+  const std::vector<double>* bound = nullptr;              ///< 3 nc, d, of order 1; null: share e_n of every contact
+  const std::vector<double>* share = nullptr;              ///< nc, 1 where r_n counts in the sum, 0 not; null: all do
+  /// N s: impulses beside which an answer's are not large; infinite: the velocities' scale is theirs. Where bodies
+  /// slide at 1 m/s and hardly approach, impulses are 1e-8 of what their velocities could make of them.
+  double impulse_size = std::numeric_limits<double>::infinity();
 
   int nc() const { return J->bands(); }
   int nv() const { return M->order(); }
-  bool has_eta() const { return bounded_below || fixed; }
+  bool has_eta() const { return bounded_below || fixed != nullptr; }
+  bool is_fixed(int c) const { return fixed != nullptr && (*fixed)[c]; }
+  double share_of(int c) const { return share == nullptr ? 1 : (*share)[c]; }
   bool has_bound() const { return kappa < std::numeric_limits<double>::infinity(); }
 };
 
@@ -74,6 +80,8 @@ struct ConeOptions {
   double proximal = 1e-8;
   /// -: norm of the natural map over sqrt(energy) that counts as rounding: Newton's method then ends.
   double rounding = 1e-13;
+  /// Roundings, of everything that a contact's velocity is the sum of, that an error may have and still be none.
+  double rounding_units = 8;
   /// Mean number of rows of a block of M from which on systems are factored by blocks, not entry by entry.
   double least_block = 3;
 };

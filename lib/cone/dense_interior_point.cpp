@@ -1,12 +1,14 @@
 // Primal-dual interior point method for small cone programs in impulses, dense and in long double.
 //
-// Problem: as in interior_point.cpp, scaled by the contacts' mobilities w_i and the size Q of the event (sqrt J):
-//   x_i = sqrt(w_i) r_i / Q,  e_i = sqrt(w_i) eta_i / Q,  W and q with rows and columns over sqrt(w_i),  d_i =
-//   1/sqrt(w_i) y = W x + q - W_n e + d s,  a = (W x + q)_n,  b = kappa - d.x_n     (all three >= 0 in their cones)
-// Newton step, G^-1 the inverse of the squared scaling of a contact, c the right-hand sides of complementarity:
-//   [ W + G^-1 + P   -W_n       d  ] [dx]   [ c_x + y - (W x + q - W_n e + d s) ]
-//   [ W_n'           a / e      0  ] [de] = [ c_e + a - (W x + q)_n             ]
-//   [ -d'            0        b / s] [ds]   [ c_s + b - kappa + d.x_n           ]
+// Problem: as in interior_point.cpp, scaled by the contacts' mobilities w_i and the sizes of velocities and impulses,
+// U and R <= U (sqrt J), c = R / U:
+//   x_i = sqrt(w_i) r_i / R,  e_i = sqrt(w_i) eta_i / U,  W with rows and columns, q with rows over sqrt(w_i),
+//   d_i = 1 / sqrt(w_i);
+//   y = c W x + q / U - W_n e + d s,  a = (W x + q / R)_n,  b = kappa / R - d.x_n     (all three >= 0 in their cones)
+// Newton step, G^-1 the inverse of the squared scaling of a contact, c_x.. the right-hand sides of complementarity:
+//   [ c W + G^-1 + P   -W_n       d  ] [dx]   [ c_x + y - (c W x + q / U - W_n e + d s) ]
+//   [ W_n'             a / e      0  ] [de] = [ c_e + a - (W x + q / R)_n               ]
+//   [ -d'              0        b / s] [ds]   [ c_s + b - kappa / R + d.x_n             ]
 // Source: as interior_point.cpp (Nesterov-Todd scaling, predictor and corrector). Pivoting does not need G^-1 to be
 // bounded away from zero, but impulses are not unique, and where friction is strong the middle of the cones is far out:
 // without the proximal term P they drift there, until the rounding of what cancels is more than the gap.
@@ -43,7 +45,7 @@ class Dense {
       : program_(program),
         options_(options),
         n_(program.nc()),
-        below_(program.bounded_below),
+        below_(program.has_eta()),
         bound_(program.has_bound()),
         mu_(program.mu->begin(), program.mu->end()) {
     form(program);
@@ -118,11 +120,22 @@ class Dense {
       J.middleRows(3 * c, 3) *= d_[c];
       q_.segment(3 * c, 3) *= d_[c];
     }
+    has_friction_.resize(n_);
+    double mean_weight = 0;
+    for (int c = 0; c < n_; ++c) {
+      has_friction_[c] = mu_[c] > 0;
+      mean_weight += std::log((*p.weight)[c]) / n_;
+      if (!has_friction_[c]) q_[3 * c + 1] = q_[3 * c + 2] = 0;  // nothing depends on it
+    }
     size_ = q_.norm();
+    const Real impulse = p.impulse_size * std::sqrt(std::exp(mean_weight));
+    if (impulse > 0 && impulse < size_) ratio_ = impulse / size_;
     rounded_q_.resize(3 * n_);
     for (int i = 0; i < 3 * n_; ++i) rounded_q_[i] = static_cast<double>(q_[i] / d_[i / 3]);
     if (size_ > 0) q_ /= size_;
-    kappa_ = bound_ && size_ > 0 ? Real(p.kappa) / size_ : 0;
+    kappa_ = bound_ && size_ > 0 ? Real(p.kappa) / (ratio_ * size_) : 0;
+    share_.resize(n_);
+    for (int c = 0; c < n_; ++c) share_[c] = p.share_of(c) * d_[c];
     W_ = Matrix::Zero(3 * n_, 3 * n_);
     for (int b = 0; b < p.M->blocks(); ++b) {
       const int first = p.M->first[b], rows = p.M->block_size(b);
@@ -130,8 +143,6 @@ class Dense {
       const Matrix L_J = M.llt().matrixL().solve(J.middleCols(first, rows).transpose());
       W_.noalias() += L_J.transpose() * L_J;
     }
-    has_friction_.resize(n_);
-    for (int c = 0; c < n_; ++c) has_friction_[c] = mu_[c] > 0;
     K_.resize(unknowns(), unknowns());
     scaling_.resize(n_);
   }
@@ -139,14 +150,21 @@ class Dense {
   int at_e() const { return 3 * n_; }
   int at_s() const { return 3 * n_ + (below_ ? n_ : 0); }
   int unknowns() const { return at_s() + (bound_ ? 1 : 0); }
-  int cones() const { return n_ * (below_ ? 2 : 1) + (bound_ ? 1 : 0); }
+  bool inequality(int c) const { return program_.bounded_below && !program_.is_fixed(c); }
+  int cones() const {
+    int count = n_ + (bound_ ? 1 : 0);
+    for (int c = 0; c < n_; ++c) count += inequality(c) ? 1 : 0;
+    return count;
+  }
   const Real* three(const Vector& x, int c) const { return x.data() + 3 * c; }
 
   // On the axis of each cone, at the scale of the problem.
   void start() {
     const Real start = 1 / std::sqrt(Real(n_));
     at_.x = at_.y = Vector::Zero(3 * n_);
-    at_.e = at_.a = Vector::Constant(n_, below_ ? start : 0);
+    at_.e = at_.a = Vector::Zero(n_);
+    for (int c = 0; c < n_; ++c)
+      if (inequality(c)) at_.e[c] = at_.a[c] = start;
     for (int c = 0; c < n_; ++c) at_.x[3 * c] = at_.y[3 * c] = start;
     at_.s = bound_ ? start / d_.array().pow(Real(1) / n_).prod() : 0;
     at_.b = bound_ ? std::max(start * start / at_.s, kappa_ / 10) : 0;
@@ -155,23 +173,23 @@ class Dense {
   // What the slacks of `at` should be for its impulses and multipliers, less what they are. Without `offsets`: of a
   // step.
   void slacks(const Point& at, bool offsets, Vector& y, Vector& a, Real& b) const {
-    Vector u = W_ * at.x;
-    if (offsets) u += q_;
-    y = u;
+    const Vector u = W_ * at.x;
+    y = ratio_ * u;
+    if (offsets) y += q_;
     a = Vector::Zero(n_);
     if (below_) {
       Vector normals = Vector::Zero(3 * n_);
       for (int c = 0; c < n_; ++c) {
         normals[3 * c] = at.e[c];
-        a[c] = u[3 * c];
+        a[c] = offsets ? u[3 * c] + q_[3 * c] / ratio_ : u[3 * c];
       }
       y.noalias() -= W_ * normals;
     }
     b = offsets ? kappa_ : 0;
     if (bound_)
       for (int c = 0; c < n_; ++c) {
-        y[3 * c] += d_[c] * at.s;
-        b -= d_[c] * at.x[3 * c];
+        y[3 * c] += share_[c] * at.s;
+        b -= share_[c] * at.x[3 * c];
       }
   }
 
@@ -196,12 +214,15 @@ class Dense {
     rounded_.r.resize(3 * n_);
     rounded_.eta.resize(n_);
     for (int c = 0; c < n_; ++c) {
-      for (int i = 0; i < 3; ++i) rounded_.r[3 * c + i] = static_cast<double>(at_.x[3 * c + i] * d_[c] * size_);
+      for (int i = 0; i < 3; ++i)
+        rounded_.r[3 * c + i] = static_cast<double>(at_.x[3 * c + i] * d_[c] * ratio_ * size_);
       rounded_.eta[c] = static_cast<double>(at_.e[c] * d_[c] * size_);
     }
     rounded_.s = static_cast<double>(at_.s * size_);
     velocities_.evaluate(program_, rounded_.r, rounded_.eta);
-    const Certificate certificate = certify(program_, rounded_.r, rounded_.eta, rounded_.s, velocities_, rounded_q_);
+    velocities_.bound_rounding(program_, rounded_.r, rounded_.eta);
+    const Certificate certificate =
+        certify(program_, rounded_.r, rounded_.eta, rounded_.s, velocities_, rounded_q_, options_.rounding_units);
     rounded_.gap = certificate.gap;
     rounded_.infeasibility = certificate.infeasibility;
   }
@@ -212,17 +233,17 @@ class Dense {
 
   void factor() {
     K_.setZero();
-    K_.topLeftCorner(3 * n_, 3 * n_) = W_;
+    K_.topLeftCorner(3 * n_, 3 * n_) = ratio_ * W_;
     K_.diagonal().head(3 * n_).array() += proximal;
     for (int c = 0; c < n_; ++c) {
       if (below_) {
         K_.col(at_e() + c).head(3 * n_) = -W_.col(3 * c);
         K_.row(at_e() + c).head(3 * n_) = W_.row(3 * c);
-        K_(at_e() + c, at_e() + c) = at_.a[c] / at_.e[c];
+        K_(at_e() + c, at_e() + c) = inequality(c) ? at_.a[c] / at_.e[c] : proximal;
       }
       if (bound_) {
-        K_(3 * c, at_s()) = d_[c];
-        K_(at_s(), 3 * c) = -d_[c];
+        K_(3 * c, at_s()) = share_[c];
+        K_(at_s(), 3 * c) = -share_[c];
       }
       if (has_friction_[c]) {
         scaling_[c] = ConeScaling<Real>::of(in_primal(three(at_.x, c), mu_[c]), in_dual(three(at_.y, c), mu_[c]));
@@ -260,6 +281,8 @@ class Dense {
     slacks(step_, false, step_.y, step_.a, step_.b);
     step_.y -= off_y_;
     step_.a -= off_a_;
+    for (int c = 0; c < n_; ++c)
+      if (!inequality(c)) step_.a[c] = 0;  // there is no slack
     step_.b -= off_b_;
   }
 
@@ -284,7 +307,7 @@ class Dense {
       } else {
         c_x_[3 * c] += (centre - step_.x[3 * c] * step_.y[3 * c]) / at_.x[3 * c];
       }
-      if (below_) c_e_[c] += (centre - step_.e[c] * step_.a[c]) / at_.e[c];
+      if (inequality(c)) c_e_[c] += (centre - step_.e[c] * step_.a[c]) / at_.e[c];
     }
     if (bound_) c_s_ += (centre - step_.s * step_.b) / at_.s;
     solve();
@@ -299,7 +322,7 @@ class Dense {
                       cone_step<Real>(in_dual(three(at_.y, c), mu_[c]), in_dual(three(step_.y, c), mu_[c]))});
       else
         alpha = std::min({alpha, ray_step(at_.x[3 * c], step_.x[3 * c]), ray_step(at_.y[3 * c], step_.y[3 * c])});
-      if (below_) alpha = std::min({alpha, ray_step(at_.e[c], step_.e[c]), ray_step(at_.a[c], step_.a[c])});
+      if (inequality(c)) alpha = std::min({alpha, ray_step(at_.e[c], step_.e[c]), ray_step(at_.a[c], step_.a[c])});
     }
     if (bound_) alpha = std::min({alpha, ray_step(at_.s, step_.s), ray_step(at_.b, step_.b)});
     return alpha;
@@ -321,8 +344,9 @@ class Dense {
   std::vector<Real> mu_;
   std::vector<char> has_friction_;
   Matrix W_, K_;
-  Vector q_, d_;
-  Real size_ = 0, kappa_ = 0, complementarity_ = 0;
+  Vector q_, d_, share_;       // q over U; share_: d where the bound counts the contact, else 0
+  Real size_ = 0, ratio_ = 1,  // U, R / U
+      kappa_ = 0, complementarity_ = 0;
   Point at_, step_;
   ConeSolution rounded_;
   std::vector<double> rounded_q_;  // m/s

@@ -107,6 +107,7 @@ void ConeVelocities::evaluate(const ConeProgram& p, std::span<const double> r, s
   for (int i = 0; i < 3 * nc; ++i) u[i] += (*p.offset)[i];
   v_hat = v;
   u_hat = u;
+  rounding.clear();
   bool any = false;
   for (double x : eta) any = any || x != 0;
   if (!any) return;
@@ -118,13 +119,44 @@ void ConeVelocities::evaluate(const ConeProgram& p, std::span<const double> r, s
   for (int i = 0; i < 3 * nc; ++i) u_hat[i] = u[i] - u_hat[i];
 }
 
+void ConeVelocities::bound_rounding(const ConeProgram& p, std::span<const double> r, std::span<const double> eta) {
+  const BandMatrix& J = *p.J;
+  constexpr double unit = std::numeric_limits<double>::epsilon();
+  std::vector<double>& terms = scratch_;  // nv, m/s
+  terms.resize(p.nv());
+  for (int i = 0; i < p.nv(); ++i) terms[i] = std::abs((*p.v0)[i]);
+  for (int c = 0; c < J.bands(); ++c) {
+    Vector3d load = vec3(&r[3 * c]).cwiseAbs();
+    if (!eta.empty()) load[0] += std::abs(eta[c]);
+    if (load.isZero(0)) continue;
+    for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
+      const int b = J.block[e], n = p.M->block_size(b);
+      columns_.resize(3 * static_cast<std::size_t>(n));
+      Eigen::Map<Eigen::MatrixX3d> columns(columns_.data(), n, 3);
+      columns = J.entry(e).transpose();
+      p.factor->solve_block_in_place(b, columns_.data(), 3);
+      Eigen::Map<Eigen::VectorXd>(&terms[p.M->first[b]], n).noalias() += columns.cwiseAbs() * load;
+    }
+  }
+  rounding.resize(J.bands());
+  for (int c = 0; c < J.bands(); ++c) {
+    Vector3d sum = vec3(&(*p.offset)[3 * c]).cwiseAbs();
+    for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
+      const auto entry = J.entry(e);
+      sum.noalias() +=
+          entry.cwiseAbs() * Eigen::Map<const Eigen::VectorXd>(&terms[p.M->first[J.block[e]]], entry.cols());
+    }
+    rounding[c] = unit * sum.norm() / std::sqrt((*p.weight)[c]);
+  }
+}
+
 Certificate certify(const ConeProgram& p, std::span<const double> r, std::span<const double> eta, double s,
-                    const ConeVelocities& velocities, std::span<const double> q) {
+                    const ConeVelocities& velocities, std::span<const double> q, double rounding_units) {
   Certificate out;
   const int nc = p.nc();
   const bool bounds_sum = p.has_bound() && p.bound == nullptr;
   const auto along_bound = [&](int c) {
-    return p.bound == nullptr ? r[3 * c] : vec3(&(*p.bound)[3 * c]).dot(vec3(&r[3 * c]));
+    return p.bound == nullptr ? p.share_of(c) * r[3 * c] : vec3(&(*p.bound)[3 * c]).dot(vec3(&r[3 * c]));
   };
   double size_r = 0, size_u = 0, size_q = 0, sum = 0, kappa_size = 0;
   for (int c = 0; c < nc; ++c) {
@@ -138,16 +170,22 @@ Certificate certify(const ConeProgram& p, std::span<const double> r, std::span<c
   out.size = std::sqrt(std::max({size_r, size_u, size_q}));
   const double size = out.size > 0 ? out.size : 1;
 
-  double worst = 0, missing = 0, gap = 0;
+  double worst = 0, missing = 0, gap = 0, kappa_rounding = 0, s_rounding = 0;
   const auto violated = [&](double x) { worst = std::max(worst, x); };
+  // Rounding of a velocity, sqrt(J).
+  const auto excuse = [&](int c) { return velocities.rounding.empty() ? 0 : rounding_units * velocities.rounding[c]; };
   for (int c = 0; c < nc; ++c) {
+    const double root_w = std::sqrt((*p.weight)[c]), excused = (1 + (*p.mu)[c]) * excuse(c);
     Vector3d y = vec3(&velocities.u_hat[3 * c]);
     if (p.bound != nullptr) y += s * vec3(&(*p.bound)[3 * c]);
     const double short_of = (*p.mu)[c] * tangential(y.data()) - y[0];
-    if (bounds_sum)
+    kappa_rounding += excuse(c) / root_w;
+    if (bounds_sum && p.share_of(c) > 0) {
       missing = std::max(missing, short_of);
-    else
-      violated(short_of / std::sqrt((*p.weight)[c]) / size);
+      s_rounding = std::max(s_rounding, excused * root_w);
+    } else {
+      violated((short_of / root_w - excused) / size);
+    }
   }
   out.s = p.bound == nullptr ? missing : s;
   for (int c = 0; c < nc; ++c) {
@@ -155,16 +193,22 @@ Certificate certify(const ConeProgram& p, std::span<const double> r, std::span<c
     const double u_n = velocities.u[3 * c];
     gap +=
         (eta.empty() ? 0 : eta[c] * u_n) + vec3(&r[3 * c]).dot(vec3(&velocities.u_hat[3 * c])) + out.s * along_bound(c);
+    // Velocities are wrong by that, and the impulses that they determine.
+    const double multiplier = eta.empty() ? 0 : std::abs(eta[c]);
+    const double y = vec3(&velocities.u_hat[3 * c]).norm() + 2 * std::abs(out.s);
+    out.gap_rounding += excuse(c) * (root_w * (vec3(&r[3 * c]).norm() + multiplier) + y / root_w);
     violated(-r[3 * c] * root_w / size);
     violated((tangential(&r[3 * c]) - (*p.mu)[c] * r[3 * c]) * root_w / size);
-    if (p.bounded_below) violated(-u_n / root_w / size);
-    if (p.fixed) violated(std::abs(u_n) / root_w / size);
-    if (!eta.empty() && !p.fixed) violated(-eta[c] * root_w / size);
+    if (p.bounded_below) violated((-u_n / root_w - excuse(c)) / size);
+    if (p.is_fixed(c)) violated((std::abs(u_n) / root_w - excuse(c)) / size);
+    if (!eta.empty() && !p.is_fixed(c)) violated(-eta[c] * root_w / size);
   }
   if (p.has_bound()) {
     gap += out.s * (p.kappa - sum);
     kappa_size = std::max(kappa_size, std::abs(p.kappa));
-    if (sum > p.kappa) violated((sum - p.kappa) / (kappa_size > 0 ? kappa_size : 1));
+    violated((sum - p.kappa - kappa_rounding) / (kappa_size > 0 ? kappa_size : 1));
+    const double sum_rounding = rounding_units * std::numeric_limits<double>::epsilon() * kappa_size;
+    out.gap_rounding += std::abs(out.s) * (kappa_rounding + sum_rounding) + s_rounding * std::abs(p.kappa);
   }
   // Comparisons with NaN are false: say so here, once.
   out.gap = std::isfinite(gap) ? gap : HUGE_VAL;
@@ -178,18 +222,12 @@ void InteriorPoint::prepare(const ConeProgram& p) {
   q_.resize(3 * nc);
   multiply(*p.J, *p.M, *p.v0, q_);
   for (int i = 0; i < 3 * nc; ++i) q_[i] += (*p.offset)[i];
-  double size = 0, weight = 0;
-  for (int c = 0; c < nc; ++c) {
-    size += vec3(&q_[3 * c]).squaredNorm() / (*p.weight)[c];
-    weight += std::log((*p.weight)[c]);
-  }
-  size_ = std::sqrt(size);
-  mean_weight_ = nc > 0 ? std::exp(weight / nc) : 1;
+  scale(p);
   if (p.bound != nullptr) {
     d_ = *p.bound;
   } else {
     d_.assign(3 * nc, 0.0);
-    for (int c = 0; c < nc; ++c) d_[3 * c] = 1;
+    for (int c = 0; c < nc; ++c) d_[3 * c] = p.share_of(c);
   }
   G_.resize(9 * nc);
   c_r_.resize(3 * nc);
@@ -205,6 +243,35 @@ void InteriorPoint::prepare(const ConeProgram& p) {
   Jdv_.resize(nc);
   dr_.resize(3 * nc);
   deta_.assign(nc, 0.0);
+}
+
+// The sizes of impulses and of velocities, the weights that belong to them, and what rounding leaves of the data.
+void InteriorPoint::scale(const ConeProgram& p) {
+  const int nc = p.nc();
+  double speed = 0, weight = 0;
+  for (int c = 0; c < nc; ++c) {
+    const double* q = &q_[3 * c];
+    const double along = (*p.mu)[c] > 0 ? q[1] * q[1] + q[2] * q[2] : 0;  // else nothing depends on it
+    speed += (q[0] * q[0] + along) / (*p.weight)[c];
+    weight += std::log((*p.weight)[c]);
+  }
+  speed = std::sqrt(speed);
+  mean_weight_ = nc > 0 ? std::exp(weight / nc) : 1;
+  const double impulse = p.impulse_size * std::sqrt(mean_weight_);
+  const double ratio = impulse > 0 && impulse < speed ? impulse / speed : 1;  // R / U
+  size_ = speed * std::sqrt(ratio);
+  mean_weight_ /= ratio;
+  w_r_.resize(nc);
+  w_eta_.resize(nc);
+  for (int c = 0; c < nc; ++c) {
+    w_r_[c] = (*p.weight)[c] / ratio;
+    w_eta_[c] = (*p.weight)[c] * ratio;
+  }
+  r_zero_.assign(3 * nc, 0.0);
+  velocities_.bound_rounding(p, r_zero_, {});
+  double least = 0;
+  for (const double rho : velocities_.rounding) least += rho * rho;
+  rounding_ = std::max(options_.rounding * size_, std::sqrt(least / ratio));
 }
 
 bool InteriorPoint::factor() {
@@ -306,7 +373,7 @@ double InteriorPoint::newton_terms(const ConeProgram& p, const ConeSolution& x) 
   double missing = 0;
   double sum = 0;
   for (int c = 0; c < nc; ++c) {
-    const double w = (*p.weight)[c], mu = (*p.mu)[c], stiff = 1 / (proximal_ * w);
+    const double w = w_r_[c], mu = (*p.mu)[c], stiff = 1 / (proximal_ * w);
     const auto r = vec3(&x.r[3 * c]);
     const Vector3d y = vec3(&velocities_.u_hat[3 * c]) + x.s * vec3(&d_[3 * c]);
     auto G = mat3(&G_[9 * c]);
@@ -349,14 +416,15 @@ double InteriorPoint::newton_terms(const ConeProgram& p, const ConeSolution& x) 
     if (!p.has_eta()) continue;
     const double u_n = velocities_.u[3 * c];
     products_ += std::abs(x.eta[c] * u_n);
-    if (p.fixed || x.eta[c] - u_n / w > 0) {
-      D_[c] = stiff;
-      c_eta_[c] = -stiff * u_n;
-      sum += u_n * u_n / w;
+    const double w_eta = w_eta_[c];
+    if (p.is_fixed(c) || x.eta[c] - u_n / w_eta > 0) {
+      D_[c] = 1 / (proximal_ * w_eta);
+      c_eta_[c] = -D_[c] * u_n;
+      sum += u_n * u_n / w_eta;
     } else {
       D_[c] = 0;
       c_eta_[c] = -x.eta[c];
-      sum += w * x.eta[c] * x.eta[c];
+      sum += w_eta * x.eta[c] * x.eta[c];
     }
   }
   s_active_ = false;
@@ -387,7 +455,7 @@ bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x, int patience, 
     if (!std::isfinite(residual) && (!careful || best == HUGE_VAL)) break;  // there is nothing to go back to
     if (residual < 0.5 * best)
       stalled = 0;
-    else if (best < options_.rounding * size_ || ++stalled > patience)
+    else if (best < rounding_ || ++stalled > patience)
       break;
     if (residual < best) {
       best = residual;
@@ -413,30 +481,38 @@ bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x, int patience, 
     x.s += ds_;
   }
   if (!(best < HUGE_VAL)) {
-    x.status = ConeStatus::not_finite;
+    x.status = ConeStatus::nonconverged;
     return false;
   }
   best_.iterations = x.iterations;
   x = best_;
-  velocities_.evaluate(p, x.r, p.has_eta() ? std::span<const double>(x.eta) : std::span<const double>());
-  const Certificate certificate = certify(p, x.r, x.eta, x.s, velocities_, q_);
-  x.gap = certificate.gap;
-  x.infeasibility = certificate.infeasibility;
+  const Certificate certificate = checked(p, x);
   // Where the natural map is at rounding there is nothing better, even if the certificate multiplies that rounding (by
   // mu, or by large impulses) beyond what was asked for.
   // Large impulses raise rounding itself; that is the excuse of the last attempt, and of programs without eta.
-  const double scale = careful || !p.has_eta() ? std::max(size_, certificate.size) : size_;
-  const bool at_rounding = best <= options_.rounding * scale;
-  const bool accepted =
-      x.infeasibility <= options_.feasibility && (at_rounding || std::abs(x.gap) <= 1e-14 * size_ * size_);
+  const double large = careful || !p.has_eta() ? options_.rounding * certificate.size : 0;
+  const bool at_rounding = best <= std::max(rounding_, large);
+  const bool accepted = x.infeasibility <= options_.feasibility &&
+                        (at_rounding || std::abs(x.gap) <= std::max(1e-14 * size_ * size_, certificate.gap_rounding));
   x.status = accepted ? ConeStatus::solved : ConeStatus::nonconverged;
   return accepted;
+}
+
+// What the answer is worth, rounding considered; into its gap and infeasibility.
+Certificate InteriorPoint::checked(const ConeProgram& p, ConeSolution& x) {
+  const std::span<const double> eta = p.has_eta() ? std::span<const double>(x.eta) : std::span<const double>();
+  velocities_.evaluate(p, x.r, eta);
+  velocities_.bound_rounding(p, x.r, eta);
+  const Certificate certificate = certify(p, x.r, x.eta, x.s, velocities_, q_, options_.rounding_units);
+  x.gap = certificate.gap;
+  x.infeasibility = certificate.infeasibility;
+  return certificate;
 }
 
 void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
   prepare(p);
   const int nc = p.nc();
-  const bool inequality = p.has_eta() && !p.fixed;
+  const auto inequality = [&](int c) { return p.bounded_below && !p.is_fixed(c); };
   x.status = ConeStatus::nonconverged;
   x.iterations = 0;
   x.r.assign(3 * nc, 0.0);
@@ -459,12 +535,11 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
   dy_.resize(3 * nc);
   da_.resize(nc);
   for (int c = 0; c < nc; ++c) {
-    const double root_w = std::sqrt((*p.weight)[c]);
-    x.r[3 * c] = start / root_w;
-    y_[3 * c] = start * root_w;
-    if (inequality) {
-      x.eta[c] = start / root_w;
-      a_[c] = start * root_w;
+    x.r[3 * c] = start / std::sqrt(w_r_[c]);
+    y_[3 * c] = start * std::sqrt(w_r_[c]);
+    if (inequality(c)) {
+      x.eta[c] = start / std::sqrt(w_eta_[c]);
+      a_[c] = start * std::sqrt(w_eta_[c]);
     }
   }
   double b = 0, db = 0;
@@ -472,7 +547,8 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
     x.s = start * std::sqrt(mean_weight_);
     b = std::max(start / std::sqrt(mean_weight_), 0.1 * p.kappa);
   }
-  const int cones = nc * (inequality ? 2 : 1) + (p.has_bound() ? 1 : 0);
+  int cones = nc + (p.has_bound() ? 1 : 0);
+  for (int c = 0; c < nc; ++c) cones += inequality(c) ? 1 : 0;
   scaling_.resize(4 * nc);
   damping_.resize(9 * nc);
   const double delta = options_.regularisation;
@@ -491,17 +567,16 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
     // Residuals: ry = y - u_hat - s d, ra = a - u_n, rb = b - kappa + d.r.
     double complementarity = x.s * b, residual = 0;
     for (int c = 0; c < nc; ++c) {
-      const double w = (*p.weight)[c], u_n = velocities_.u[3 * c];
+      const double u_n = velocities_.u[3 * c];
       complementarity += vec3(&x.r[3 * c]).dot(vec3(&y_[3 * c])) + x.eta[c] * a_[c];
       const Vector3d ry = vec3(&y_[3 * c]) - vec3(&velocities_.u_hat[3 * c]) - x.s * vec3(&d_[3 * c]);
-      residual = std::max(residual, ry.squaredNorm() / w);
-      if (p.has_eta()) residual = std::max(residual, (a_[c] - u_n) * (a_[c] - u_n) / w);
+      residual = std::max(residual, ry.squaredNorm() / w_r_[c]);
+      if (p.has_eta()) residual = std::max(residual, (a_[c] - u_n) * (a_[c] - u_n) / w_eta_[c]);
     }
     const double rb = p.has_bound() ? b - p.kappa + dot(d_, x.r) : 0;
     residual = std::sqrt(std::max(residual, rb * rb * mean_weight_)) / size_;
     if (!std::isfinite(complementarity) || !std::isfinite(residual)) {
-      ending = ConeStatus::not_finite;
-      break;
+      break;  // the best iterate is finite
     }
     const double relative = complementarity / (size_ * size_);
     const double merit = std::max(relative, residual);
@@ -528,7 +603,7 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
 
     // Scaling, predictor terms, factorisation.
     for (int c = 0; c < nc; ++c) {
-      const double mu = (*p.mu)[c], w = (*p.weight)[c];
+      const double mu = (*p.mu)[c], w = w_r_[c];
       auto G = mat3(&G_[9 * c]);
       if (mu == 0) {
         G.setZero();
@@ -555,11 +630,11 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
       G = (damping * G).eval();
       if (!p.has_eta()) continue;
       const double u_n = velocities_.u[3 * c];
-      if (p.fixed) {
-        D_[c] = 1 / (options_.proximal * w);
+      if (p.is_fixed(c)) {
+        D_[c] = 1 / (options_.proximal * w_eta_[c]);
         c_eta_[c] = -D_[c] * u_n;
       } else {
-        const double D = x.eta[c] / a_[c], damp = 1 / (1 + delta * w * D);
+        const double D = x.eta[c] / a_[c], damp = 1 / (1 + delta * w_eta_[c] * D);
         D_[c] = D * damp;
         c_eta_[c] = (-x.eta[c] + D * (a_[c] - u_n)) * damp;
       }
@@ -574,7 +649,7 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
       for (int c = 0; c < nc; ++c) {
         vec3(&dy_[3 * c]) =
             vec3(&Jdw_[3 * c]) - vec3(&y_[3 * c]) + vec3(&velocities_.u_hat[3 * c]) + (ds_ + x.s) * vec3(&d_[3 * c]);
-        if (inequality) da_[c] = Jdv_[c] - (a_[c] - velocities_.u[3 * c]);
+        if (inequality(c)) da_[c] = Jdv_[c] - (a_[c] - velocities_.u[3 * c]);
       }
       // From the complementarity row: b may be far smaller than the rounding of the sum, which goes into rb.
       db = p.has_bound() ? -b - b / x.s * ds_ + correction_b : 0;
@@ -589,7 +664,7 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
           alpha = std::min({alpha, cone_step(in_primal(&x.r[3 * c], mu), in_primal(&dr_[3 * c], mu)),
                             cone_step(in_dual(&y_[3 * c], mu), in_dual(&dy_[3 * c], mu))});
         }
-        if (inequality) alpha = std::min({alpha, ray_step(x.eta[c], deta_[c]), ray_step(a_[c], da_[c])});
+        if (inequality(c)) alpha = std::min({alpha, ray_step(x.eta[c], deta_[c]), ray_step(a_[c], da_[c])});
       }
       if (p.has_bound()) alpha = std::min({alpha, ray_step(x.s, ds_), ray_step(b, db)});
       return alpha;
@@ -618,8 +693,7 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
         const Vector3d correction = s.apply(jordan_divide(lambda, d));
         step += mat3(&damping_[9 * c]) * Vector3d(correction[0] / mu, correction[1], correction[2]);
       }
-      if (inequality)
-        c_eta_[c] += (centre - deta_[c] * da_[c]) / a_[c] / (1 + delta * (*p.weight)[c] * x.eta[c] / a_[c]);
+      if (inequality(c)) c_eta_[c] += (centre - deta_[c] * da_[c]) / a_[c] / (1 + delta * w_eta_[c] * x.eta[c] / a_[c]);
     }
     double border_rhs = b - rb;
     if (p.has_bound()) {
@@ -640,7 +714,7 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
     if (p.has_eta())
       for (int c = 0; c < nc; ++c) {
         x.eta[c] += alpha * deta_[c];
-        if (inequality) a_[c] += alpha * da_[c];
+        if (inequality(c)) a_[c] += alpha * da_[c];
       }
     x.s += alpha * ds_;
     b += alpha * db;
@@ -659,11 +733,9 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
   }
   x.iterations = trial_.iterations;
   x.status = ending;
-  velocities_.evaluate(p, x.r, p.has_eta() ? std::span<const double>(x.eta) : no_eta);
-  const Certificate certificate = certify(p, x.r, x.eta, x.s, velocities_, q_);
-  x.gap = certificate.gap;
-  x.infeasibility = certificate.infeasibility;
-  if (std::abs(x.gap) <= options_.gap_tolerance && x.infeasibility <= 1e-9) x.status = ConeStatus::solved;
+  const Certificate certificate = checked(p, x);
+  if (std::abs(x.gap) <= std::max(options_.gap_tolerance, certificate.gap_rounding) && x.infeasibility <= 1e-9)
+    x.status = ConeStatus::solved;
 }
 
 }  // namespace cb

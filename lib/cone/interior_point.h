@@ -14,24 +14,31 @@ class ConeVelocities {
   /// v = v0 + M^-1 J^T r, u = J v + w, v_hat = v - M^-1 N^T eta, u_hat = J v_hat + w. Without eta (empty span) the
   /// second pair is a copy of the first.
   void evaluate(const ConeProgram& program, std::span<const double> r, std::span<const double> eta);
+  /// What one rounding of each of its terms does to the velocity of a contact, over sqrt(w_c): into `rounding`. Entry
+  /// by entry, eps (|J_c| (|v0| + sum of |M^-1 J_d^T| |r_d|) + |w_c|), eta like r_n.
+  void bound_rounding(const ConeProgram& program, std::span<const double> r, std::span<const double> eta);
   std::vector<double> v, u, v_hat, u_hat;
+  std::vector<double> rounding;  ///< nc, sqrt(J); empty until bound_rounding, and again after evaluate
 
  private:
-  std::vector<double> scratch_;
+  std::vector<double> scratch_, columns_;
 };
 
 /// What an answer (r, eta) to a cone program is worth; formed as a stranger would who knows only the problem.
 /// y = u_hat + s d with the s >= 0 that is given, or where the sum of all r_n is bounded the least that puts every y
 /// into the dual cone mu |y_t| <= y_n (no bound: s = 0); what is missing otherwise counts as infeasibility; gap =
 /// eta.u_n + s (kappa - d.r) + r.y.
+/// Where `velocities` bounds its rounding, a velocity that is wrong by no more than `rounding_units` of that is not
+/// wrong, and gap_rounding is what those errors can make of the gap.
 struct Certificate {
   double gap = std::numeric_limits<double>::infinity();            ///< J; of either sign by rounding
   double infeasibility = std::numeric_limits<double>::infinity();  ///< worst violation, each scaled by its terms
   double s = 0;                                                    ///< m/s
   double size = 0;                                                 ///< sqrt(J): what the problem is about
+  double gap_rounding = 0;                                         ///< J
 };
 Certificate certify(const ConeProgram& program, std::span<const double> r, std::span<const double> eta, double s,
-                    const ConeVelocities& velocities, std::span<const double> q);
+                    const ConeVelocities& velocities, std::span<const double> q, double rounding_units = 0);
 
 /// Solves cone programs (cone_program.h) by a primal-dual interior point method that names the active constraints,
 /// and a semismooth Newton method that then solves the equalities of that guess to rounding. Owns its scratch.
@@ -54,6 +61,8 @@ class InteriorPoint {
 
  private:
   void prepare(const ConeProgram& program);
+  void scale(const ConeProgram& program);
+  Certificate checked(const ConeProgram& program, ConeSolution& x);
   double newton_terms(const ConeProgram& program, const ConeSolution& x);
   bool factor();
   void factor_border(const ConeProgram& program);
@@ -63,8 +72,12 @@ class InteriorPoint {
   KktSystem kkt_;
   ConeVelocities velocities_;
   std::vector<double> q_;  // J v0 + w
-  double size_ = 0;        // sqrt(J)
-  double mean_weight_ = 0;
+  // Impulses are of the size R / sqrt(w), multipliers eta U / sqrt(w), velocities y U sqrt(w), u_n R sqrt(w): with
+  // w U / R where impulses meet velocities, and w R / U where eta does, all are of the size of sqrt(R U).
+  double size_ = 0;      // sqrt(J), sqrt(R U)
+  double rounding_ = 0;  // sqrt(J), that of the natural map
+  std::vector<double> w_r_, w_eta_, r_zero_;
+  double mean_weight_ = 0;  // of w_r
   double proximal_ = 0;
   double products_ = 0;    // J, sum of |r.y|, |eta u_n|, and kappa times what y is short of the dual cone
   std::vector<double> d_;  // row of the bound

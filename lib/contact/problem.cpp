@@ -112,6 +112,17 @@ void contact_weights(const ContactProblem& problem, const BlockCholesky& factor,
   }
 }
 
+bool is_limit(const ContactProblem& problem, int contact) {
+  if (problem.mu[contact] != 0) return false;
+  const BandMatrix& J = problem.J;
+  for (int e = J.band[contact]; e < J.band[contact + 1]; ++e) {
+    const auto entry = J.entry(e);
+    for (int i = 0; i < entry.cols(); ++i)
+      if (entry(1, i) != 0 || entry(2, i) != 0) return false;
+  }
+  return true;
+}
+
 void delassus(const ContactProblem& problem, const BlockCholesky& factor, Eigen::MatrixXd& W) {
   const BandMatrix& J = problem.J;
   const int nc = problem.nc();

@@ -97,6 +97,8 @@ void diagonal_blocks(const ContactProblem& problem, const BlockCholesky& factor,
 /// w_i = trace(W_ii) / 3, or W_nn where a contact has no tangential rows (a joint at its limit): nc, 1/kg. What makes
 /// impulses and velocities of different contacts comparable, sqrt(w) r and u / sqrt(w) in sqrt(J).
 void contact_weights(const ContactProblem& problem, const BlockCholesky& factor, std::vector<double>& weight);
+/// Is this row a joint's at its limit, and no contact: one without tangential rows?
+bool is_limit(const ContactProblem& problem, int contact);
 /// The Delassus matrix W = J M^-1 J^T, dense 3 nc x 3 nc (symmetric, positive semidefinite).
 void delassus(const ContactProblem& problem, const BlockCholesky& factor, Eigen::MatrixXd& W);
 

@@ -39,7 +39,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numeric>
 
 #include "cone/dense_interior_point.h"
 #include "linalg/finite.h"
@@ -183,6 +182,7 @@ void DrumwrightShell::extract(const ContactProblem& problem, const std::vector<d
   out.v0.clear();
   out.offset.clear();
   out.mu.clear();
+  out.share.clear();
   out.weight.clear();
   out.contacts = contacts_of_[island];
   out.blocks = blocks_of_[island];
@@ -200,15 +200,24 @@ void DrumwrightShell::extract(const ContactProblem& problem, const std::vector<d
       out.J.entry(k) = problem.J.entry(e);
     }
     out.mu.push_back(problem.mu[c]);
+    out.share.push_back(is_limit(problem, c) ? 0 : 1);
     out.weight.push_back(weight_[c]);
     out.offset.insert(out.offset.end(), problem.offset.begin() + 3 * c, problem.offset.begin() + 3 * c + 3);
   }
   out.factor.factor(out.M);
 }
 
-Certificate DrumwrightShell::judge(std::span<const double> r, std::span<const double> eta) {
+// Rounding is looked at only where without it the answer would not do.
+Certificate DrumwrightShell::judge(std::span<const double> r, std::span<const double> eta, double epsilon) {
   velocities_.evaluate(program_, r, eta);
-  return certify(program_, r, eta, 0, velocities_, q_);
+  const Certificate plain = certify(program_, r, eta, 0, velocities_, q_);
+  if (good(plain, epsilon)) return plain;
+  velocities_.bound_rounding(program_, r, eta);
+  return certify(program_, r, eta, 0, velocities_, q_, tolerances_.cone.rounding_units);
+}
+
+bool DrumwrightShell::good(const Certificate& c, double epsilon) const {
+  return std::abs(c.gap) <= std::max(epsilon, c.gap_rounding) && c.infeasibility <= tolerances_.infeasibility;
 }
 
 // (2) with kappa = 1.r_n and eta = 0, for the velocities that judge() left.
@@ -222,6 +231,7 @@ double DrumwrightShell::gap_at_own_sum(std::span<const double> r) {
 ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& solution, Previous* previous) {
   const int nc = static_cast<int>(island_.contacts.size());
   program_ = {&island_.M, &island_.factor, &island_.J, &island_.v0, &island_.offset, &island_.mu, &island_.weight};
+  if (tolerances_.bounded) program_.share = &island_.share;
   zero_mu_.assign(nc, 0.0);
   normal_program_ = program_;
   normal_program_.mu = &zero_mu_;
@@ -238,8 +248,8 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
   }
   size_ = std::sqrt(size_);
   if (previous != nullptr && start_at_rest(*previous)) {
-    const Certificate certificate = judge(r_, {});
-    if (std::abs(certificate.gap) <= epsilon && certificate.infeasibility <= tolerances_.infeasibility) {
+    const Certificate certificate = judge(r_, {}, epsilon);
+    if (good(certificate, epsilon)) {
       if (tolerances_.warm_starts) ++*tolerances_.warm_starts;
       solution.claimed_residual += std::abs(certificate.gap);
       return ConeStatus::solved;
@@ -252,7 +262,7 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
   if (tolerances_.bounded) {
     normal_ok = least_sum() && normal_ok;
     program_.bounded_below = true;
-    program_.kappa = kappa_ = std::accumulate(f_.begin(), f_.end(), 0.0);
+    program_.kappa = program_.impulse_size = kappa_ = sum_of_shares(f_);
     shape_ = shape();
   }
 
@@ -260,10 +270,7 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
   r_.assign(3 * nc, 0.0);
   for (int c = 0; c < nc; ++c) r_[3 * c] = f_[c];
   eta_.assign(nc, 0.0);
-  const auto good = [&](const Certificate& c) {
-    return std::abs(c.gap) <= epsilon && c.infeasibility <= tolerances_.infeasibility;
-  };
-  Certificate best = judge(r_, {});
+  Certificate best = judge(r_, {}, epsilon);
   // A light body may slip below heavy ones: beside their impulses that is no infeasibility, and a slip costs r.y
   // nothing where there is no friction.
   if (!tolerances_.bounded) best.gap = gap_at_own_sum(r_);
@@ -271,11 +278,10 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
   const bool warm = previous != nullptr && previous->by_newton && previous->nv == island_.M.order() &&
                     static_cast<int>(previous->answer.r.size()) == 3 * nc;
   if (previous != nullptr) previous->by_newton = false;
-  if (!good(best)) {
+  if (!good(best, epsilon)) {
     ConeProgram reduced = program_;
     if (shape_ != Shape::general) {
-      reduced.bounded_below = false;
-      reduced.fixed = true;
+      reduced.fixed = &fixed_;
       reduced.kappa = std::numeric_limits<double>::infinity();
     }
     if (shape_ == Shape::tilted) {
@@ -301,7 +307,7 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
       } else {
         for (double& e : u_step_) e = std::max(e, 0.0);
       }
-      Certificate certificate = judge(x.r, u_step_);
+      Certificate certificate = judge(x.r, u_step_, epsilon);
       if (same) {  // without the rounding of multipliers that are 1 / tau
         certificate.gap = x.gap;
         certificate.infeasibility = std::max(certificate.infeasibility, x.infeasibility);
@@ -313,7 +319,7 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
       best = certificate;
       r_ = x.r;
       eta_ = u_step_;
-      return good(certificate);
+      return good(certificate, epsilon);
     };
     // The previous answer is an iterate like any other: it counts only if Newton's method gets from it to an answer
     // whose certificate is good.
@@ -331,8 +337,8 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
       return true;
     };
     const bool started_warm = warm && start_warm();
-    if (!started_warm && ((has_robot() && try_stopping(epsilon)) || try_sticking())) {
-      best = judge(r_, {});
+    if (!started_warm && ((has_robot() && try_stopping(epsilon)) || try_sticking(epsilon))) {
+      best = judge(r_, {}, epsilon);
     } else if (!started_warm) {
       // Where (3) and (4) may do, the interior point method on them; Newton from the frictionless answer with friction
       // against its slip; then the interior point method.
@@ -379,33 +385,33 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
           status = done ? ConeStatus::solved
                         : (answer_.status == ConeStatus::solved ? ConeStatus::nonconverged : answer_.status);
         };
-        for (std::size_t attempt = 0;
-             !done && (attempt == 0 || far_off()) && attempt <= tolerances_.further_attempts.size(); ++attempt) {
-          if (attempt > 0) {
-            const auto& [regularisation, proximal, tangent_exponent] = tolerances_.further_attempts[attempt - 1];
-            options.regularisation = regularisation;
-            options.proximal = proximal;
-            options.tangent_exponent = tangent_exponent;
-          }
+        friction_solver_.solve(reduced, answer_);
+        take();
+        for (const double step_fraction : tolerances_.dense_step_fractions) {
+          if (done || nc > tolerances_.dense_limit) break;
+          ConeOptions dense = tolerances_.cone;
+          dense.step_fraction = step_fraction;
+          dense.iteration_limit *= 2;
+          solve_dense(reduced, dense, answer_);
+          take();
+        }
+        for (const auto& [regularisation, proximal, tangent_exponent] : tolerances_.further_attempts) {
+          if (done || !far_off()) break;
+          options.regularisation = regularisation;
+          options.proximal = proximal;
+          options.tangent_exponent = tangent_exponent;
           friction_solver_.solve(reduced, answer_);
           take();
         }
         options = tolerances_.cone;
-        for (const double step_fraction : tolerances_.dense_step_fractions) {
-          if (done || !far_off() || nc > tolerances_.dense_limit) break;
-          ConeOptions dense = tolerances_.cone;
-          dense.step_fraction = step_fraction;
-          dense.iteration_limit *= 2;
-          solve_dense(program_, dense, answer_);
-          take();
-        }
         if (done) keep(answer_);
       }
     }
   }
   if (!normal_ok && status == ConeStatus::solved) status = ConeStatus::nonconverged;
   // An answer at rounding whose certificate is not: friction coefficients or masses of many orders of magnitude.
-  if ((status != ConeStatus::solved || !good(best)) && normal_ok && best.infeasibility <= tolerances_.infeasibility &&
+  if ((status != ConeStatus::solved || !good(best, epsilon)) && normal_ok &&
+      best.infeasibility <= tolerances_.infeasibility &&
       std::abs(best.gap) <= tolerances_.inaccurate * best.size * best.size) {
     inaccurate_ = true;
     status = ConeStatus::solved;
@@ -456,7 +462,7 @@ bool DrumwrightShell::start_at_rest(Previous& previous) {
     multiply(island_.J, island_.M, z_, Jz_);
     if (!proves_least_sum()) return false;
     program_.bounded_below = true;
-    program_.kappa = kappa_ = std::accumulate(f_.begin(), f_.end(), 0.0);
+    program_.kappa = program_.impulse_size = kappa_ = sum_of_shares(f_);
   }
   r_ = previous.impulse.r();
   eta_.assign(nc, 0.0);
@@ -534,7 +540,7 @@ void DrumwrightShell::equalities(const std::vector<char>& in_set, double target,
     multiply(island_.J, island_.M, velocity, u_step_);
     double worst = 0;
     for (int c = 0; c < nc; ++c) {
-      const double miss = u_step_[3 * c] + (target == 0 ? island_.offset[3 * c] : -target);
+      const double miss = u_step_[3 * c] + (target == 0 ? island_.offset[3 * c] : -target * island_.share[c]);
       step_[3 * c] = in_set[c] ? -G_[9 * c] * miss : 0;
       if (in_set[c]) worst = std::max(worst, std::abs(miss));
     }
@@ -562,12 +568,28 @@ bool DrumwrightShell::proves_least_sum() const {
   const int nc = static_cast<int>(island_.contacts.size());
   const double size = size_ > 0 ? size_ : 1;
   for (int c = 0; c < nc; ++c) {
-    const double root_w = std::sqrt(island_.weight[c]), excess = Jz_[3 * c] - 1;
-    const bool touches = u_f_[3 * c] / root_w <= tolerances_.touching * size;
+    const double root_w = std::sqrt(island_.weight[c]), excess = Jz_[3 * c] - island_.share[c];
+    const bool touches = u_f_[3 * c] / root_w <= (touch_.empty() ? tolerances_.touching * size : touch_[c]);
     if (touches && excess > tolerances_.solvable) return false;
     if (-excess > tolerances_.solvable && f_[c] * root_w > tolerances_.solvable * size) return false;
   }
   return true;
+}
+
+// z with N z = 1 on set_, lambda and J z. Light bodies between contacts that nearly oppose each other make W nearly
+// singular: there the proximal iteration ends early.
+void DrumwrightShell::lift() {
+  const int nc = static_cast<int>(island_.contacts.size());
+  lambda_.assign(nc, 0.0);
+  equalities(set_, 1, lambda_, z_);
+  if (miss_ > tolerances_.solvable &&
+      stopping_.prepare(island_.M, island_.J, island_.factor, island_.weight, set_, 1)) {
+    x_.assign(3 * nc, 0.0);
+    for (int c = 0; c < nc; ++c) x_[3 * c] = island_.share[c];
+    stopping_.least_velocity(x_, island_.factor, z_);
+  }
+  Jz_.resize(3 * nc);
+  multiply(island_.J, island_.M, z_, Jz_);
 }
 
 // The least sum of normal impulses and its proof z. Where N z = 1 can be solved on the contacts that touch every f has
@@ -576,36 +598,32 @@ bool DrumwrightShell::proves_least_sum() const {
 // frictionless ones, and z = -dv_eps / deps proves it.
 bool DrumwrightShell::least_sum() {
   const int nc = static_cast<int>(island_.contacts.size());
-  Jz_.resize(3 * nc);
-  // z with N z = 1 on the set, lambda and J z. Light bodies between contacts that nearly oppose each other make W
-  // nearly singular: there the proximal iteration ends early.
-  const auto lift = [&] {
-    lambda_.assign(nc, 0.0);
-    equalities(set_, 1, lambda_, z_);
-    if (miss_ > tolerances_.solvable &&
-        stopping_.prepare(island_.M, island_.J, island_.factor, island_.weight, set_, 1)) {
-      x_.assign(3 * nc, 0.0);
-      for (int c = 0; c < nc; ++c) x_[3 * c] = 1;
-      stopping_.least_velocity(x_, island_.factor, z_);
-    }
-    multiply(island_.J, island_.M, z_, Jz_);
-  };
   const auto solvable_on_set = [&] {
     lift();
     return proves_least_sum();
   };
+  touch_.clear();
   set_.assign(nc, 1);
   if (solvable_on_set()) return true;
   const double size = size_ > 0 ? size_ : 1;
   for (int c = 0; c < nc; ++c) set_[c] = u_f_[3 * c] <= 1e-11 * size * std::sqrt(island_.weight[c]) ? 1 : 0;
   if (solvable_on_set()) return true;
+  // A contact that opens slowly, yet faster than rounding explains, is open.
+  x_.assign(3 * nc, 0.0);
+  for (int c = 0; c < nc; ++c) x_[3 * c] = f_[c];
+  velocities_.bound_rounding(normal_program_, x_, {});
+  touch_ = velocities_.rounding;
+  for (double& touch : touch_) touch *= tolerances_.cone.rounding_units;
+  for (int c = 0; c < nc; ++c) set_[c] = u_f_[3 * c] <= touch_[c] * std::sqrt(island_.weight[c]) ? 1 : 0;
+  if (solvable_on_set()) return true;
+  touch_.clear();
 
   double shift = 0;
   for (int c = 0; c < nc; ++c) shift = std::max(shift, std::sqrt(island_.weight[c]) * size * tolerances_.shift);
   const std::vector<double> first = f_;
   for (int attempt = 0; attempt < tolerances_.shift_attempts; ++attempt, shift /= 100) {
     kappa_offset_ = island_.offset;
-    for (int c = 0; c < nc; ++c) kappa_offset_[3 * c] += shift;
+    for (int c = 0; c < nc; ++c) kappa_offset_[3 * c] += shift * island_.share[c];
     ConeProgram shifted = normal_program_;
     shifted.offset = &kappa_offset_;
     normal_solver_.solve(shifted, trial_);
@@ -637,26 +655,59 @@ bool DrumwrightShell::least_sum() {
   return false;
 }
 
-// Is (3) the same as (1), or with (4) a guess at it? z, lambda are those of least_sum(). Fills tilt_ and tilted_row_
-// for the latter.
+// Is (3) the same as (1), or with (4) a guess at it? z, lambda are those of least_sum(). Fills fixed_, and tilt_ and
+// tilted_row_ for the latter. lambda is not unique where more contacts touch than carry: those with the wrong sign are
+// left out of it.
 DrumwrightShell::Shape DrumwrightShell::shape() {
   const int nc = static_cast<int>(island_.contacts.size());
-  const double size = size_ > 0 ? size_ : 1;
-  if (nc == 0 || miss_ > tolerances_.flat) return Shape::general;
-  tilt_ = 0;
-  for (int c = 0; c < nc; ++c) {
-    const double root_w = std::sqrt(island_.weight[c]);
-    if (std::abs(Jz_[3 * c] - 1) > tolerances_.solvable) return Shape::general;
-    if (lambda_[c] * island_.weight[c] <= tolerances_.solvable) return Shape::general;
-    if (u_f_[3 * c] / root_w / size > tolerances_.solvable) return Shape::general;
-    tilt_ = std::max(tilt_, tangential(&Jz_[3 * c]));
+  if (nc == 0 || miss_ > tolerances_.flat || !lifts_evenly() || tilt_ > tolerances_.tilted) return Shape::general;
+  const bool unsupported = !supports();
+  if (unsupported) {
+    proof_ = z_;
+    for (int round = 0; round < nc && !supports(); ++round) {
+      for (int c = 0; c < nc; ++c)
+        if (!carries_lift(c)) set_[c] = 0;
+      lift();
+    }
+    if (miss_ > tolerances_.flat || !supports() || !lifts_evenly() || tilt_ > tolerances_.solvable) {
+      z_ = proof_;
+      return Shape::general;
+    }
   }
+  fixed_ = set_;
   if (tilt_ <= tolerances_.solvable) return Shape::flat;
-  if (tilt_ > tolerances_.tilted) return Shape::general;
   tilted_row_.assign(3 * nc, 0.0);
   for (int c = 0; c < nc; ++c)
     for (int i = 1; i < 3; ++i) tilted_row_[3 * c + i] = -Jz_[3 * c + i] / tilt_;
   return Shape::tilted;
+}
+
+// Is N z = 1 on all contacts? tilt_ is then the largest of T z.
+bool DrumwrightShell::lifts_evenly() {
+  tilt_ = 0;
+  for (std::size_t c = 0; c < island_.contacts.size(); ++c) {
+    if (std::abs(Jz_[3 * c] - island_.share[c]) > tolerances_.solvable) return false;
+    tilt_ = std::max(tilt_, tangential(&Jz_[3 * c]));
+  }
+  return true;
+}
+
+// Does a contact have lambda > 0 and touch?
+bool DrumwrightShell::carries_lift(int c) const {
+  const double size = size_ > 0 ? size_ : 1, root_w = std::sqrt(island_.weight[c]);
+  return lambda_[c] * island_.weight[c] > tolerances_.carrying && u_f_[3 * c] / root_w / size <= tolerances_.solvable;
+}
+
+bool DrumwrightShell::supports() const {
+  for (std::size_t c = 0; c < island_.contacts.size(); ++c)
+    if (set_[c] && !carries_lift(static_cast<int>(c))) return false;
+  return std::find(set_.begin(), set_.end(), 1) != set_.end();
+}
+
+double DrumwrightShell::sum_of_shares(std::span<const double> x) const {
+  double sum = 0;
+  for (std::size_t c = 0; c < x.size(); ++c) sum += island_.share[c] * x[c];
+  return sum;
 }
 
 // Are there blocks other than free bodies'?
@@ -735,8 +786,7 @@ bool DrumwrightShell::try_stopping(double epsilon) {
       if (x_[3 * c] < 0 && (pulls < 0 || x_[3 * c] < x_[3 * pulls])) pulls = c;
     }
     if (inside) {
-      const Certificate certificate = judge(x_, {});
-      if (certificate.infeasibility > tolerances_.infeasibility || std::abs(certificate.gap) > epsilon) return false;
+      if (!good(judge(x_, {}, epsilon), epsilon)) return false;
       r_ = x_;
       return true;
     }
@@ -755,7 +805,7 @@ bool DrumwrightShell::try_stopping(double epsilon) {
 
 // Does an impulse in the cones stop all contacts? Least norm first; then with friction shared in the ratio of the
 // normal impulses found.
-bool DrumwrightShell::try_sticking() {
+bool DrumwrightShell::try_sticking(double epsilon) {
   const int nc = static_cast<int>(island_.contacts.size()), nv = island_.M.order();
   sticking_.prepare(island_.M, island_.J, tolerances_.cone.least_block);
   G_.assign(9 * nc, 0.0);
@@ -810,11 +860,7 @@ bool DrumwrightShell::try_sticking() {
       mean += x_[3 * c] / nc;
     }
     if (inside) {
-      const Certificate certificate = judge(x_, {});
-      // The velocities are at rounding; the gap multiplies that by the impulses.
-      const double size = std::max(size_, certificate.size);
-      if (certificate.infeasibility > tolerances_.infeasibility || std::abs(certificate.gap) > 1e-14 * size * size)
-        return false;
+      if (!good(judge(x_, {}, epsilon), epsilon)) return false;
       r_ = x_;
       return true;
     }

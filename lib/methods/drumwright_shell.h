@@ -32,6 +32,8 @@ class DrumwrightShell {
     double solvable = 1e-10;
     /// -: error of W_(:,n) lambda = 1_n up to which a scene counts as flat: the certificate multiplies it.
     double flat = 1e-11;
+    /// -: lambda w up to which a contact counts as one that lambda does not need.
+    double carrying = 1e-7;
     /// -: tangential part of z up to which a scene counts as nearly flat; beyond it multipliers are of moderate size.
     double tilted = 1e-3;
     /// -: normal velocity, as a fraction of the event's, up to which a contact counts as touching after the
@@ -65,6 +67,7 @@ class DrumwrightShell {
     BandMatrix J;
     BlockCholesky factor;
     std::vector<double> v0, offset, mu, weight;
+    std::vector<double> share;  // 1 where the normal impulse counts in the bound: at contacts, not at limits of joints
     std::span<const int> contacts, blocks;  // of the problem
   };
   /// Which program an island comes down to: (1), (3), or (3) with (4).
@@ -90,13 +93,19 @@ class DrumwrightShell {
                   std::vector<double>& velocity);
   bool proves_least_sum() const;
   bool least_sum();
+  void lift();
   Shape shape();
+  bool lifts_evenly();
+  bool carries_lift(int contact) const;
+  bool supports() const;
   bool has_robot() const;
   double stop_set(const ConeProgram& program, std::span<const double> weight, int rows);
   bool stop_normals();
   bool try_stopping(double epsilon);
-  bool try_sticking();
-  Certificate judge(std::span<const double> r, std::span<const double> eta);
+  bool try_sticking(double epsilon);
+  Certificate judge(std::span<const double> r, std::span<const double> eta, double epsilon);
+  bool good(const Certificate& certificate, double epsilon) const;
+  double sum_of_shares(std::span<const double> x) const;
   double gap_at_own_sum(std::span<const double> r);
 
   Tolerances tolerances_;
@@ -115,7 +124,8 @@ class DrumwrightShell {
   ConeVelocities velocities_;
   std::vector<double> zero_mu_, q_, f_, v_f_, u_f_, z_, lambda_, kappa_offset_;
   std::vector<double> r_, eta_, G_, step_, h_, u_step_, x_, least_x_, f_shifted_, velocity_, Jz_;
-  std::vector<char> set_;
+  std::vector<double> touch_, proof_;
+  std::vector<char> set_, fixed_;
   double kappa_ = 0, size_ = 0, miss_ = 0;
   Shape shape_ = Shape::general;
   double tilt_ = 0;                 // largest tangential part of z where the shape is tilted
