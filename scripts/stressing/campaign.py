@@ -22,7 +22,7 @@ from sweeping import one
 METHODS = {"ap/lemke": ["--method", "ap", "--solver", "lemke"], "ap/path": ["--method", "ap", "--solver", "path"],
            "ap/ynl": ["--method", "ap", "--solver", "ynl"], "convex/bound-on": ["--method", "convex", "--compression-bound", "on"],
            "convex/bound-off": ["--method", "convex", "--compression-bound", "off"], "newton": ["--method", "newton"],
-           "mirtich": ["--method", "mirtich"]}
+           "newton/stick-tested": ["--method", "newton", "--variant", "stick-tested"], "mirtich": ["--method", "mirtich"]}
 MEMORY_MB = 2000
 TIME_LIMIT = 10.0  # s of waiting that a run may take
 LATE = 2.0         # s after its limit of time that a run may come back, on a machine with other work
