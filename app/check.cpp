@@ -5,6 +5,7 @@
 
 #include "bound_notes.h"
 #include "commands.h"
+#include "contact/feasibility.h"
 #include "flags.h"
 #include "geometry/broad_phase.h"
 #include "method_flags.h"
@@ -95,12 +96,14 @@ std::vector<std::string> left_out(const Scenario& scenario) {
 struct Trial {
   long steps = 0;
   std::string ending;  ///< ", then ..." where the run stops before
+  std::string failed;  ///< the same without the "then"
   std::vector<std::string> left_out;
 };
 Trial try_steps(const Scenario& scenario, const MethodRow& row, long steps) {
   Trial trial;
   const MethodOptions options = method_options({}, row, scenario.k, scenario.compression_bound);
   if (const std::string reason = unavailable_reason(row, options); !reason.empty()) {
+    trial.failed = reason;
     trial.ending = ": " + reason;
     return trial;
   }
@@ -111,7 +114,8 @@ Trial try_steps(const Scenario& scenario, const MethodRow& row, long steps) {
   for (steps = std::min(steps, run.simulation.steps_total()); trial.steps < steps; ++trial.steps) {
     const Status status = run.simulation.step().status;
     if (status == Status::ok || status == Status::inaccurate) continue;
-    trial.ending = fmt::format(", then {}: {}", cb::name(status), run.simulation.reason());
+    trial.failed = fmt::format("{}: {}", cb::name(status), run.simulation.reason());
+    trial.ending = ", then " + trial.failed;
     break;
   }
   for (const LeftOutItem& item : run.items())
@@ -119,13 +123,49 @@ Trial try_steps(const Scenario& scenario, const MethodRow& row, long steps) {
   return trial;
 }
 
-int check(const std::string& name, const Text& method, const std::vector<std::string>& set, const Text& trial_steps) {
+/// Why a run ends in its first step whatever its method: what the simulation refuses by itself, or contacts that no
+/// velocity satisfies. Empty where nothing of it is so.
+std::string fault_at_start(const Scenario& scenario) {
+  SimulationOptions options;
+  options.step = scenario.step;
+  options.duration = scenario.duration;
+  // Looks at the first event and ends the step there.
+  std::string impossible;
+  const ContactMethod look = [&](const ContactProblem& problem, ContactSolution& solution) {
+    if (!feasible(problem)) impossible = "infeasible: no velocity lets none of the contacts approach";
+    solution.impulse.assign(3 * static_cast<std::size_t>(problem.nc()), 0.0);
+    solution.status = Status::unavailable;
+  };
+  Simulation simulation(scenario, options, look, Law::newton);
+  const Status status = simulation.step().status;
+  if (!impossible.empty()) return impossible;
+  if (status == Status::ok || status == Status::inaccurate || status == Status::unavailable) return {};
+  return fmt::format("{}: {}", cb::name(status), simulation.reason());
+}
+
+/// --files: what a change of changes the scene, for programs that keep results.
+int print_files(const Scenario& scenario) {
+  for (const std::string& file : scenario.files) fmt::print("{}\n", file);
+  return finished;
+}
+
+/// The command line of `check`.
+struct CheckFlags {
+  std::string scenario;
+  Text method, steps;
+  std::vector<std::string> set;
+  bool files = false;
+};
+
+int check(const CheckFlags& flags) {
+  const auto& [name, method, trial_steps, set, files] = flags;
   const Overrides overrides = set_flags(set);
   const MethodRow* row = method ? &method_flag(*method) : nullptr;
   if (trial_steps && !row)
     throw UsageError(fmt::format("--steps {}: says how long --method METHOD is tried; give that too", *trial_steps));
   const long steps = trial_steps ? whole_flag("steps", *trial_steps, 0, 1L << 60, "a whole number of steps") : 100;
   const Scenario scenario = load_scenario(find_scenario(name), overrides);
+  if (files) return print_files(scenario);
 
   const auto line = [](std::string_view key, const std::string& value) { fmt::print("  {:<12}{}\n", key, value); };
   fmt::print("{}: {}\n", scenario.name, scenario.title);
@@ -164,25 +204,24 @@ int check(const std::string& name, const Text& method, const std::vector<std::st
   if (row && row->law == Law::convex && scenario.compression_bound.value_or(MethodOptions().compression_bound))
     for (const std::string& note : bound_notes(scenario)) line("note", note);
   for (const std::string& what : left_out(scenario)) line("left out", what);
+  std::string fault = fault_at_start(scenario);
   if (row) {
     const Trial trial = try_steps(scenario, *row, steps);
     line("trial", fmt::format("{} steps{}", trial.steps, trial.ending));
     for (const std::string& what : trial.left_out) line("left out", what);
     if (trial.left_out.empty()) line("left out", "nothing else in these steps");
+    if (!trial.failed.empty()) fault = trial.failed;
   }
-  return finished;
+  if (fault.empty()) return finished;
+  print_error(fmt::format("contactbench check: a run of {} does not finish: {}\n", scenario.name, fault));
+  return not_finished;
 }
 
 }  // namespace
 
 void add_check(CLI::App& program, Action& action) {
   CLI::App& check_app = *program.add_subcommand("check", "validate a scenario; say what it has");
-  struct Flags {
-    std::string scenario;
-    Text method, steps;
-    std::vector<std::string> set;
-  };
-  const auto flags = std::make_shared<Flags>();
+  const auto flags = std::make_shared<CheckFlags>();
   check_app
       .add_option("scenario", flags->scenario, "a scenario's XML file, or the name of one that comes with the program")
       ->required()
@@ -196,9 +235,8 @@ void add_check(CLI::App& program, Action& action) {
       ->type_name("NAME=VALUE")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  check_app.callback([flags, &action] {
-    action = [flags] { return check(flags->scenario, flags->method, flags->set, flags->steps); };
-  });
+  check_app.add_flag("--files", flags->files, "print the files that the scene reads, one a line, and nothing else");
+  check_app.callback([flags, &action] { action = [flags] { return check(*flags); }; });
 }
 
 }  // namespace cb

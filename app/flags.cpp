@@ -97,8 +97,11 @@ void check_command(const CLI::App& program, const std::string& first) {
 
 std::string unknown_flag(CLI::App& program, const std::string& command) {
   const std::vector<std::string> rest = program.remaining(true);
-  const std::string what = rest.empty() ? "" : rest.front();
-  if (!what.starts_with("--")) return fmt::format("{}: one argument too many; leave it out", what);
+  if (rest.empty()) return {};
+  const auto flag_like =
+      std::find_if(rest.begin(), rest.end(), [](const std::string& s) { return s.starts_with("--"); });
+  if (flag_like == rest.end()) return fmt::format("{}: one argument too many; leave it out", rest.front());
+  const std::string& what = *flag_like;
 
   const std::string flag = what.substr(0, what.find('='));
   std::vector<std::string> names;

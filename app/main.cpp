@@ -1,5 +1,7 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <cstdio>
@@ -16,6 +18,12 @@ namespace {
 void use_one_thread() {
   for (const char* setter : {"openblas_set_num_threads", "omp_set_num_threads", "MKL_Set_Num_Threads"})
     if (void* found = dlsym(RTLD_DEFAULT, setter)) reinterpret_cast<void (*)(int)>(found)(1);
+}
+
+/// Has the reader of standard output left, as `| head` does once it has enough? It got what it wanted: no failure.
+bool reader_left() {
+  pollfd output = {STDOUT_FILENO, POLLOUT, 0};
+  return poll(&output, 1, 0) == 1 && (output.revents & POLLERR) != 0;
 }
 
 int say(const std::string& command, const std::string& message, int code) {
@@ -50,6 +58,10 @@ int run(int argc, char** argv) {
     return program.exit(request);
   } catch (const CLI::ExtrasError&) {
     return say(command, cb::unknown_flag(program, command), cb::wrong_input);
+  } catch (const CLI::RequiredError& error) {
+    // A flag that is missing may be one that is misspelt.
+    const std::string misspelt = cb::unknown_flag(program, command);
+    return say(command, misspelt.empty() ? error.what() : misspelt, cb::wrong_input);
   } catch (const CLI::ArgumentMismatch& error) {
     return say(command, std::string(error.what()) + "; a flag stands once, with one value after it", cb::wrong_input);
   } catch (const CLI::ParseError& error) {
@@ -70,11 +82,11 @@ int run(int argc, char** argv) {
 void cb::print_error(const std::string& text) { std::fputs(text.c_str(), stderr); }
 
 int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);  // a reader that left is an error like any other
+  std::signal(SIGPIPE, SIG_IGN);  // a reader that left ends nothing
   std::signal(SIGXFSZ, SIG_IGN);  // and so is a file that may not grow
   use_one_thread();
   const int code = run(argc, argv);
-  if ((std::fflush(stdout) != 0 || std::ferror(stdout) != 0) && code == cb::finished)
+  if ((std::fflush(stdout) != 0 || std::ferror(stdout) != 0) && code == cb::finished && !reader_left())
     return say("", "standard output cannot be written", cb::not_finished);
   return code;
 }

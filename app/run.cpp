@@ -12,6 +12,7 @@
 #include "contact/problem_files.h"
 #include "evaluation/scene_errors.h"
 #include "flags.h"
+#include "folder_lock.h"
 #include "limits.h"
 #include "linalg/stop.h"
 #include "method_flags.h"
@@ -121,6 +122,18 @@ RunSummary provisional_summary(const RunFlags& flags, const RunPlan& plan) {
   return summary;
 }
 
+/// More steps than anybody means, unless they say how long they will wait.
+void check_steps(const RunPlan& plan) {
+  constexpr double many = 1e9;   // a quarter of an hour at least, and a trajectory of 100 GB; days as a rule
+  constexpr double most = 1e12;  // decades of computing; far below what a step counter holds
+  const double steps = plan.simulation.duration / plan.simulation.step;
+  if (steps <= (plan.time_limit_s ? most : many)) return;
+  throw UsageError(
+      fmt::format("--step {}: {:g} s would take {:.3g} steps; give a longer step, or a shorter --duration{}",
+                  number_text(plan.simulation.step), plan.simulation.duration, steps,
+                  steps <= most ? ", or a --time-limit, until which it goes on" : ""));
+}
+
 /// Flags, then the scenario, then both together: nothing is written before all of it is known to be right.
 RunPlan make_plan(const RunFlags& flags) {
   RunPlan plan;
@@ -181,10 +194,7 @@ RunPlan make_plan(const RunFlags& flags) {
   plan.unavailable = unavailable_reason(*plan.method, plan.options);
   plan.simulation.step = step.value_or(plan.scenario.step);
   plan.simulation.duration = duration.value_or(plan.scenario.duration);
-  constexpr double most_steps = 1e12;  // decades of computing; far below what a step counter holds
-  if (plan.simulation.duration / plan.simulation.step > most_steps)
-    throw UsageError(fmt::format("--step {}: {:g} s would take more than {:g} steps; give a longer step",
-                                 number_text(plan.simulation.step), plan.simulation.duration, most_steps));
+  check_steps(plan);
   plan.out = flags.out ? fs::path(*flags.out) : default_directory(flags, plan);
   plan.summary.control_eigenvalue = largest_eigenvalue(plan.scenario, plan.simulation.step);
   plan.summary.largest_stable_step = largest_stable_step(plan.scenario);
@@ -200,6 +210,23 @@ bool is_full(int error) { return error == ENOSPC || error == EDQUOT || error == 
 [[noreturn]] void refuse_directory(const fs::path& what, const std::string& why) {
   throw UsageError(fmt::format("--out: {} cannot be written: {}; name a directory that can, as in --out runs/mine",
                                what.string(), why));
+}
+
+[[noreturn]] void refuse_taken(std::string_view flag, const fs::path& folder) {
+  throw UsageError(
+      fmt::format("--{} {}: another run is writing into this folder; wait for it, or name a folder for this one", flag,
+                  folder.string()));
+}
+
+/// What an earlier run stored there: a folder holds the problems of one run.
+void remove_stored_problems(const fs::path& folder) {
+  std::error_code ignored;
+  std::vector<fs::path> stored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with("event_") && name.ends_with(".hdf5")) stored.push_back(entry.path());
+  }
+  for (const fs::path& path : stored) fs::remove(path, ignored);
 }
 
 /// Ends a run with the status that a full disk or another failure of writing has.
@@ -335,6 +362,7 @@ int execute(const RunPlan& plan) {
   Limits limits(plan.time_limit_s, plan.memory_limit_mb);
   RunSummary summary = plan.summary;
 
+  std::optional<FolderLock> problems_lock;
   if (!plan.save_problems.empty()) {
     std::error_code refused;
     fs::create_directories(plan.save_problems, refused);
@@ -342,12 +370,18 @@ int execute(const RunPlan& plan) {
     if (refused)
       throw UsageError(fmt::format("--save-problems: {} cannot be written: {}; name a directory that can",
                                    plan.save_problems.string(), refused.message()));
+    problems_lock.emplace(plan.save_problems);
+    if (problems_lock->taken()) refuse_taken("save-problems", plan.save_problems);
+    remove_stored_problems(plan.save_problems);
   }
 
   // The place of the summary first; then the other files, whose failure leaves no half-made run behind.
   std::error_code refused;
   fs::create_directories(plan.out, refused);
   if (refused && !is_full(refused.value())) refuse_directory(plan.out, refused.message());
+  const FolderLock lock(plan.out);
+  const bool same_folder = problems_lock && fs::equivalent(plan.out, plan.save_problems, refused);
+  if (lock.taken() && !same_folder) refuse_taken("out", plan.out);
   const fs::path summary_path = plan.out / "summary.json";
   SummaryFile summary_file(summary_path, to_json(summary));
   if (!summary_file.ok() && !refused && !is_full(summary_file.error()))

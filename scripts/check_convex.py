@@ -20,13 +20,12 @@ import subprocess
 import sys
 import tempfile
 
-try:
-    import cvxopt
-    import cvxopt.solvers
-    import numpy as np
-except ImportError as missing:
-    print(f"check_convex: left out, {missing} (Debian: python3-cvxopt)")
-    sys.exit(77)
+import interpreter
+
+interpreter.need("cvxopt", "numpy", otherwise=77)
+import cvxopt  # noqa: E402
+import cvxopt.solvers  # noqa: E402
+import numpy as np  # noqa: E402
 
 cvxopt.solvers.options.update(show_progress=False, maxiters=100)
 

@@ -8,8 +8,11 @@ import argparse
 import sys
 from pathlib import Path
 
-from reporting import claims
-from reporting.results import Results
+import interpreter
+
+interpreter.need("numpy")
+from reporting import claims  # noqa: E402
+from reporting.results import Results  # noqa: E402
 
 ROOT = Path(__file__).resolve().parent.parent
 

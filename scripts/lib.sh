@@ -10,19 +10,8 @@ jobs() {
   [ "${memory:-1}" -lt "$cores" ] && echo "$memory" || echo "$cores"
 }
 
-# A python that can draw. Debian's own comes last, because setup.sh gives it matplotlib; a user's own is preferred.
-find_python() {
-  local candidate
-  for candidate in "${PYTHON:-}" python3 /usr/bin/python3 /usr/local/bin/python3; do
-    [ -n "$candidate" ] && command -v "$candidate" >/dev/null 2>&1 || continue
-    if "$candidate" -c 'import matplotlib, numpy' >/dev/null 2>&1; then
-      command -v "$candidate"
-      return 0
-    fi
-  done
-  echo "no python3 that can import matplotlib and numpy (scripts/setup.sh installs one)" >&2
-  return 1
-}
+# A python that can draw: the user's own where it can, else Debian's, which setup.sh gives matplotlib.
+find_python() { "${PYTHON:-python3}" -B "$root/scripts/interpreter.py"; }
 
 # build_preset NAME [targets...]: configures and builds; the folder is the preset's (CMakePresets.json).
 build_preset() {

@@ -11,17 +11,21 @@ Exit codes: 0 there is an answer (and it was confirmed, with --verify); 1 --veri
 """
 import argparse
 import json
+import os
 import re
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-import references
-from reporting import choice, precision
-from reporting.results import Results
-from sweeping import gather, one, reference
-from sweeping.plan import Run, scene_names
+import interpreter
+
+interpreter.need("numpy", "tomllib")
+import references  # noqa: E402
+from reporting import choice, precision  # noqa: E402
+from reporting.results import Results  # noqa: E402
+from sweeping import gather, one, reference  # noqa: E402
+from sweeping.plan import Run, scene_names  # noqa: E402
 
 ROOT = Path(__file__).resolve().parent.parent
 # The small sweep of a user's own scene: multiples of its step, all methods, a few polygons and tolerances.
@@ -64,6 +68,24 @@ def scene_file(program, scene):
     if not found:
         raise WrongInput(f"no scene '{scene}': a file, or a name of `contactbench list scenarios`")
     return found["file"]
+
+
+def this_machine():
+    """CPU and cores as the program names them in a summary."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        cpu = next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), "unknown")
+    except OSError:
+        cpu = "unknown"
+    return {"cpu": cpu, "cores": os.cpu_count()}
+
+
+def measured_on(results):
+    """The machine whose times the table holds, and whether it is this one, as far as its names tell."""
+    there, here = results.manifest.get("machine") or {}, this_machine()
+    if isinstance(there, list):
+        there = {"cpu": "several machines, as " + ", ".join(dict.fromkeys(str(m.get("cpu")) for m in there))}
+    return {**{k: there.get(k) for k in ("cpu", "cores", "os")}, "this_machine": all(there.get(k) == here[k] for k in here)}
 
 
 def has_exact_answer(file):
@@ -145,7 +167,8 @@ def again(point, options, results):
         record = one.do(job, one.Load())
         folder = Path(runs) / run.name
         row = gather.row_of(run, record, one.read_json(folder / "summary.json") or {}, folder,
-                            reference.read(results.folder / "references", run.scene, job["asked"]["parameters"], file))
+                            reference.read(results.folder / "references", run.scene, job["asked"]["parameters"],
+                                           reference.files_of(options.program, file, job["asked"]["parameters"])))
     error, took = (row.get(f"error_{point['measure']}") or None), row["processing_s"] or None
     return row["status"], error and float(error), took and float(took) / float(row["duration"])
 
@@ -182,6 +205,7 @@ def answer(options):
     if not measure:
         return made | {"reference": "missing", "why": "no run of it finished with an error to judge it by"}
     points = precision.points(results, scene, parameters, measure)
+    made["measured_on"] = measured_on(results)
     made["reference"] = precision.reference_of(results, scene, parameters, measure)
     made["runs"] = len(points)
     best, second, cheaper = choice.choose(points, options.error, options.time_per_step)
@@ -202,6 +226,10 @@ def show_all(made):
         print(f"{scene}: none can be recommended, its reference is missing: {made['why']}")
         return
     print(f"{scene}, {wanted} (reference {made['reference']}, {made['runs']} settings in the table)")
+    on = made["measured_on"]
+    print(f"times are those of {on['cpu'] or 'an unnamed CPU'}, {on['cores']} cores, " +
+          ("as this machine has" if on["this_machine"] else
+           "not of this machine: --verify runs the answer here, scripts/reproduce.sh measures all of it here"))
     if made["best"] is None:
         print("none did")
         if made["nearest"]:

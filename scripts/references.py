@@ -14,8 +14,11 @@ import sys
 import tempfile
 from pathlib import Path
 
-from sweeping import reference
-from sweeping.plan import scene_names
+import interpreter
+
+interpreter.need("tomllib")
+from sweeping import reference  # noqa: E402
+from sweeping.plan import scene_names  # noqa: E402
 
 ROOT = Path(__file__).resolve().parent.parent
 # Scenes and simulated seconds: as long as 64 times the steps take about a quarter of a minute a run.
@@ -67,7 +70,7 @@ def certify(maker, duration):
     """What is stored of a scene: (about, motion), motion None where no two methods agree."""
     coarse, own, _ = maker.run(FIRST, None, duration)  # at the scene's own step, and length where none is asked for
     step, duration = coarse["options"]["step"], coarse["options"]["duration"]
-    about = {"scene": coarse["scenario"], "parameters": " ".join(maker.sets), "scene_digest": reference.digest(maker.file),
+    about = {"scene": coarse["scenario"], "parameters": " ".join(maker.sets), "scene_digest": reference.digest(*reference.files_of(maker.program, maker.file, " ".join(maker.sets))),
              "accepted": False, "reason": "", "step": step / FINER, "duration": duration, "uncertainty_m": None,
              "versions": coarse["versions"], "machine": coarse["machine"]}
 
@@ -107,7 +110,7 @@ def store(folder, about, motion):
 
 def make(program, file, sets, duration, folder, limit, again=False):
     """The reference of a scene (reference.Reference), made where it is not there yet."""
-    known = reference.read(folder, Path(file).stem, " ".join(sets), file)
+    known = reference.read(folder, Path(file).stem, " ".join(sets), reference.files_of(program, file, " ".join(sets)))
     if known and not again and duration in (None, known.about["duration"]):
         return known
     with tempfile.TemporaryDirectory() as scratch:

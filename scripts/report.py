@@ -15,9 +15,12 @@ import subprocess
 import sys
 from pathlib import Path
 
-from reporting.results import Results
-from reporting.section import esc
-from reporting.sections import ORDER
+import interpreter
+
+interpreter.need("matplotlib", "numpy")
+from reporting.results import Results  # noqa: E402
+from reporting.section import esc  # noqa: E402
+from reporting.sections import ORDER  # noqa: E402
 
 PLOTS = Path(__file__).resolve().parent / "plots"
 

@@ -10,14 +10,14 @@
 set -euo pipefail
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-profile=quick out=$root/results keep=() setup=yes jobs=0
+profile=quick out=$root/results keep=() build=() jobs=0
 while [ $# -gt 0 ]; do
   case "$1" in
     --profile) profile=${2:-} ; shift 2 || shift ;;
     --out) out=${2:-}; shift 2 || shift ;;
     --jobs) jobs=${2:-}; shift 2 || shift ;;
     --keep) keep=(--keep); shift ;;
-    --no-setup) setup=no; shift ;;
+    --no-setup) build=(--no-setup); shift ;;
     *) sed -n '2,9p' "$0" | sed 's/^# \{0,1\}//'; exit 2 ;;
   esac
 done
@@ -26,9 +26,8 @@ case "$profile" in quick | paper) ;; *) echo "reproduce: --profile is quick or p
 mkdir -p "$out"
 out=$(cd "$out" && pwd)
 
-[ "$setup" = no ] || "$root/scripts/setup.sh"
+"$root/scripts/build.sh" "${build[@]}"
 python=$(find_python)
-build_preset release contactbench
 
 budget=()
 [ "$profile" != paper ] || budget=(--budget 7.5)

@@ -29,11 +29,15 @@ import subprocess
 import sys
 import tempfile
 import time
-import tomllib
 from pathlib import Path
 
-from stressing import campaign, critical, measures, problems, random_scenes, stability_limit
-from sweeping import one
+import interpreter
+
+interpreter.need("matplotlib", "numpy", "tomllib")
+import tomllib  # noqa: E402
+
+from stressing import campaign, critical, measures, problems, random_scenes, stability_limit  # noqa: E402
+from sweeping import one  # noqa: E402
 
 ROOT = Path(__file__).resolve().parent.parent
 CASES = ROOT / "scenarios" / "stress" / "cases.toml"

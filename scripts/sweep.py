@@ -9,7 +9,6 @@ row with a typed status. What is finished is not done again, whatever interrupte
 """
 import argparse
 import fcntl
-import hashlib
 import json
 import os
 import shutil
@@ -19,8 +18,11 @@ import sys
 import time
 from pathlib import Path
 
-from sweeping import engines, gather, one, reference
-from sweeping.plan import SweepError, plan, scene_names
+import interpreter
+
+interpreter.need("tomllib")
+from sweeping import engines, gather, one, reference  # noqa: E402
+from sweeping.plan import SweepError, plan, scene_names  # noqa: E402
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -54,19 +56,16 @@ def arguments():
     return parsed
 
 
-def references_of(runs, listed, folder):
+def scene_files(program, run, scenes):
+    return reference.files_of(program, run.file or scenes[run.scene]["file"], run.asked()["parameters"])
+
+
+def references_of(program, runs, listed, folder):
     """{(scene, parameters): its certified reference}, of those that have one."""
     scenes = scene_names(listed)
-    asked = {(run.scene, run.asked()["parameters"]): run.file or scenes[run.scene]["file"] for run in runs}
-    found = {scene: reference.read(folder, *scene, file) for scene, file in asked.items()}
+    asked = {(run.scene, run.asked()["parameters"]): run for run in runs}
+    found = {scene: reference.read(folder, *scene, scene_files(program, run, scenes)) for scene, run in asked.items()}
     return {scene: known for scene, known in found.items() if known}
-
-
-def digest(*paths):
-    sha = hashlib.sha256()
-    for path in paths:
-        sha.update(Path(path).read_bytes())
-    return sha.hexdigest()[:16]
 
 
 def program_list(program):
@@ -78,14 +77,14 @@ def program_list(program):
 
 
 def jobs_of(runs, listed, options):
-    """What `one.do` needs to know of each run; `key` changes when program, scene or flags do."""
+    """What `one.do` needs to know of each run; `key` changes when program, scene (its own file or a robot's) or flags do."""
     program = str(Path(options.program).resolve())
     scenes = scene_names(listed)
-    files = {(run.scene, run.file): run.file or scenes[run.scene]["file"] for run in runs}
-    keys = {scene: digest(program, file) for scene, file in files.items()}
+    read = {run: scene_files(program, run, scenes) for run in runs}
+    keys = {files: reference.digest(program, *files) for files in set(read.values())}
     statuses = [s["name"] for s in listed["statuses"]]
     deadline = None if options.budget is None else time.time() + 3600 * options.budget
-    return [{"asked": run.asked(), "flags": run.flags(), "key": keys[run.scene, run.file], "program": program,
+    return [{"asked": run.asked(), "flags": run.flags(), "key": keys[read[run]], "program": program,
              "scene": run.file or f"{run.scene}.xml", "runs": str(options.runs.resolve()), "statuses": statuses,
              "timed": run.timed, "time_limit_s": run.time_limit_s,
              # The program keeps its own limit; the outer one is for a program that does not come back.
@@ -185,7 +184,7 @@ def main():
     if stray:
         print(f"{len(stray)} folders are of no run of these sweeps and stay out of the tables: {', '.join(stray[:5])}")
     gather.gather(runs, missing, options.runs, options.out, [path.stem for path in options.sweeps], options.profile,
-                  references_of(runs, listed, options.references))
+                  references_of(options.program, runs, listed, options.references))
     lock.close()
 
 

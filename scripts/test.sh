@@ -10,19 +10,18 @@ set -euo pipefail
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 cd "$root"
 
-preset=release folder=build long=no tidy=no setup=yes
+folder=build long=no tidy=no build=(--tests)
 for flag in "$@"; do
   case "$flag" in
-    --sanitize) preset=sanitize folder=build-sanitize ;;
+    --sanitize) folder=build-sanitize build+=(--sanitize) ;;
     --long) long=yes ;;
     --tidy) tidy=yes ;;
-    --no-setup) setup=no ;;
+    --no-setup) build+=(--no-setup) ;;
     *) sed -n '2,8p' "$0" | sed 's/^# \{0,1\}//'; exit 2 ;;
   esac
 done
 
-[ "$setup" = no ] || scripts/setup.sh --tests
-build_preset "$preset"
+scripts/build.sh "${build[@]}"
 
 # Leaks are looked for too; a report of undefined behaviour comes with its stack.
 export ASAN_OPTIONS=${ASAN_OPTIONS:-detect_leaks=1:strict_string_checks=1}

@@ -46,6 +46,7 @@ class Loader {
                    fmt::format("the root element is <{}>; a scenario starts with <scenario title=\"...\">", root.name));
     check_attributes(source_, root, {"title"}, {});
     scenario_.file = source_.file;
+    scenario_.files.push_back(source_.file);
     scenario_.name = std::filesystem::path(source_.file).stem().string();
     scenario_.title = root.find("title")->value;
 
@@ -376,6 +377,7 @@ class Loader {
       source_.fail(file.value_at,
                    fmt::format("there is no file {}; urdf names one, from the scene's folder on", beside.string()));
     const SourceText source = read_text(beside.string());
+    scenario_.files.push_back(source.file);
     UrdfRobot urdf = read_urdf(source, base != nullptr && one_of(*base, {"fixed", "free"}) == "free",
                                prefix != nullptr ? prefix->value : std::string());
     RobotDescription& robot = urdf.robot;

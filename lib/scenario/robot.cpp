@@ -202,10 +202,24 @@ class Builder {
       source_.fail(from.at, fmt::format("{} has a mass of {} kg and principal moments of inertia {} {} {} kg m^2; all "
                                         "have to be more than 0 and finite",
                                         from.name, body.mass, body.inertia[0], body.inertia[1], body.inertia[2]));
+    check_triangle(from, body.inertia);
     scenario_.model.bodies.push_back(body);
     scenario_.initial.pose.push_back(pose);
     scenario_.initial.v.resize(scenario_.initial.v.size() + 6, 0.0);
     return pose;
+  }
+
+  // Moments about axes of inertia are sums of two of the three integrals of x^2, y^2, z^2 over the mass.
+  void check_triangle(const RobotDescription::Link& link, Vec3 moments) const {
+    constexpr double written = 1e-2;  // -: of the sum of two moments, what three digits of each may miss (a flat plate)
+    std::sort(moments.data(), moments.data() + 3);
+    const double two = moments[0] + moments[1];
+    if (moments[2] <= (1 + written) * two) return;
+    source_.fail(
+        link.at,
+        fmt::format("{} has principal moments of inertia {:g} {:g} {:g} kg m^2, which no body has: the largest is "
+                    "at most the sum of the other two; give the moments and products about its centre of mass",
+                    link.name, moments[0], moments[1], moments[2]));
   }
 
   void check_limits(const RobotDescription::Joint& joint) const {

@@ -70,9 +70,10 @@ struct ParameterNote {
 
 /// A scene, checked and complete: everything a run needs but the method.
 struct Scenario {
-  std::string name;   ///< the file's name without .xml
-  std::string file;   ///< as it was found
-  std::string title;  ///< one line
+  std::string name;                ///< the file's name without .xml
+  std::string file;                ///< as it was found
+  std::string title;               ///< one line
+  std::vector<std::string> files;  ///< all that were read: `file`, then those of robots, in the order of the scene
   Model model;
   State initial;
   std::vector<Shape> shapes;

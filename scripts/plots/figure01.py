@@ -1,10 +1,8 @@
 """Figure 1: kinetic energy of the impacting sphere against time; the impact itself on the right.
 
 The paper's figure shows that Newton's model gains energy at the impact and the others do not."""
-import numpy as np
-
 import common
-from common import plt
+from common import np, plt
 
 SCENE = "impacting_sphere"
 

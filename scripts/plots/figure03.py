@@ -2,10 +2,8 @@
 
 The paper's figure shows the displacement; most models move the box alike, Newton's and an early stop of the convex
 method let it go too far."""
-import numpy as np
-
 import common
-from common import plt
+from common import np, plt
 
 SCENE = "sliding_box"
 MU, G, PUSH, MASS = 0.1, 9.8, 1.0, 1.0  # the scene's own (scenarios/sliding_box.xml)

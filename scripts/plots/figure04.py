@@ -2,10 +2,8 @@
 
 The paper's figure shows that Newton's model lets go after about a second, and about seven orders of magnitude between
 the best and the worst of the others."""
-import numpy as np
-
 import common
-from common import plt
+from common import np, plt
 
 SCENE = "sticking_box"
 FLOOR = 1e-18  # m; what is below, exact zeros too, is drawn here

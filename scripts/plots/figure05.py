@@ -2,10 +2,8 @@
 
 The paper's figure shows that Anitescu-Potra comes near the convex method as the polygon gets finer, that Mirtich draws
 another circle, and that Newton slides almost in one direction."""
-import numpy as np
-
 import common
-from common import plt
+from common import np, plt
 
 SCENE = "circular_sliding"
 MU, G, DRIVE = 0.02, 9.8, 0.4  # the scene's own (scenarios/circular_sliding.xml)

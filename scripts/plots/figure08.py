@@ -3,10 +3,8 @@ wheels share the load (below): blue is all on the left wheel, red all on the rig
 
 The paper's figure shows that only the convex method drives the figure eight; with Anitescu and Potra's model one wheel at a
 time is left without load."""
-import numpy as np
-
 import common
-from common import plt
+from common import np, plt
 from reporting import robots
 
 SCENE = "mobile_robot"

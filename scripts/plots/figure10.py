@@ -2,10 +2,8 @@
 
 The paper's figure shows that only the convex method holds the box; the others drop it or fail to solve the problem. The
 dotted line is half the box's size, beyond which it counts as dropped."""
-import numpy as np
-
 import common
-from common import plt
+from common import np, plt
 from reporting import robots
 
 SCENE = "grasp"

@@ -1,11 +1,9 @@
 """The grasp at moments of its run: the arm with its fingers' pads (grey) and the box (in the method's colour).
 
 One row a method; the small dots are the box's centre up to that moment. The paper has no such picture."""
-import numpy as np
-from matplotlib.patches import Polygon
-
 import common
-from common import plt
+from common import np, plt
+from matplotlib.patches import Polygon
 from reporting import robots
 
 SCENE = "grasp"

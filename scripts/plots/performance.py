@@ -5,10 +5,8 @@ failure counts as infinite time. With more than two methods such profiles can mi
 often a method is the fastest) and the height at the right end (how many it solves), and compare pairs elsewhere."""
 import math
 
-import numpy as np
-
 import common
-from common import plt
+from common import np, plt
 from reporting import precision
 from reporting.results import Results
 

@@ -1,10 +1,8 @@
 """The mobile robot from above: where it is every five seconds, and which way it faces (drawn at twice its size).
 
 One picture a method; the grey line is the wanted path, the robot begins in its middle. The paper has no such picture."""
-import numpy as np
-
 import common
-from common import plt
+from common import np, plt
 from reporting import robots
 
 SCENE = "mobile_robot"

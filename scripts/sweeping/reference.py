@@ -2,9 +2,11 @@
 methods agree (scripts/references.py makes them), and how far a run is from that. NAME.csv holds the places, NAME.json how they
 were made, or why there are none."""
 import csv
+import functools
 import hashlib
 import json
 import math
+import subprocess
 from pathlib import Path
 
 INTERVAL = 0.1  # s, between the moments of a reference
@@ -12,8 +14,19 @@ ERROR = "certified_linf_m"
 SAID = ("accepted", "reason", "step", "duration", "uncertainty_m")  # of `about`, what the manifest of a sweep repeats
 
 
-def digest(path):
-    return hashlib.sha256(Path(path).read_bytes()).hexdigest()[:16]
+@functools.cache
+def files_of(program, file, parameters):
+    """The files that a scene reads, of which the program knows: its own and those of its robots. Its own where it is refused."""
+    sets = (word for pair in parameters.split() for word in ("--set", pair))
+    ended = subprocess.run([program, "check", str(file), "--files", *sets], capture_output=True, text=True)
+    return tuple(ended.stdout.splitlines()) if ended.returncode == 0 else (str(file),)
+
+
+def digest(*paths):
+    sha = hashlib.sha256()
+    for path in paths:
+        sha.update(Path(path).read_bytes())
+    return sha.hexdigest()[:16]
 
 
 def name_of(scene, parameters):
@@ -53,12 +66,12 @@ class Reference:
             return None
 
 
-def read(folder, scene, parameters, file):
-    """The reference of a scene with its parameters; None where there is none, or the scene's file is another since."""
+def read(folder, scene, parameters, files):
+    """The reference of a scene with its parameters; None where there is none, or one of the scene's files is another since."""
     name = name_of(scene, parameters)
     try:
         about = json.loads((Path(folder) / f"{name}.json").read_text())
-        if about["scene_digest"] != digest(file):
+        if about["scene_digest"] != digest(*files):
             return None
         return Reference(about, places(Path(folder) / f"{name}.csv") if about["accepted"] else None)
     except (OSError, ValueError, KeyError):

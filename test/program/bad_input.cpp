@@ -57,6 +57,12 @@ TEST_CASE("a name that is not in a table comes with the ones that are", "[progra
   refused({"check", "sticking_box.xml", "--method", "app"}, {"--method", "app"});
 }
 
+TEST_CASE("a misspelt flag is named, also where it leaves one that is needed missing", "[program]") {
+  refused({"run", "sticking_box.xml", "--methd", "ap"}, {"--methd", "did you mean \"--method\""});
+  refused({"run", "--methd", "ap", "sticking_box.xml"}, {"--methd", "did you mean \"--method\""});
+  refused({"run", "sticking_box.xml"}, {"--method is required"});
+}
+
 TEST_CASE("a flag that the method has no use for says so", "[program]") {
   refused(run_with({"--k", "8"}, "convex"), {"--k", "convex", "ap"});
   refused(run_with({"--k", "8"}, "newton"), {"--k", "newton"});
@@ -81,6 +87,8 @@ TEST_CASE("steps, durations and limits are positive finite numbers", "[program]"
   refused(run_with({"--time-limit", "-5"}), {"--time-limit", "positive"});
   refused(run_with({"--memory-limit", "0"}), {"--memory-limit", "positive"});
   refused(run_with({"--step", "1e-300"}), {"--step", "longer step"});
+  refused(run_with({"--step", "1e-12"}), {"--step 1e-12", "5e+12 steps", "longer step"});
+  refused(run_with({"--step", "1e-9"}), {"--step 1e-09", "5e+09 steps", "--duration", "--time-limit"});
   refused(run_with({"--record-every", "-1"}), {"--record-every"});
   refused(run_with({"--record-every", "0.5"}), {"--record-every"});
 }

@@ -260,6 +260,107 @@ TEST_CASE("a listing that nobody can read is no success", "[program]") {
   CHECK(result.err.find("standard output") != std::string::npos);
 }
 
+TEST_CASE("a reader who has seen enough of a listing makes no failure of it", "[program]") {
+  // Standard output is a pipe that nobody reads any more, as with `contactbench list | head -1`.
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"list"}, {"list", "--json"}, {"--help"}, {"check", "stack.xml"}}) {
+    TemporaryDirectory directory;
+    const Result result = run(directory.path(), command, [] {
+      int ends[2];
+      if (pipe(ends) != 0) _exit(97);
+      close(ends[0]);
+      dup2(ends[1], STDOUT_FILENO);
+      close(ends[1]);
+    });
+    INFO(command.front());
+    CHECK(result.code == 0);
+    CHECK(result.err.empty());
+  }
+}
+
+TEST_CASE("check says of a scene that no method can begin with what run says of it", "[program]") {
+  TemporaryDirectory directory;
+  const auto scene = [&](const char* name, const std::string& bodies, const char* pairs) {
+    std::ofstream(directory.path() / name)
+        << "<scenario title=\"a fault at the start\"><simulation step=\"1e-3\" duration=\"0.1\"/><reference "
+           "kind=\"missing\"/><gravity constant=\"0 -9.81 0\"/><bodies>"
+        << bodies << "</bodies><contacts>" << pairs << "</contacts></scenario>";
+  };
+  const std::string ground = "<half_space name=\"ground\" point=\"0 0 0\" normal=\"0 1 0\"/>";
+  scene("sunk.xml", ground + "<box name=\"box\" size=\"1 1 1\" mass=\"1\" position=\"0 0.2 0\"/>",
+        "<pair a=\"box\" b=\"ground\" mu=\"0.5\"/>");
+  scene("sound.xml", ground + "<box name=\"box\" size=\"1 1 1\" mass=\"1\" position=\"0 0.5 0\"/>",
+        "<pair a=\"box\" b=\"ground\" mu=\"0.5\"/>");
+  const Result sunk = run(directory.path(), {"check", "sunk.xml"});
+  CHECK(sunk.code == 3);
+  CHECK(sunk.err.find("penetration") != std::string::npos);
+  CHECK(lines(sunk.err).size() == 1);
+  for (const char* method : {"newton", "mirtich", "ap", "convex"}) {
+    INFO(method);
+    CHECK(run(directory.path(), {"check", "sunk.xml", "--method", method}).code == 3);
+    CHECK(run(directory.path(), {"run", "sunk.xml", "--method", method, "--out", "r"}).code == 3);
+    CHECK(summary(directory.path() / "r")["status"] == "penetration");
+  }
+  CHECK(run(directory.path(), {"check", "sound.xml"}).code == 0);
+}
+
+TEST_CASE("check names the files that a scene reads, a robot's too", "[program]") {
+  TemporaryDirectory directory;
+  const Result plain = run(directory.path(), {"check", "stack.xml", "--files"});
+  CHECK(plain.code == 0);
+  REQUIRE(lines(plain.out).size() == 1);
+  CHECK(fs::path(lines(plain.out)[0]).filename() == "stack.xml");
+  const Result arm = run(directory.path(), {"check", "urdf_arm.xml", "--files"});
+  if (arm.err.find("built without liburdfdom") != std::string::npos) return;
+  REQUIRE(lines(arm.out).size() == 2);
+  CHECK(fs::path(lines(arm.out)[1]).extension() == ".urdf");
+  for (const std::string& file : lines(arm.out)) CHECK(fs::is_regular_file(file));
+}
+
+TEST_CASE("of two runs into one folder at a time the second is refused, and one after the other replaces all files",
+          "[program]") {
+  TemporaryDirectory directory;
+  const fs::path out = directory.path() / "r";
+  const std::vector<std::string> grasp = {"run", "grasp.xml", "--method", "ap", "--duration", "0.01", "--out", "r"};
+  REQUIRE(run(directory.path(), grasp).code == 0);
+  REQUIRE(fs::exists(out / "joints.csv"));
+  {
+    Process first(directory.path(), long_run());
+    REQUIRE(wait_until([&] { return fs::exists(out / "steps.csv") && fs::file_size(out / "steps.csv") > 1000; }));
+    TemporaryDirectory elsewhere;
+    std::vector<std::string> second = long_run();
+    second.back() = out.string();
+    const Result refused = run(elsewhere.path(), second);
+    CHECK(refused.code == 2);
+    CHECK(refused.err.find("another run is writing") != std::string::npos);
+    CHECK(refused.err.find("--out") != std::string::npos);
+    first.send(SIGINT);
+    CHECK(first.wait().code == 3);
+  }
+  CHECK_FALSE(fs::exists(out / "joints.csv"));  // nor is anything left of the grasp
+  CHECK(summary(out)["scenario"] == "sticking_box");
+  readable(read_file(out / "steps.csv"), 21);
+  CHECK(lines(read_file(out / "steps.csv")).size() == summary(out)["steps"].get<std::size_t>() + 1);
+}
+
+TEST_CASE("a folder of stored problems holds those of one run", "[program]") {
+  TemporaryDirectory directory;
+  const auto store = [&](const char* duration) {
+    return run(directory.path(), {"run", "sticking_box.xml", "--method", "ap", "--duration", duration,
+                                  "--save-problems", "p", "--out", "p", "--quiet"});
+  };
+  const Result first = store("0.02");
+  if (first.code == 2) {
+    CHECK(first.err.find("HDF5") != std::string::npos);  // a build without it says so
+    return;
+  }
+  REQUIRE(first.code == 0);
+  CHECK(fs::exists(directory.path() / "p" / "event_000000020.hdf5"));
+  CHECK(store("0.01").code == 0);
+  CHECK(fs::exists(directory.path() / "p" / "event_000000010.hdf5"));
+  CHECK_FALSE(fs::exists(directory.path() / "p" / "event_000000020.hdf5"));
+}
+
 TEST_CASE("a solver that is not installed ends the run as unavailable", "[program]") {
   TemporaryDirectory directory;
   const Result listed = run(directory.path(), {"list", "solvers", "--json"});

@@ -116,6 +116,7 @@ const Broken table[] = {
     {"robot_unknown_parent", 14, 51, "did you mean \"arm\"?"},
     {"robot_zero_inertia", 8, 19, "moments of inertia 0.1 0 0.2"},
     {"robot_not_definite", 9, 19, "all have to be more than 0"},
+    {"robot_inertia_of_no_body", 8, 19, "at most the sum of the other two"},
     {"robot_two_links", 9, 19, "a second link named arm"},
     {"robot_nothing_moves", 7, 18, "nothing of robot can move"},
     {"robot_rate_without_limit", 14, 109, "limit_rate without a limit"},

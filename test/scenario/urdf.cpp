@@ -187,6 +187,7 @@ TEST_CASE("A broken URDF file ends in one line with file and line") {
            Row{"<mass value=\"2\"/>", "<mass value=\"two\"/>", 4, "two"},
            Row{"<mass value=\"2\"/>", "<mass value=\"0\"/>", 4, "a mass of 0 kg"},
            Row{"<mass value=\"2\"/>", "", 4, "mass"},
+           Row{"izz=\"0.25\"", "izz=\"0.4\"", 4, "at most the sum of the other two"},
            Row{"radius=\"0.05\" length=\"0.4\"", "radius=\"0\" length=\"0.4\"", 10, "no size"},
            Row{"damping=\"0.4\"", "damping=\"-1\"", 16, "at least 0"},
            Row{"<link name=\"tip\">", "<link name=\"hand\">", 15, "a second link named hand"},

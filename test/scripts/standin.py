@@ -23,6 +23,10 @@ if words[0] == "list":
         "statuses": [{{"name": s, "summary": s}} for s in ("ok", "inaccurate", "nonconverged", "ray", "interrupted", "time_limit",
                                                             "memory_limit", "crash", "input_error")]}}))
     sys.exit()
+if words[0] == "check":  # --files: as the program says it of a scene with a robot from a file beside it
+    import pathlib
+    print(words[1], *([robot] if (robot := pathlib.Path(words[1]).with_suffix(".urdf")).exists() else []), sep="\\n")
+    sys.exit()
 scene, out = words[1].rsplit("/")[-1].removesuffix(".xml"), words[words.index("--out") + 1]
 flag = lambda name, default: words[words.index(name) + 1] if name in words else default
 if out.endswith("warm_up"): sys.exit()

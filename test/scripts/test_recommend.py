@@ -1,5 +1,7 @@
 """scripts/recommend.py and certified references, on the runs of a stand-in for the program whose errors and times are known."""
+import contextlib
 import csv
+import io
 import json
 import subprocess
 import sys
@@ -11,6 +13,7 @@ import standin
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
+import recommend  # noqa: E402
 import references  # noqa: E402
 from sweeping import reference  # noqa: E402
 
@@ -68,6 +71,19 @@ class Recommend(unittest.TestCase):
         made = self.ask("sliding_box", "--error", 1e-6, code=3)
         self.assertIsNone(made["best"])
         self.assertEqual((made["nearest"]["method"], made["nearest"]["error"]), ("convex", 1e-3))
+
+    def test_times_are_said_to_be_those_of_the_machine_that_measured_them(self):
+        self.sweep()
+        manifest = self.top / "manifest.json"
+        here = recommend.this_machine()
+        for machine, same in ((here | {"os": "any"}, True), (here | {"cpu": "Another 9000"}, False), ({}, False)):
+            manifest.write_text(json.dumps(json.loads(manifest.read_text()) | {"machine": machine}))
+            made = self.ask("sliding_box", "--error", 0.03)
+            self.assertEqual((made["measured_on"]["cpu"], made["measured_on"]["this_machine"]), (machine.get("cpu"), same))
+            with contextlib.redirect_stdout(io.StringIO()) as said:
+                recommend.show_all(made)
+            self.assertEqual("not of this machine" in said.getvalue(), not same)
+            self.assertIn(machine.get("cpu", "unnamed"), said.getvalue())
 
     def test_a_time_per_step_narrows_the_choice(self):
         self.sweep()
@@ -143,7 +159,7 @@ class References(unittest.TestCase):
 
     def test_the_error_is_the_largest_distance_at_the_same_moments(self):
         references.store(self.top, self.about(), {(t, "box"): (t, 0.0, 0.0) for t in (0.0, 0.1, 0.2, 1.0)})
-        known = reference.read(self.top, "scene", "mu=0.5", self.scene)
+        known = reference.read(self.top, "scene", "mu=0.5", [self.scene])
         self.assertAlmostEqual(known.error(1.0, self.trajectory(0.25)), 0.25)
         self.assertIsNone(known.error(2.0, self.trajectory(0.25)), "a run of another length")
         self.assertIsNone(known.error(1.0, self.trajectory(0.25, 0.5)), "a run that is not known at the end")
@@ -152,17 +168,27 @@ class References(unittest.TestCase):
     def test_a_reference_of_another_scene_file_is_none(self):
         references.store(self.top, self.about(), {(1.0, "box"): (0.0, 0.0, 0.0)})
         self.scene.write_text("<scenario />")
-        self.assertIsNone(reference.read(self.top, "scene", "mu=0.5", self.scene))
+        self.assertIsNone(reference.read(self.top, "scene", "mu=0.5", [self.scene]))
+
+    def test_a_reference_of_another_robot_file_is_none(self):
+        robot = self.top / "scene.urdf"
+        robot.write_text("<robot/>")
+        files = reference.files_of(standin.write(self.top / "program"), self.scene, "mu=0.5")
+        self.assertEqual(files, (str(self.scene), str(robot)))
+        references.store(self.top, self.about(scene_digest=reference.digest(*files)), {(1.0, "box"): (0.0, 0.0, 0.0)})
+        self.assertIsNotNone(reference.read(self.top, "scene", "mu=0.5", files))
+        robot.write_text("<robot />")
+        self.assertIsNone(reference.read(self.top, "scene", "mu=0.5", files))
 
     def test_a_reference_that_was_refused_has_a_reason_and_no_error(self):
         references.store(self.top, self.about(accepted=False, reason="they differ"), None)
-        known = reference.read(self.top, "scene", "mu=0.5", self.scene)
+        known = reference.read(self.top, "scene", "mu=0.5", [self.scene])
         self.assertEqual((known.about["reason"], known.error(1.0, self.trajectory(0))), ("they differ", None))
 
     def certified(self, *motions):
         """What becomes of a scene whose runs end like this: at its own step, at step/64, at step/32, of the other methods."""
         class Scripted:
-            file, sets, said = self.scene, [], iter(motions)
+            program, file, sets, said = "/bin/false", self.scene, [], iter(motions)
 
             def run(self, method, step, duration):
                 x = next(self.said)

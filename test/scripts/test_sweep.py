@@ -122,6 +122,18 @@ class Sweep(unittest.TestCase):
         self.assertIn("0 of 15 runs to do", self.run_sweep("--keep", "--dry-run"))
         self.assertIn("15 of 15 runs to do", self.run_sweep("--dry-run"))
 
+    def test_a_finished_run_is_done_again_when_a_file_that_its_scene_reads_changes(self):
+        (self.top / "my.xml").write_text("<scenario/>")
+        robot = self.top / "my.urdf"
+        robot.write_text("<robot/>")
+        self.sweep.write_text(SMALL.split("[[runs]]")[0] + f'[[runs]]\nscene = "{self.top}/my.xml"\nmethods = ["mirtich"]\n')
+        self.run_sweep()
+        self.run_sweep()
+        self.assertEqual(len(self.log.read_text().splitlines()), 1)
+        robot.write_text("<robot />")
+        self.run_sweep()
+        self.assertEqual(len(self.log.read_text().splitlines()), 2)
+
     def test_rerun_takes_the_runs_of_one_status(self):
         self.run_sweep(stack="crash")
         self.assertIn("0 of 15 runs to do", self.run_sweep("--dry-run"))

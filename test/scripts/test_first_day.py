@@ -1,0 +1,66 @@
+"""What somebody meets who has just cloned the project: scripts under a bare python3, a first picture."""
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import standin
+
+SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
+
+
+class FirstDay(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.top = Path(folder.name)
+
+    def bare_python(self):
+        """A folder for the PATH whose python3 has no modules but its own."""
+        (self.top / "bare/bin").mkdir(parents=True)
+        base = Path(sys._base_executable).resolve()
+        (self.top / "bare/pyvenv.cfg").write_text(f"home = {base.parent}\ninclude-system-site-packages = false\n")
+        (self.top / "bare/bin/python3").symlink_to(base)
+        return self.top / "bare/bin"
+
+    def test_every_script_finds_a_python_that_has_what_it_needs(self):
+        bare = self.bare_python()
+        without = subprocess.run([bare / "python3", "-c", "import numpy"], capture_output=True)
+        self.assertNotEqual(without.returncode, 0, "the bare python has numpy")
+        environment = os.environ | {"PATH": f"{bare}:{os.environ['PATH']}", "PYTHON": sys.executable}
+        scripts = [[s] for s in sorted(SCRIPTS.glob("*.py")) if s.read_text().startswith("#!")]
+        scripts += [["python3", s] for s in sorted((SCRIPTS / "plots").glob("*.py"))]
+        self.assertGreater(len(scripts), 20)
+        for words in scripts:
+            with self.subTest(script=words[-1].name):
+                ended = subprocess.run([*map(str, words), "--help"], capture_output=True, text=True, env=environment)
+                left_out = words[-1].name == "check_convex.py" and ended.returncode == 77
+                self.assertTrue(ended.returncode == 0 or left_out, ended.stderr)
+
+    def test_where_no_python_has_the_modules_the_remedy_is_said(self):
+        bare = self.bare_python()
+        ended = subprocess.run([bare / "python3", "-c", "import interpreter; interpreter.CANDIDATES = (); interpreter.need('numpy')"],
+                               capture_output=True, text=True, cwd=SCRIPTS)
+        self.assertEqual(ended.returncode, 1)
+        self.assertIn("scripts/setup.sh", ended.stderr)
+        self.assertIn("python3-numpy", ended.stderr)
+
+    def test_a_first_picture_of_a_scene_is_one_command(self):
+        program = standin.write(self.top / "program")
+        ended = subprocess.run([sys.executable, "-B", SCRIPTS / "picture.py", "sliding_box", "--program", program, "--out", self.top / "first.png"],
+                               capture_output=True, text=True, env=standin.environment())
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        self.assertEqual((self.top / "first.png").read_bytes()[:8], b"\x89PNG\r\n\x1a\n")
+        self.assertEqual(ended.stdout.count("--method"), 4)
+
+    def test_a_picture_without_the_program_says_how_to_build_it(self):
+        ended = subprocess.run([sys.executable, "-B", SCRIPTS / "picture.py", "sliding_box", "--program", self.top / "none"],
+                               capture_output=True, text=True, cwd=self.top)
+        self.assertEqual(ended.returncode, 1)
+        self.assertIn("scripts/build.sh", ended.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
