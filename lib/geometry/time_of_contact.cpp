@@ -20,9 +20,9 @@
 //      sphere on box, sphere on cylinder, box on box while the pair is open: the best separating plane, which turns
 //      with the box whose face it is (corners over a face), or with two edges (edge line over edge line); box on box
 //      while the pair is closed: the corners of the patch that the two touching faces share and that are open (vertex
-//      over face both ways, edge over edge), so that a box on its edge finds when it lies flat. Features of other pairs
-//      of faces of a pair that touches are not followed, and for a corner of the patch that moves along an edge the
-//      bound K is an estimate (doubled), not proved.
+//      over face both ways, edge over edge), so that a box on its edge finds when it lies flat; for a corner of the
+//      patch that moves along an edge the bound K is an estimate (doubled), not proved. Whatever else of a closed pair
+//      of boxes arrives is found as the time at which they get deeper than what touches explains (time_to_depth).
 // Does not fail: after `max_advancements` it returns the safe time reached.
 // Tolerances are raised to 4 ulp of the largest coordinate (resolved_tolerance).
 #include <cmath>
@@ -447,6 +447,43 @@ double step_over_edges(const PlacedBox& a, const Motion& motion_a, const PlacedB
   return safe_step(approach, target * sine, interval);
 }
 
+// A step over which the boxes surely stay further apart than `target`, by the planes that separate them best now.
+double apart_step(const PlacedBox& a, const Motion& motion_a, const PlacedBox& b, const Motion& motion_b,
+                  const RelativeBox& ab, const SeparatingAxis& axis, double target, double rest) {
+  if (axis.index < 6) return step_over(a, motion_a, b, motion_b, ab, axis.index, target, rest);
+  double step = step_over_edges(a, motion_a, b, motion_b, axis, target, rest);
+  // Nearly a face axis: the face lasts longer.
+  for (int face = 0; face < 6 && step < rest; ++face)
+    step = std::max(step, step_over(a, motion_a, b, motion_b, ab, face, target, rest));
+  return step;
+}
+
+// Box on box, closed: another feature arrives (a face beside the edge that touches, an edge where a corner has left its
+// face) when the boxes get deeper than they are now by more than the arcs of what touches explain,
+//   arcs = (2 (w_a + w_b) fastest + w_a^2 r_a + w_b^2 r_b) S^2 / 2   over the horizon S,
+// the largest second derivative of a gap. Gives up, as where nothing arrives, after `max_advancements`.
+double time_to_depth(const Shape& shape_a, const Motion& motion_a, const Shape& shape_b, const Motion& motion_b,
+                     double gap_now, double fastest, double margin, const Goal& goal) {
+  const double w_a = motion_a.w.norm(), w_b = motion_b.w.norm();
+  const double second =
+      2 * (w_a + w_b) * fastest + w_a * w_a * shape_a.half_extents.norm() + w_b * w_b * shape_b.half_extents.norm();
+  const double target = std::min(0.0, gap_now) - 2 * goal.closed - second * goal.horizon * goal.horizon / 2;
+  if (gap_now - fastest * goal.horizon > target) return goal.horizon;
+  double t = 0;
+  for (int i = 0; i < max_advancements; ++i) {
+    const PlacedBox a(shape_a, advance(motion_a, t)), b(shape_b, advance(motion_b, t));
+    const RelativeBox ab(a, b);
+    const SeparatingAxis axis = separating_axis(a, b, ab, margin);
+    if (axis.gap <= target + goal.closed) return t;
+    const double rest = goal.horizon - t;
+    const double step =
+        std::max((axis.gap - target) / fastest, apart_step(a, motion_a, b, motion_b, ab, axis, target, rest));
+    if (step >= rest) return goal.horizon;
+    t += step;
+  }
+  return goal.horizon;
+}
+
 double box_to_box(const Shape& shape_a, const Motion& motion_a, const Shape& shape_b, const Motion& motion_b,
                   const Goal& goal) {
   const Vec3 v = motion_b.v - motion_a.v;
@@ -462,22 +499,19 @@ double box_to_box(const Shape& shape_a, const Motion& motion_a, const Shape& sha
     const PlacedBox a(shape_a, advance(motion_a, t)), b(shape_b, advance(motion_b, t));
     const RelativeBox ab(a, b);
     const SeparatingAxis axis = separating_axis(a, b, ab, margin);
-    // The face that separates best, of both boxes; for edges the face of a that looks most along their normal.
-    int face = axis.index;
-    if (face >= 6) axis.normal_A.cwiseAbs().maxCoeff(&face);
-    if (axis.gap <= goal.closed)
-      return i > 0 ? t : patch_to_flat(shape_a, motion_a, shape_b, motion_b, face, margin, goal);
-
-    const double rest = goal.horizon - t;
-    double step = (axis.gap - goal.target) / fastest;  // holds for any plane: there is always progress
-    if (axis.index >= 6) {
-      step = std::max(step, step_over_edges(a, motion_a, b, motion_b, axis, goal.target, rest));
-      // Nearly a face axis: the face lasts longer.
-      for (face = 0; face < 6 && step < rest; ++face)
-        step = std::max(step, step_over(a, motion_a, b, motion_b, ab, face, goal.target, rest));
-    } else {
-      step = std::max(step, step_over(a, motion_a, b, motion_b, ab, face, goal.target, rest));
+    if (axis.gap <= goal.closed) {
+      if (i > 0) return t;
+      // The face that separates best, of both boxes; for edges the face of a that looks most along their normal.
+      int face = axis.index;
+      if (face >= 6) axis.normal_A.cwiseAbs().maxCoeff(&face);
+      const double flat = patch_to_flat(shape_a, motion_a, shape_b, motion_b, face, margin, goal);
+      return time_to_depth(shape_a, motion_a, shape_b, motion_b, axis.gap, fastest, margin,
+                           {goal.closed, goal.target, flat});
     }
+    const double rest = goal.horizon - t;
+    // The first holds for any plane: there is always progress.
+    const double step =
+        std::max((axis.gap - goal.target) / fastest, apart_step(a, motion_a, b, motion_b, ab, axis, goal.target, rest));
     if (step >= rest) return goal.horizon;
     t += step;
   }

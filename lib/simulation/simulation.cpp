@@ -86,6 +86,8 @@ const StepRecord& Simulation::step() {
 
   double remaining = options_.step;
   bool moved_on = false;  // has a time of contact split this step?
+  int idle = 0;           // how often at nothing that approaches
+  double last_advance = 0;
   while (record_.status == Status::ok || record_.status == Status::inaccurate) {
     poll_stop();
     const bool old_pairs = !moved_on && pairs_hold();
@@ -105,6 +107,12 @@ const StepRecord& Simulation::step() {
       lap = Lap();  // the referee's check is no part of any of them
       if (!solved) break;
       left_out_.coplanar_points += points_left_out_;
+    } else if (moved_on && ++idle > options_.event_cap) {
+      fail(Status::event_stall,
+           fmt::format("more than {} times of contact without an event in one step: at t = {:.9g} s the next one is "
+                       "{:.3g} s away, and bodies turn or hover too fast to reach it",
+                       options_.event_cap, state_.t, last_advance));
+      break;
     }
     update_motions();
     const double reach = displacement_bound(remaining);
@@ -117,6 +125,7 @@ const StepRecord& Simulation::step() {
     moved_ += reach;
     lap.add_to(record_.times.collision_s);
     advance_positions(dt);
+    last_advance = dt;
     remaining -= dt;
     if (!scenario_.model.trees.empty()) {
       lap.add_to(record_.times.dynamics_s);
