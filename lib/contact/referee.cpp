@@ -200,6 +200,9 @@ void Referee::convex(const ContactProblem& problem, const ContactSolution& solut
           {out.model, -u_plus_[3 * c] / root_w, -r_n * root_w, (tangential(r, c) - problem.mu[c] * r_n) * root_w});
     }
     if (size_ > 0) out.model /= size_;
+    // No law of restitution with e <= 1 gains energy; limits of joints that are driven may.
+    const bool driven = std::any_of(problem.offset.begin(), problem.offset.end(), [](double w) { return w != 0; });
+    if (!driven && out.energy_gain > 0) out.model = std::max(out.model, out.energy_gain / out.energy_before);
     return;
   }
   if (static_cast<int>(eta.size()) != nc || !all_finite(eta)) {
