@@ -59,6 +59,7 @@ void ContactSolution::clear() {
   eta.clear();
   frictionless.clear();
   kappa_dual.clear();
+  restitution_scale = 1;
 }
 
 void apply_impulse(const ContactProblem& problem, const BlockCholesky& factor, std::span<const double> impulse,

@@ -82,6 +82,7 @@ struct ContactSolution {
   std::vector<double> frictionless;  ///< nc, f >= 0: normal impulses of the frictionless problem with least sum
   std::vector<double> kappa_dual;    ///< nv, z: proves the least sum: N z <= 1 on touching contacts, f.(1 - N z) = 0
   double epsilon = 0;                ///< J, the suboptimality that the solver was allowed for this event
+  double restitution_scale = 1;      ///< -: least theta <= 1 of its islands that keeps restitution from gaining energy
 
   void clear();
 };

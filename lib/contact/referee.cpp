@@ -228,7 +228,8 @@ void Referee::judge(const ContactProblem& problem, const ContactSolution& soluti
     case Law::convex:
       if (!elastic) return convex(problem, solution, out);
       worst = impact(problem, solution);  // Poisson's second phase moves the answer off the optimum of the first:
-      break;                              // what is left is feasibility
+      gains(problem, out, worst);         // what is left is feasibility, and that no energy comes from nowhere
+      break;
     case Law::newton:
       worst = newton(problem, solution);
       break;
@@ -239,6 +240,13 @@ void Referee::judge(const ContactProblem& problem, const ContactSolution& soluti
   out.model = worst.ratio;
   out.worst_contact = worst.contact;
   out.worst_island = worst.island;
+}
+
+// No law of restitution with e <= 1 gains energy; limits of joints that are driven may.
+void Referee::gains(const ContactProblem& problem, const Residuals& out, Worst& worst) const {
+  const bool driven = std::any_of(problem.offset.begin(), problem.offset.end(), [](double w) { return w != 0; });
+  if (driven || !(out.energy_gain > worst.ratio * out.energy_before)) return;
+  worst = {out.energy_before > 0 ? out.energy_gain / out.energy_before : HUGE_VAL, -1, -1};
 }
 
 // Takes note of an error. Without size there is nothing an error could be made of, but in a claim of it.

@@ -52,6 +52,7 @@ class Referee {
     double ratio = 0;
     int contact = -1, island = -1;
   };
+  void gains(const ContactProblem& problem, const Residuals& out, Worst& worst) const;
   void see(Worst& worst, double error, double size, int contact) const;
   void measure_sizes(const ContactProblem& problem, std::span<const double> r);
   void find_same_islands(const ContactProblem& problem);

@@ -30,8 +30,9 @@
 // and (eta + s/tau lambda, s/tau) certifies (1) where it is not negative. Such an answer is tried for first. In (1) the
 // bound is a combination of the other rows but for tau: multipliers of 1/tau cancel, and take their digits with them.
 //
-// Restitution (Poisson): normal impulses of the first phase times 1 + e; where a contact still approaches, a second
-// phase from the velocity reached.
+// Restitution (Poisson): normal impulses of the first phase times 1 + theta e; where a contact still approaches, a
+// second phase from the velocity reached. In the paper theta = 1, by which events with friction or coupled contacts
+// gain energy; here theta <= 1 is the largest by which an island does not (difference 5).
 // Fails: `nonconverged`, `singular`, `not_finite` with the best feasible impulses met (at worst the frictionless ones).
 
 #include "methods/drumwright_shell.h"
@@ -90,9 +91,7 @@ void DrumwrightShell::operator()(const ContactProblem& problem, ContactSolution&
   bool elastic = false;
   for (double e : problem.restitution) elastic = elastic || e != 0;
   if (!elastic) return;
-  for (int c = 0; c < nc; ++c) solution.impulse[3 * c] *= 1 + problem.restitution[c];
-  apply_impulse(problem, factor_, solution.impulse, v_between_);
-  contact_velocity(problem, v_between_, u_step_);
+  give_back(problem, solution);
   double approach = 0, speed = 0;
   for (int c = 0; c < nc; ++c) {
     approach = std::max(approach, -u_step_[3 * c]);
@@ -102,6 +101,46 @@ void DrumwrightShell::operator()(const ContactProblem& problem, ContactSolution&
   first_impulse_ = solution.impulse;
   if (!solve(problem, v_between_, solution.epsilon, solution)) return;
   for (int i = 0; i < 3 * nc; ++i) solution.impulse[i] += first_impulse_[i];
+}
+
+// Adds theta e times the normal impulses, on each island with the largest theta <= 1 by which the event gains no
+// energy: compression took E_0 = r.(u_c + u- - 2 w) / 2 < 0, and g = theta e r_n adds theta a + theta^2 b with
+// a = e r_n.(u_c - w), b = e r_n.W e r_n / 2. (What is left approaching is solved for once more; without driven limits
+// that takes energy only, v = 0 being admissible.) Leaves v_between_ and its contact velocities in u_step_.
+void DrumwrightShell::give_back(const ContactProblem& problem, ContactSolution& solution) {
+  const int nc = problem.nc();
+  std::vector<double>& r = solution.impulse;
+  first_impulse_.assign(3 * nc, 0.0);
+  for (int c = 0; c < nc; ++c) first_impulse_[3 * c] = problem.restitution[c] * r[3 * c];
+  contact_velocity(problem, problem.v_minus, h_);
+  apply_impulse(problem, factor_, r, v_between_);
+  contact_velocity(problem, v_between_, u_step_);
+  // J M^-1 J^T e r_n.
+  h_v_.assign(problem.nv(), 0.0);
+  multiply_transposed_add(problem.J, problem.M, first_impulse_, h_v_);
+  factor_.solve_in_place(h_v_);
+  step_.resize(3 * nc);
+  multiply(problem.J, problem.M, h_v_, step_);
+  taken_.assign(islands_.count, {0, 0, 0});
+  for (int i = 0; i < 3 * nc; ++i) {
+    auto& [constant, linear, quadratic] = taken_[islands_.of_contact[i / 3]];
+    const double w = problem.offset[i], given = first_impulse_[i];
+    constant += 0.5 * r[i] * (u_step_[i] + h_[i] - 2 * w);
+    linear += given * (u_step_[i] - w);
+    quadratic += 0.5 * given * step_[i];
+  }
+  theta_.assign(islands_.count, 1.0);
+  for (int g = 0; g < islands_.count && tolerances_.bounded_restitution; ++g) {
+    const auto& [constant, a, b] = taken_[g];
+    const double c = std::min(constant, 0.0);  // driven limits may put energy in
+    if (a + b + c <= tolerances_.energy_rounding * (std::abs(a) + b - c)) continue;
+    const double root = std::sqrt(a * a - 4 * b * c);
+    theta_[g] = std::min(1.0, a > 0 ? -2 * c / (a + root) : (root - a) / (2 * b));
+    solution.restitution_scale = std::min(solution.restitution_scale, theta_[g]);
+  }
+  for (int c = 0; c < nc; ++c) r[3 * c] += theta_[islands_.of_contact[c]] * first_impulse_[3 * c];
+  apply_impulse(problem, factor_, r, v_between_);
+  contact_velocity(problem, v_between_, u_step_);
 }
 
 // Checks the data, factors M, and finds the weights.
@@ -387,6 +426,19 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
         };
         friction_solver_.solve(reduced, answer_);
         take();
+        const auto further = [&] {
+          for (const auto& [regularisation, proximal, tangent_exponent] : tolerances_.further_attempts) {
+            if (done) break;
+            options.regularisation = regularisation;
+            options.proximal = proximal;
+            options.tangent_exponent = tangent_exponent;
+            friction_solver_.solve(reduced, answer_);
+            take();
+          }
+        };
+        // The dense method rarely fails, but its time grows with the cube: large islands try the sparse one again
+        // first.
+        if (nc > tolerances_.dense_first) further();
         for (const double step_fraction : tolerances_.dense_step_fractions) {
           if (done || nc > tolerances_.dense_limit) break;
           ConeOptions dense = tolerances_.cone;
@@ -395,14 +447,7 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
           solve_dense(reduced, dense, answer_);
           take();
         }
-        for (const auto& [regularisation, proximal, tangent_exponent] : tolerances_.further_attempts) {
-          if (done || !far_off()) break;
-          options.regularisation = regularisation;
-          options.proximal = proximal;
-          options.tangent_exponent = tangent_exponent;
-          friction_solver_.solve(reduced, answer_);
-          take();
-        }
+        if (nc <= tolerances_.dense_first && far_off()) further();
         options = tolerances_.cone;
         if (done) keep(answer_);
       }

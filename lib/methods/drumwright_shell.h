@@ -53,8 +53,14 @@ class DrumwrightShell {
     /// Contacts of an island up to which an answer that is still far off is looked for densely, in long double; larger:
     /// an event may take seconds.
     int dense_limit = 96;
+    /// Contacts up to which that comes before further attempts of the sparse method.
+    int dense_first = 16;
     /// -: ConeOptions::step_fraction of the attempts at that; short steps stay in the middle of mixed scales.
     std::array<double, 2> dense_step_fractions = {0.98, 0.5};
+    /// Restitution scaled so that no island gains energy? Without: as published.
+    bool bounded_restitution = true;
+    /// -: gain of energy over the sum of its terms that counts as rounding.
+    double energy_rounding = 1e-14;
     ConeOptions cone;
   };
   explicit DrumwrightShell(const Tolerances& tolerances);
@@ -83,6 +89,7 @@ class DrumwrightShell {
   };
   /// One phase (restitution has two): from `v0` to impulses `r` with certificate.
   bool solve(const ContactProblem& problem, const std::vector<double>& v0, double epsilon, ContactSolution& solution);
+  void give_back(const ContactProblem& problem, ContactSolution& solution);
   bool weigh(const ContactProblem& problem, ContactSolution& solution);
   void extract(const ContactProblem& problem, const std::vector<double>& v0, int island);
   ConeStatus solve_island(double epsilon, ContactSolution& solution, Previous* previous);
@@ -136,7 +143,9 @@ class DrumwrightShell {
   int iterations_ = 0;
 
   // Of the second phase of restitution.
-  std::vector<double> v_between_, first_impulse_;
+  std::vector<double> v_between_, first_impulse_, h_v_;
+  std::vector<std::array<double, 3>> taken_;  // per island, J: energy of the event as a polynomial in theta
+  std::vector<double> theta_;                 // per island
 };
 
 }  // namespace cb

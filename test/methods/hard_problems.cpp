@@ -31,6 +31,59 @@ TEST_CASE("problems whose masses and friction span decades are solved to a check
   }
 }
 
+// Events of scenes that nothing is wrong with. A box in a corner: contacts that open by 1e-9 m/s are open. Spheres in a
+// bowl and beside one: of two islands one is at rest, and all its velocities are rounding.
+TEST_CASE("what rounding leaves of a velocity is no error, and what is more is no rounding", "[convex]") {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problems are not read");
+    return;
+  }
+  for (const char* name : {"convex_corner", "convex_bowl", "convex_resting_island"})
+    for (const bool bounded : {true, false}) {
+      const StoredProblem stored =
+          read_contact_problem(std::string(SOURCE_ROOT) + "/test/data/events/" + name + ".hdf5");
+      DrumwrightShell::Tolerances tolerances;
+      tolerances.bounded = bounded;
+      ContactSolution s;
+      DrumwrightShell method(tolerances);
+      method(stored.problem, s);
+      std::vector<double> v_plus;
+      Referee referee;
+      INFO(name << " bounded " << bounded << " " << s.reason);
+      CHECK(s.status == Status::ok);
+      CHECK(Referee::holds(referee.check(stored.problem, s, Law::convex, v_plus), s, Law::convex, 1e-9));
+    }
+}
+
+// Two boxes and four contacts with restitution: Poisson's hypothesis applied to all contacts at once adds 1.28 J to
+// 0.80 J.
+TEST_CASE("restitution gives back no more energy than compression took", "[convex]") {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problem is not read");
+    return;
+  }
+  const StoredProblem stored =
+      read_contact_problem(std::string(SOURCE_ROOT) + "/test/data/events/convex_energy_gain.hdf5");
+  for (const bool scaled : {true, false})
+    for (const bool bounded : {true, false}) {
+      DrumwrightShell::Tolerances tolerances;
+      tolerances.bounded = bounded;
+      tolerances.bounded_restitution = scaled;
+      ContactSolution s;
+      DrumwrightShell method(tolerances);
+      method(stored.problem, s);
+      std::vector<double> v_plus;
+      Referee referee;
+      const Residuals residuals = referee.check(stored.problem, s, Law::convex, v_plus);
+      INFO("scaled " << scaled << " bounded " << bounded << " gain " << residuals.energy_gain);
+      CHECK(s.status == Status::ok);
+      CHECK((s.restitution_scale < 1) == scaled);
+      if (!scaled && !bounded) continue;  // there the second phase happens to take it back
+      CHECK((residuals.energy_gain <= 1e-13) == scaled);
+      CHECK(Referee::holds(residuals, s, Law::convex, 1e-9) == scaled);
+    }
+}
+
 // An event of scenarios/stress/units.xml (T2, N1): one box slides on another that it is tilted against by 1e-5 rad, and
 // the bound on compression acts through multipliers of the inverse. As rows of one program they left 1e-7 m/s open.
 TEST_CASE("the bound's answer does not hang on the order of contacts that hardly tilt", "[convex]") {
