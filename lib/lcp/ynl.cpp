@@ -50,10 +50,13 @@ namespace {
 struct YnlOptions : LcpOptions {
   /// An entry that blocks must be larger than this, -; looser: bases near singular, stricter: real blocks are missed.
   double pivot_tolerance = 1e-9;
-  /// Rows whose value at the blocking step is no more than this are candidates, -; larger: wider search.
+  /// Rows whose value at the blocking step is no more than this, or `round_off` of the largest value at the basis, are
+  /// candidates, -; larger: wider search.
   double near_tie = 1e-10;
-  /// Values above minus this count as feasible, -; within it no sequence is given up.
+  /// Values above minus this, or `roundings` times round_off of the largest value, count as feasible, -; within it no
+  /// sequence is given up.
   double feasible = 1e-8;
+  double roundings = 100;
   /// A variable of an end above minus this is zero but for rounding, -; looser: ends near the exact one are kept.
   double vertex_tolerance = 1e-12;
   /// A ray's direction may violate its equations by this much of its largest entry, -.
@@ -222,7 +225,7 @@ class Ynl {
   std::vector<int> active_;
   State child_;
   int n_ = 0, pivots_ = 0, pivot_limit_ = 0, cover_limit_ = 0;
-  double near_tie_ = 0;  // of the search in hand: width of ties, -
+  double near_tie_ = 0, tie_ = 0;  // width of ties, -: of the search in hand; of the basis in hand
   bool polishing_ = false, polished_ = false;
   std::size_t peak_bytes_ = 0;
   bool memory_full_ = false, solved_ = false;
@@ -300,7 +303,7 @@ void Ynl::find_candidates(const State& state) {
     if (change < -o_.pivot_tolerance) bound = std::min(bound, std::max(value, 0.0) / -change);
   };
   const auto note = [&](int pair, bool is_z, double value, double change) {
-    if (change < -o_.pivot_tolerance && value + change * bound <= near_tie_)
+    if (change < -o_.pivot_tolerance && value + change * bound <= tie_)
       candidates_.push_back({pair, is_z, pair < 0 ? HUGE_VAL : -change});
   };
   const auto each = [&](auto&& visit) {
@@ -337,7 +340,11 @@ bool Ynl::expand(State& state, const LcpProblem& problem, LcpSolution& solution)
   z_value_ = system_.z();
   w_value_ = system_.w();
   z0_value_ = system_.z0();
-  if (std::min({z0_value_, z_value_.minCoeff(), w_value_.minCoeff()}) < -o_.feasible) {
+  // What a sum of the largest values cannot tell from zero is a tie, whatever the width.
+  const double rounding = round_off * std::max({z0_value_, z_value_.maxCoeff(), w_value_.maxCoeff()});
+  tie_ = std::max(near_tie_, rounding);
+  const double lowest = std::min({z0_value_, z_value_.minCoeff(), w_value_.minCoeff()});
+  if (lowest < -std::max(o_.feasible, o_.roundings * rounding)) {
     ++dead_.infeasible;
     return false;
   }
