@@ -9,8 +9,9 @@
 // so that nothing light or slow hides beside what is heavy or fast, be it joined to it or not. The convex program binds
 // an island as a whole: its size is that of the norms over its contacts, its gap is held against its own share.
 //
-// Terms. Where an answer does not pass by these sizes, it may be that velocities are small sums of large terms. By
-// absolute values, entry by entry, impulses change u_c by terms of d_c, and the last bits of the data leave rho_c open:
+// Terms. Where an answer does not pass by these sizes at 1e-12 (a gap: as it is allowed), it may be that velocities are
+// small sums of large terms. By absolute values, entry by entry, impulses change u_c by terms of d_c, and the last bits
+// of the data leave rho_c open:
 //   d_c = |J_c| |M^-1 J^T| |r|,     rho_c = units eps | |J_c| |v-| + |w_c| + d_c |                    m/s
 // size_c is at least d_c / sqrt(w) then, and an error of rho_c counts as `accepted`: size_c >= rho_c / (sqrt(w)
 // accepted). Velocities, not energies, are compared there: what is heavy still hides nothing.
@@ -32,6 +33,8 @@ namespace {
 /// Roundings of each term of a velocity that an error may have and still be none, -: a solver's own sums and the
 /// check's are made in other orders.
 constexpr double rounding_units = 16;
+/// -: residual from which on terms are looked at: rounding of sums of a few terms stays below it.
+constexpr double beyond_rounding = 1e-12;
 
 using Eigen::Vector3d;
 using ConstVec3 = Eigen::Map<const Vector3d>;
@@ -75,15 +78,13 @@ Residuals Referee::check(const ContactProblem& problem, const ContactSolution& s
   if (!all_finite(u_plus_) || !all_finite(u_minus_)) return not_finite();
 
   find_same_islands(problem);
-  measure_sizes(problem, r);
-  observe(problem, r, out);
-  balance(problem, v_plus, out);
   const bool elastic =
       std::any_of(problem.restitution.begin(), problem.restitution.end(), [](double e) { return e != 0; });
-  if (!elastic) out.law = coulomb(problem, r, u_plus_);
+  observe(problem, r, elastic, out);
+  balance(problem, v_plus, out);
   rounding_.clear();
   judge(problem, solution, law, elastic, out);
-  if (!holds(out, solution, law, accepted)) {
+  if (!holds(out, solution, law, out.gap ? accepted : beyond_rounding)) {
     look_at_terms(problem, solution);
     judge(problem, solution, law, elastic, out);
   }
@@ -119,26 +120,44 @@ void Referee::find_same_islands(const ContactProblem& problem) {
   joined_block_ = problem.J.block;
 }
 
-void Referee::measure_sizes(const ContactProblem& problem, std::span<const double> r) {
+// Sizes, and what is true of any answer.
+void Referee::observe(const ContactProblem& problem, std::span<const double> r, bool elastic, Residuals& out) {
   const int nc = problem.nc();
-  size_.resize(nc);
-  island_size_.assign(3 * islands_.count, 0.0);  // squares of norms of r, u+, u-, one after the other
+  size2_.resize(nc);
+  island_size_q_.resize(islands_.count);
+  island_size_.resize(islands_.count);
+  sum_.assign(4 * static_cast<std::size_t>(islands_.count), 0.0);  // squares: r, u+, u-, error in Coulomb's law
+  double outside = 0;
   for (int c = 0; c < nc; ++c) {
-    const double w = weight_[c], size_r = w * ConstVec3(&r[3 * c]).squaredNorm(),
-                 size_u = ConstVec3(&u_plus_[3 * c]).squaredNorm() / w,
-                 size_q = ConstVec3(&u_minus_[3 * c]).squaredNorm() / w;
-    size_[c] = std::sqrt(std::max({size_r, size_u, size_q}));
-    double* island = &island_size_[3 * islands_.of_contact[c]];
+    const ConstVec3 rc(&r[3 * c]), u(&u_plus_[3 * c]), q(&u_minus_[3 * c]);
+    const double w = weight_[c], mu = problem.mu[c], slip = tangential(u_plus_, c);
+    const double size_r = w * rc.squaredNorm(), size_u = u.squaredNorm() / w, size_q = q.squaredNorm() / w;
+    size2_[c] = std::max({size_r, size_u, size_q});
+    double* island = &sum_[4 * static_cast<std::size_t>(islands_.of_contact[c])];
     island[0] += size_r;
     island[1] += size_u;
     island[2] += size_q;
+    if (!elastic) {
+      const Vector3d changed(u[0] + mu * slip, u[1], u[2]);
+      island[3] += w * (rc - project_on_cone(rc - changed / w, mu)).squaredNorm();
+    }
+    out.approach = std::max(out.approach, -u[0]);
+    outside = std::max(outside, (rc - project_on_cone(rc, mu)).squaredNorm());
+    out.dissipation_gap = std::max(out.dissipation_gap, mu * rc[0] * slip + rc.tail<2>().dot(u.tail<2>()));
+    // r.u- + 1/2 r.W r, without the cancellation of a difference of two energies.
+    out.energy_gain += 0.5 * rc.dot(u + q - 2 * ConstVec3(&problem.offset[3 * c]));
   }
-  island_size_q_.resize(islands_.count);
+  out.cone_violation = std::sqrt(outside);
+  out.energy_before = 0.5 * quadratic_form(problem.M, problem.v_minus);
+  double law2 = 0;
   for (int g = 0; g < islands_.count; ++g) {
-    const double* island = &island_size_[3 * g];
+    const double* island = &sum_[4 * static_cast<std::size_t>(g)];
+    const double size2 = std::max({island[0], island[1], island[2]});
+    if (size2 > 0) law2 = std::max(law2, island[3] / size2);
     island_size_q_[g] = std::sqrt(island[2]);
-    island_size_[g] = std::sqrt(std::max({island[0], island[1], island[2]}));
+    island_size_[g] = std::sqrt(size2);
   }
+  if (!elastic) out.law = std::sqrt(law2);
 }
 
 // Sizes grow to those of the terms, and to what rounding of the terms makes of errors.
@@ -161,7 +180,7 @@ void Referee::look_at_terms(const ContactProblem& problem, const ContactSolution
     const double root_w = std::sqrt(weight_[c]);
     rounding_[c] = unit * (changes + before).norm();
     const double floor = rounding_[c] / root_w / accepted;
-    size_[c] = std::max({size_[c], changes.norm() / root_w, floor});
+    size2_[c] = std::max({size2_[c], changes.squaredNorm() / weight_[c], floor * floor});
     sum_[islands_.of_contact[c]] += floor * floor;
   }
   for (int g = 0; g < islands_.count; ++g) {
@@ -190,21 +209,6 @@ void Referee::add_changes(const ContactProblem& problem, const ContactSolution& 
   }
 }
 
-void Referee::observe(const ContactProblem& problem, std::span<const double> r, Residuals& out) {
-  for (int c = 0; c < problem.nc(); ++c) {
-    const ConstVec3 rc(&r[3 * c]);
-    const double mu = problem.mu[c];
-    out.approach = std::max(out.approach, -u_plus_[3 * c]);
-    out.cone_violation = std::max(out.cone_violation, (rc - project_on_cone(rc, mu)).norm());
-    out.dissipation_gap = std::max(out.dissipation_gap, mu * rc[0] * tangential(u_plus_, c) +
-                                                            rc.tail<2>().dot(ConstVec3(&u_plus_[3 * c]).tail<2>()));
-    // r.u- + 1/2 r.W r, without the cancellation of a difference of two energies.
-    for (int i = 0; i < 3; ++i)
-      out.energy_gain += 0.5 * rc[i] * (u_plus_[3 * c + i] + u_minus_[3 * c + i] - 2 * problem.offset[3 * c + i]);
-  }
-  out.energy_before = 0.5 * quadratic_form(problem.M, problem.v_minus);
-}
-
 // M (v+ - v-) - J^T r, scaled as sqrt(J) through the diagonal entries of M.
 void Referee::balance(const ContactProblem& problem, std::span<const double> v_plus, Residuals& out) {
   scratch_v_.resize(problem.nv());
@@ -212,10 +216,13 @@ void Referee::balance(const ContactProblem& problem, std::span<const double> v_p
   for (int i = 0; i < problem.nv(); ++i) difference_[i] = v_plus[i] - problem.v_minus[i];
   multiply(problem.M, difference_, scratch_v_);
   for (int i = 0; i < problem.nv(); ++i) scratch_v_[i] -= momentum_[i];
+  double largest = 0;
   for (int b = 0; b < problem.M.blocks(); ++b)
-    for (int i = 0; i < problem.M.block_size(b); ++i)
-      out.momentum =
-          std::max(out.momentum, std::abs(scratch_v_[problem.M.first[b] + i]) / std::sqrt(problem.M.block(b)(i, i)));
+    for (int i = 0; i < problem.M.block_size(b); ++i) {
+      const double missing = scratch_v_[problem.M.first[b] + i];
+      largest = std::max(largest, missing * missing / problem.M.block(b)(i, i));
+    }
+  out.momentum = std::sqrt(largest);
 }
 
 void Referee::judge(const ContactProblem& problem, const ContactSolution& solution, Law law, bool elastic,
@@ -255,21 +262,6 @@ void Referee::see(Worst& worst, double error, double size, int contact) const {
   worst.ratio = size > 0 ? error / size : HUGE_VAL;
   worst.contact = contact;
   worst.island = islands_.of_contact[contact];
-}
-
-double Referee::coulomb(const ContactProblem& problem, std::span<const double> r, std::span<const double> u) {
-  sum_.assign(islands_.count, 0.0);
-  for (int c = 0; c < problem.nc(); ++c) {
-    const ConstVec3 rc(&r[3 * c]);
-    Vector3d changed = ConstVec3(&u[3 * c]);
-    changed[0] += problem.mu[c] * tangential(u, c);
-    sum_[islands_.of_contact[c]] +=
-        weight_[c] * (rc - project_on_cone(rc - changed / weight_[c], problem.mu[c])).squaredNorm();
-  }
-  double worst = 0;
-  for (int g = 0; g < islands_.count; ++g)
-    if (island_size_[g] > 0) worst = std::max(worst, std::sqrt(sum_[g]) / island_size_[g]);
-  return worst;
 }
 
 // Natural map of the LCP, in impulses: rows of c_n and c_t divided by w_i; lam (m/s) divided by w_i too. What the
@@ -325,7 +317,8 @@ Referee::Worst Referee::anitescu_potra(const ContactProblem& problem, const Cont
     }
   }
   Worst worst;
-  for (int c = 0; c < nc; ++c) see(worst, std::sqrt(error_[c]), size_[c], c);
+  for (int c = 0; c < nc; ++c) see(worst, error_[c], size2_[c], c);
+  worst.ratio = std::sqrt(worst.ratio);
   return worst;
 }
 
@@ -468,10 +461,10 @@ Referee::Worst Referee::impact(const ContactProblem& problem, const ContactSolut
   Worst worst;
   const auto& r = solution.impulse;
   for (int c = 0; c < problem.nc(); ++c) {
-    const double root_w = std::sqrt(weight_[c]), r_n = r[3 * c];
-    see(worst, -u_plus_[3 * c] / root_w, size_[c], c);
-    see(worst, -r_n * root_w, size_[c], c);
-    see(worst, (tangential(r, c) - problem.mu[c] * r_n) * root_w, size_[c], c);
+    const double root_w = std::sqrt(weight_[c]), r_n = r[3 * c], size = std::sqrt(size2_[c]);
+    see(worst, -u_plus_[3 * c] / root_w, size, c);
+    see(worst, -r_n * root_w, size, c);
+    see(worst, (tangential(r, c) - problem.mu[c] * r_n) * root_w, size, c);
   }
   return worst;
 }
@@ -481,7 +474,8 @@ Referee::Worst Referee::impact(const ContactProblem& problem, const ContactSolut
 Referee::Worst Referee::newton(const ContactProblem& problem, const ContactSolution& solution) const {
   Worst worst = impact(problem, solution);
   if (problem.nc() == 1 && u_minus_[0] < 0)
-    see(worst, std::abs(u_plus_[0] + problem.restitution[0] * u_minus_[0]) / std::sqrt(weight_[0]), size_[0], 0);
+    see(worst, std::abs(u_plus_[0] + problem.restitution[0] * u_minus_[0]) / std::sqrt(weight_[0]),
+        std::sqrt(size2_[0]), 0);
   return worst;
 }
 

@@ -54,14 +54,12 @@ class Referee {
   };
   void gains(const ContactProblem& problem, const Residuals& out, Worst& worst) const;
   void see(Worst& worst, double error, double size, int contact) const;
-  void measure_sizes(const ContactProblem& problem, std::span<const double> r);
   void find_same_islands(const ContactProblem& problem);
   void look_at_terms(const ContactProblem& problem, const ContactSolution& solution);
   void add_changes(const ContactProblem& problem, const ContactSolution& solution);
-  void observe(const ContactProblem& problem, std::span<const double> r, Residuals& out);
+  void observe(const ContactProblem& problem, std::span<const double> r, bool elastic, Residuals& out);
   void balance(const ContactProblem& problem, std::span<const double> v_plus, Residuals& out);
   void judge(const ContactProblem& problem, const ContactSolution& solution, Law law, bool elastic, Residuals& out);
-  double coulomb(const ContactProblem& problem, std::span<const double> r, std::span<const double> u);
   Worst anitescu_potra(const ContactProblem& problem, const ContactSolution& solution, bool elastic);
   void convex(const ContactProblem& problem, const ContactSolution& solution, Residuals& out);
   void least_sum(const ContactProblem& problem, const ContactSolution& solution, Worst& worst);
@@ -76,8 +74,9 @@ class Referee {
   BlockCholesky factor_;
   Islands islands_;
   std::vector<int> joined_band_, joined_block_;  // what islands_ were found from
-  // sqrt(J): what a contact, an island is about, and what there is before any impulse.
-  std::vector<double> size_, island_size_, island_size_q_;
+  std::vector<double> size2_;                    // nc, J: square of what a contact is about
+  std::vector<double> island_size_;              // per island, sqrt(J): what it is about,
+  std::vector<double> island_size_q_;            // and what there is before any impulse
   std::vector<double> rounding_;  // nc, m/s: what the last bits of the data leave open of u; empty: not asked for yet
   std::vector<double> weight_;    // nc, w_i
   std::vector<double> u_plus_, u_minus_, y_, u_dual_, scratch_v_, scratch_u_, difference_, momentum_, columns_,
