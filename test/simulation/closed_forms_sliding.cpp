@@ -139,6 +139,13 @@ TEST_CASE("a ball put on a driven belt rolls off with two sevenths of its speed"
   for (const Claimant& who : {newton(), mirtich()}) check_ball_on_driven_belt(who, 15);
 }
 
+// What drives the belt is no contact: it bears m mu g, which is no part of the bound (limit rows have no share in
+// kappa).
+TEST_CASE("the drive of a belt takes nothing from what the compression bound leaves to friction", "[closed]") {
+  check_box_on_driven_belt(convex(true));
+  check_ball_on_driven_belt(convex(true));
+}
+
 // Free on its rail the belt, of mass B, gives what it takes: v_box = mu g t, v_belt = V - m / B mu g t, up to the
 // common B V / (B + m).
 TEST_CASE("a belt that coasts and a box on it end with the momentum that the belt had", "[closed]") {
