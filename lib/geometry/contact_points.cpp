@@ -228,6 +228,23 @@ int add_patch(const PlacedBox& a, const PlacedBox& b, const FacePatch& patch, do
   return added;
 }
 
+// Two edges that cross while a face of each nearly lies on the other: the face's corners that come next, at the heights
+// that they have above the crossing.
+void add_next_corners(const PlacedBox& a, const PlacedBox& b, const RelativeBox& ab, const SeparatingAxis& axis,
+                      double margin, double reach, const Sink& sink) {
+  constexpr double nearly = 0.99;  // cosine
+  const Vec3 along_a = axis.normal_A.cwiseAbs(), along_b = (ab.C.transpose() * axis.normal_A).cwiseAbs();
+  int i = 0, j = 0;
+  const double cosine_a = along_a.maxCoeff(&i), cosine_b = along_b.maxCoeff(&j);
+  if (std::max(cosine_a, cosine_b) < nearly) return;
+  FacePatch patch;
+  face_patch(a, b, ab, cosine_a >= cosine_b ? i : 3 + j, margin, patch);
+  double lowest = HUGE_VAL;
+  for (int k = 0; k < patch.count; ++k) lowest = std::min(lowest, patch.point[k].gap);
+  for (int k = 0; k < patch.count; ++k) patch.point[k].gap += axis.gap - lowest;
+  add_patch(a, b, patch, reach, sink);
+}
+
 void box_on_box(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, const Pose& pose_b, double tolerance,
                 double reach, const Sink& sink) {
   const double furthest = shape_a.half_extents.norm() + shape_b.half_extents.norm() + reach;
@@ -250,6 +267,7 @@ void box_on_box(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, 
     return;
   }
   sink.add(a.c + a.R * edge_crossing(a, b, ab, axis), normal, axis.gap);
+  if (reach > tolerance) add_next_corners(a, b, ab, axis, margin, reach, sink);
 }
 
 }  // namespace

@@ -159,9 +159,12 @@ void Overlap::solve(std::span<const int> island) {
     }
   if (working_.empty()) return;
   for (int exchange = 0; exchange < exchanges; ++exchange) {
-    if (!solve_working_set()) return;
+    // Where all left at once, those that are too deep come back below.
+    lambda_.resize(0);
+    if (!working_.empty() && !solve_working_set()) return;
     // Points that pull leave: all, or from some time on the one that pulls most.
-    const double worst = lambda_.minCoeff(), kept = -negative * lambda_.cwiseAbs().maxCoeff();
+    const double worst = working_.empty() ? 0 : lambda_.minCoeff();
+    const double kept = working_.empty() ? 0 : -negative * lambda_.cwiseAbs().maxCoeff();
     const bool leaving = worst < kept && exchange + 1 < exchanges;
     for (const int c : working_)
       for (int e = problem_.J.band[c]; e < problem_.J.band[c + 1]; ++e)

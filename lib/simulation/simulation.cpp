@@ -4,6 +4,7 @@
 //      (event_islands.h)
 //   3. positions with the new velocity up to the first time of contact of a feature that was open, or the step's end
 //   4. at a time of contact: 2 again
+//   5. at the end: what overlaps is taken away (overlap.h); the contacts found there are the next step's first
 // Robots: their links take part in collision as free bodies do; velocities come from the articulated-body algorithm
 // under the controllers' torques, positions from the joints' coordinates. A joint at its limit is a contact of the
 // event. Times of contact take a link's motion as steady from where it is; what its arc leaves behind, drift.h takes
