@@ -162,7 +162,11 @@ class Dense {
     at_.x = at_.y = Vector::Zero(3 * n_);
     at_.e = at_.a = Vector::Zero(n_);
     for (int c = 0; c < n_; ++c)
-      if (inequality(c)) at_.e[c] = at_.a[c] = start;
+      if (inequality(
+              c)) {  // a contact that parts has its slack from the start: it may be far from the scale of the rest
+        at_.a[c] = std::max(start, q_[3 * c] / ratio_);
+        at_.e[c] = start * start / at_.a[c];
+      }
     for (int c = 0; c < n_; ++c) at_.x[3 * c] = at_.y[3 * c] = start;
     at_.s = bound_ ? start / d_.array().pow(Real(1) / n_).prod() : 0;
     at_.b = bound_ ? std::max(start * start / at_.s, kappa_ / 10) : 0;

@@ -536,8 +536,9 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
     x.r[3 * c] = start / std::sqrt(w_r_[c]);
     y_[3 * c] = start * std::sqrt(w_r_[c]);
     if (inequality(c)) {
-      x.eta[c] = start / std::sqrt(w_eta_[c]);
-      a_[c] = start * std::sqrt(w_eta_[c]);
+      // A contact that parts has its slack from the start: it may be far from the scale of the rest.
+      a_[c] = std::max(start * std::sqrt(w_eta_[c]), q_[3 * c]);
+      x.eta[c] = start * start / a_[c];
     }
   }
   double b = 0, db = 0;
