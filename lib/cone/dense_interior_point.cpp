@@ -222,7 +222,7 @@ class Dense {
     }
     rounded_.s = static_cast<double>(at_.s * size_);
     velocities_.evaluate(program_, rounded_.r, rounded_.eta);
-    velocities_.bound_rounding(program_, rounded_.r, rounded_.eta);
+    velocities_.bound_rounding(program_, rounded_.r, {});
     const Certificate certificate =
         certify(program_, rounded_.r, rounded_.eta, rounded_.s, velocities_, rounded_q_, options_.rounding_units);
     rounded_.gap = certificate.gap;

@@ -209,6 +209,9 @@ Certificate certify(const ConeProgram& p, std::span<const double> r, std::span<c
     const double sum_rounding = rounding_units * std::numeric_limits<double>::epsilon() * kappa_size;
     out.gap_rounding += std::abs(out.s) * (kappa_rounding + sum_rounding) + s_rounding * std::abs(p.kappa);
   }
+  // Multipliers that grow without bound would excuse anything.
+  constexpr double most = 1e-9;  // of the program's energy, -
+  out.gap_rounding = std::min(out.gap_rounding, most * size * size);
   // Comparisons with NaN are false: say so here, once.
   out.gap = std::isfinite(gap) ? gap : HUGE_VAL;
   out.infeasibility = std::isfinite(gap) ? worst : HUGE_VAL;
@@ -500,7 +503,7 @@ bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x, int patience, 
 Certificate InteriorPoint::checked(const ConeProgram& p, ConeSolution& x) {
   const std::span<const double> eta = p.has_eta() ? std::span<const double>(x.eta) : std::span<const double>();
   velocities_.evaluate(p, x.r, eta);
-  velocities_.bound_rounding(p, x.r, eta);
+  velocities_.bound_rounding(p, x.r, {});
   const Certificate certificate = certify(p, x.r, x.eta, x.s, velocities_, q_, options_.rounding_units);
   x.gap = certificate.gap;
   x.infeasibility = certificate.infeasibility;
