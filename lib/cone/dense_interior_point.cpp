@@ -164,7 +164,11 @@ class Dense {
     at_.x = at_.y = Vector::Zero(3 * n_);
     at_.e = at_.a = Vector::Zero(n_);
     for (int c = 0; c < n_; ++c)
-      if (inequality(c)) at_.e[c] = at_.a[c] = start;
+      if (inequality(
+              c)) {  // a contact that parts has its slack from the start: it may be far from the scale of the rest
+        at_.a[c] = std::max(start, q_[3 * c] / ratio_);
+        at_.e[c] = start * start / at_.a[c];
+      }
     for (int c = 0; c < n_; ++c) at_.x[3 * c] = at_.y[3 * c] = start;
     at_.s = bound_ ? start / d_.array().pow(Real(1) / n_).prod() : 0;
     at_.b = bound_ ? std::max(start * start / at_.s, kappa_ / 10) : 0;
@@ -220,7 +224,7 @@ class Dense {
     }
     rounded_.s = static_cast<double>(at_.s * size_);
     velocities_.evaluate(program_, rounded_.r, rounded_.eta);
-    velocities_.bound_rounding(program_, rounded_.r, rounded_.eta);
+    velocities_.bound_rounding(program_, rounded_.r, {});
     const Certificate certificate =
         certify(program_, rounded_.r, rounded_.eta, rounded_.s, velocities_, rounded_q_, options_.rounding_units);
     rounded_.gap = certificate.gap;

@@ -210,6 +210,9 @@ Certificate certify(const ConeProgram& p, std::span<const double> r, std::span<c
     const double sum_rounding = rounding_units * std::numeric_limits<double>::epsilon() * kappa_size;
     out.gap_rounding += std::abs(out.s) * (kappa_rounding + sum_rounding) + s_rounding * std::abs(p.kappa);
   }
+  // Multipliers that grow without bound would excuse anything.
+  constexpr double most = 1e-9;  // of the program's energy, -
+  out.gap_rounding = std::min(out.gap_rounding, most * size * size);
   // Comparisons with NaN are false: say so here, once.
   out.gap = std::isfinite(gap) ? gap : HUGE_VAL;
   out.infeasibility = std::isfinite(gap) ? worst : HUGE_VAL;
@@ -502,7 +505,7 @@ bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x, int patience, 
 Certificate InteriorPoint::checked(const ConeProgram& p, ConeSolution& x) {
   const std::span<const double> eta = p.has_eta() ? std::span<const double>(x.eta) : std::span<const double>();
   velocities_.evaluate(p, x.r, eta);
-  velocities_.bound_rounding(p, x.r, eta);
+  velocities_.bound_rounding(p, x.r, {});
   const Certificate certificate = certify(p, x.r, x.eta, x.s, velocities_, q_, options_.rounding_units);
   x.gap = certificate.gap;
   x.infeasibility = certificate.infeasibility;
@@ -538,8 +541,9 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
     x.r[3 * c] = start / std::sqrt(w_r_[c]);
     y_[3 * c] = start * std::sqrt(w_r_[c]);
     if (inequality(c)) {
-      x.eta[c] = start / std::sqrt(w_eta_[c]);
-      a_[c] = start * std::sqrt(w_eta_[c]);
+      // A contact that parts has its slack from the start: it may be far from the scale of the rest.
+      a_[c] = std::max(start * std::sqrt(w_eta_[c]), q_[3 * c]);
+      x.eta[c] = start * start / a_[c];
     }
   }
   double b = 0, db = 0;

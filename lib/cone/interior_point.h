@@ -29,7 +29,7 @@ class ConeVelocities {
 /// into the dual cone mu |y_t| <= y_n (no bound: s = 0); what is missing otherwise counts as infeasibility; gap =
 /// eta.u_n + s (kappa - d.r) + r.y.
 /// Where `velocities` bounds its rounding, a velocity that is wrong by no more than `rounding_units` of that is not
-/// wrong, and gap_rounding is what those errors can make of the gap.
+/// wrong, and gap_rounding is what those errors can make of the gap, 1e-9 of its energy at most.
 struct Certificate {
   double gap = std::numeric_limits<double>::infinity();            ///< J; of either sign by rounding
   double infeasibility = std::numeric_limits<double>::infinity();  ///< worst violation, each scaled by its terms

@@ -251,7 +251,7 @@ Certificate DrumwrightShell::judge(std::span<const double> r, std::span<const do
   velocities_.evaluate(program_, r, eta);
   const Certificate plain = certify(program_, r, eta, 0, velocities_, q_);
   if (good(plain, epsilon)) return plain;
-  velocities_.bound_rounding(program_, r, eta);
+  velocities_.bound_rounding(program_, r, {});
   return certify(program_, r, eta, 0, velocities_, q_, tolerances_.cone.rounding_units);
 }
 
