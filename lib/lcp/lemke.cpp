@@ -126,10 +126,10 @@ PathEnd Lemke::follow_path(Table& table, bool afresh) {
   ++follower_.pivots;
   const auto renew = [&] {
     const int out = list_basis(table, active_);
-    table.renew(active_, out, load_.q, base_);
+    return table.renew(active_, out, load_.q, base_);
   };
   const PathEnd end =
-      afresh ? follower_.follow(table, n_, leaving, renew) : follower_.follow(table, n_, leaving, [] {});
+      afresh ? follower_.follow(table, n_, leaving, renew) : follower_.follow(table, n_, leaving, [] { return true; });
   if (end == PathEnd::ray && !judge_.ray_holds(table, load_, base_, follower_.ray_variable))
     return PathEnd::doubtful_ray;
   return end;
@@ -162,6 +162,7 @@ PathEnd Lemke::attempt(Table& table, const Rung& rung, LcpSolution& solution) {
       best_ = solution.z;
       list_basis(table, best_active_);
     }
+    if (best == HUGE_VAL) break;  // a basis that cannot be factorised
     set_noise(rung.seed + 1000 * static_cast<unsigned>(repair));
     end = cover_vertex(table) ? follow_path(table, true) : PathEnd::bad_pivot;
     below = HUGE_VAL;
