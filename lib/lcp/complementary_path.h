@@ -71,7 +71,7 @@ struct PathFollower {
   int ray_variable = 0;       ///< what nothing blocks, where a path ends in a ray
 
   /// From the basis that z_0 has just entered, `leaving` having left it. `at_basis()` is called after each pivot while
-  /// z_0 is basic.
+  /// z_0 is basic; where it returns false the basis is of no use.
   template <class Table, class AtBasis>
   PathEnd follow(Table& table, int n, int leaving, AtBasis&& at_basis) {
     const int artificial = 2 * n;
@@ -80,7 +80,7 @@ struct PathFollower {
       if (pivots >= pivot_limit) return PathEnd::pivot_limit;
       poll_stop();
       if (table.rhs()[table.row_of(artificial)] > retreat) return PathEnd::turned_back;
-      at_basis();
+      if (!at_basis()) return PathEnd::bad_pivot;
       const int entering = complement(leaving, n);
       const int row = ratio.row(table.column(entering), table.rhs(), table.row_of(artificial));
       if (row < 0) {

@@ -18,7 +18,8 @@
 //     data. Where that vertex is infeasible by more than round-off, Lemke goes on from this very basis with a covering
 //     vector under which the basic values of this basis all grow (cover_vertex): the exact vertex is near, and q need
 //     not be perturbed on the way. Contacts that are all but redundant make bases all but singular, where the pivots
-//     carried out before have left no digits: these paths, of a few pivots, take each basis from the original matrix.
+//     carried out before have left no digits: where the first such path does not do, the next ones, of a few pivots,
+//     take each basis from the original matrix.
 //  4. Ratio test in two passes after Harris (complementary_path.h); z_0 wins whenever it is among those that block.
 //  5. A ray is believed only if its direction is a ray of the original data. On any failure the ladder below restarts
 //     with other perturbations and covering vectors; `reason` names each rung that was used.
@@ -82,7 +83,7 @@ class Lemke {
   template <class Table>
   PathEnd follow_path(Table& table, bool afresh);
   template <class Table>
-  bool cover_vertex(Table& table);
+  bool cover_vertex(Table& table, bool afresh);
   template <class Table>
   int list_basis(const Table& table, std::vector<int>& active) const;
   int first_row(const double* cover, const double* rhs) const;
@@ -126,10 +127,10 @@ PathEnd Lemke::follow_path(Table& table, bool afresh) {
   ++follower_.pivots;
   const auto renew = [&] {
     const int out = list_basis(table, active_);
-    table.renew(active_, out, load_.q, base_);
+    return table.renew(active_, out, load_.q, base_);
   };
   const PathEnd end =
-      afresh ? follower_.follow(table, n_, leaving, renew) : follower_.follow(table, n_, leaving, [] {});
+      afresh ? follower_.follow(table, n_, leaving, renew) : follower_.follow(table, n_, leaving, [] { return true; });
   if (end == PathEnd::ray && !judge_.ray_holds(table, load_, base_, follower_.ray_variable))
     return PathEnd::doubtful_ray;
   return end;
@@ -162,8 +163,10 @@ PathEnd Lemke::attempt(Table& table, const Rung& rung, LcpSolution& solution) {
       best_ = solution.z;
       list_basis(table, best_active_);
     }
+    if (best == HUGE_VAL) break;  // a basis that cannot be factorised
     set_noise(rung.seed + 1000 * static_cast<unsigned>(repair));
-    end = cover_vertex(table) ? follow_path(table, true) : PathEnd::bad_pivot;
+    const bool afresh = repair > 1;
+    end = cover_vertex(table, afresh) ? follow_path(table, afresh) : PathEnd::bad_pivot;
     below = HUGE_VAL;
     if (end == PathEnd::solution) below = judge_.vertex(table, load_, solution.z, solution.residual);
     if (end == PathEnd::pivot_limit) break;
@@ -177,15 +180,19 @@ PathEnd Lemke::attempt(Table& table, const Rung& rung, LcpSolution& solution) {
 
 // Takes up the best vertex so far with a covering vector of its own, c = w_d - M z_d: z_d and w_d are p for what is
 // basic there and zero elsewhere. So its basic values are y + p z_0, feasible from some z_0 > 0 on, where the lowest
-// leaves, and at z_0 = 0 nothing is perturbed any more. False where its basis is singular.
+// leaves, and at z_0 = 0 nothing is perturbed any more. Not `afresh`: that vertex is the basis in hand. False where its
+// basis is singular.
 template <class Table>
-bool Lemke::cover_vertex(Table& table) {
+bool Lemke::cover_vertex(Table& table, bool afresh) {
   perturbed_.setZero();
   for (const int i : best_active_) perturbed_[i] = noise_[i] * load_.scales.columns[i];
   table.multiply(perturbed_, base_);
   base_ = noise_ - base_.cwiseProduct(load_.scales.rows);
   for (const int i : best_active_) base_[i] -= noise_[i];
-  return table.renew(best_active_, -1, load_.q, base_);
+  if (afresh) return table.renew(best_active_, -1, load_.q, base_);
+  table.set_cover(base_);
+  table.set_load(load_.q);
+  return true;
 }
 
 // Pairs whose z is basic, and (returned) the pair that is out, -1 where z_0 is not basic.

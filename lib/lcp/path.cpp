@@ -291,9 +291,10 @@ PathEnd Path::path_search(Table& table, const Eigen::VectorXd& q, const Rung& ru
     lowest_ = z_;
     end = follower_.follow(table, n_, leaving, [&] {
       const double z0 = table.rhs()[table.row_of(artificial)];
-      if (z0 >= least) return;
+      if (z0 >= least) return true;
       least = z0;
       read(table, lowest_);
+      return true;
     });
     if (end != PathEnd::solution) z_ = lowest_;
   }

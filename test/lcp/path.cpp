@@ -153,6 +153,7 @@ TEST_CASE("along the path of a P-matrix the normal map shrinks in proportion, an
       CHECK(std::min(z.minCoeff(), w.minCoeff()) > -1e-9);
       // F_+(p(t)) = (1 - t) F_+(x)
       CHECK((M * z + q - w + t * cover).lpNorm<Eigen::Infinity>() < 1e-9);
+      return true;
     });
     CHECK(end == PathEnd::solution);
   }
