@@ -9,6 +9,7 @@
 
 #include "commands.h"
 #include "contact/conditioning.h"
+#include "contact/islands.h"
 #include "contact/problem_files.h"
 #include "evaluation/scene_errors.h"
 #include "flags.h"
@@ -242,28 +243,104 @@ void store_problem(const RunPlan& plan, const ContactProblem& problem, const fs:
   write_contact_problem(path.string(), problem, fmt::format("{}, t = {} s", plan.scenario.name, number_text(t)));
 }
 
-/// The contact problem that a run stumbled over: the one that ended it, or the worst that was answered beyond the
-/// accepted residual.
+/// The contact problem that a run stumbled over: the one that ended it, or the worst that was answered beyond what is
+/// accepted. First what the method was handed, or the island of the worst contact, then the whole event.
 struct HardProblem {
-  ContactProblem problem;
-  double residual = 0;  ///< checked
-  double t = 0;         ///< s
+  std::vector<ContactProblem> candidates;
+  Status status = Status::ok;  ///< what came of it in the run
+  double excess = 0;           ///< how far beyond what is accepted, -
+  double t = 0;                ///< s
+  std::string reason;
 };
 constexpr const char* hard_problem_file = "hard_problem.hdf5";
 
-/// Keeps it beside the run's other files, for `solve`. That it cannot be written does not hide how the run ended.
-void store_hard_problem(const RunPlan& plan, const HardProblem& hard, RunSummary& summary) {
+/// What `solve` makes of a problem: status and answer of a method that knows of nothing before.
+Status solve_afresh(const RunPlan& plan, const ContactProblem& problem) {
+  MethodOptions options = plan.options;
+  options.warm_start = false;
+  ContactSolution solution;
+  plan.method->make(options)(problem, solution);
+  std::vector<double> v_plus;
+  const Residuals residuals = Referee().check(problem, solution, plan.method->law, v_plus);
+  if (Referee::holds(residuals, solution, plan.method->law, plan.simulation.accepted_residual)) return Status::ok;
+  if (solution.status != Status::ok) return solution.status;
+  return residuals.finite ? Status::inaccurate : Status::not_finite;
+}
+
+/// The command that solves the kept problem with the run's options.
+std::string solve_command(const RunPlan& plan) {
+  const MethodOptions& options = plan.options;
+  std::string command = fmt::format("contactbench solve {} --kind contact --method {}",
+                                    (plan.out / hard_problem_file).string(), plan.method->name);
+  if (!options.solver.empty()) command += " --solver " + options.solver;
+  if (!options.variant.empty()) command += " --variant " + options.variant;
+  for (const OptionRow& row : plan.method->options) {
+    if (row.flag == "k") command += fmt::format(" --k {}", options.k);
+    if (row.flag == "epsilon" && !options.epsilon_relative) command += " --epsilon " + number_text(options.epsilon);
+    if (row.flag == "epsilon-relative" && options.epsilon_relative)
+      command += " --epsilon-relative " + number_text(*options.epsilon_relative);
+    if (row.flag == "compression-bound")
+      command += fmt::format(" --compression-bound {}", options.compression_bound ? "on" : "off");
+    if (row.flag == "regularise" && options.regularise != 0)
+      command += " --regularise " + number_text(options.regularise);
+  }
+  return command;
+}
+
+/// The candidate that ends afresh as it did in the run, the last where none does: the run's method started from the
+/// event before, or there was no time to try.
+std::pair<const ContactProblem*, bool> ends_so_again(const RunPlan& plan, const HardProblem& hard) {
   try {
-    store_problem(plan, hard.problem, plan.out / hard_problem_file, hard.t);
+    for (const ContactProblem& problem : hard.candidates)
+      if (solve_afresh(plan, problem) == hard.status) return {&problem, true};
+  } catch (const Stopped&) {  // nothing can be said of what a limit cuts short
+  }
+  return {&hard.candidates.back(), false};
+}
+
+/// Keeps it beside the run's other files, for `solve`, with the command where one ends as the run did. `try_again`: is
+/// there time to find out? That it cannot be written does not hide how the run ended.
+void store_hard_problem(const RunPlan& plan, const HardProblem& hard, bool try_again, RunSummary& summary) {
+  const auto [problem, again] = try_again ? ends_so_again(plan, hard) : std::pair(&hard.candidates.back(), false);
+  try {
+    store_problem(plan, *problem, plan.out / hard_problem_file, hard.t);
     summary.hard_problem = hard_problem_file;
+    if (again) summary.hard_problem_command = solve_command(plan);
   } catch (const FileError& error) {
     print_error(fmt::format("contactbench run: warning: {}\n", error.what()));
   }
 }
 
+/// How far beyond what is accepted an answer is, -: above 1 where the check does not hold.
+double excess(const Residuals& residuals, double accepted) {
+  if (!residuals.gap) return residuals.model / accepted;
+  const double gap = residuals.allowed_gap > 0 ? std::abs(residuals.island_gap) / residuals.allowed_gap : HUGE_VAL;
+  return std::max(gap, residuals.infeasibility.value_or(HUGE_VAL) / Referee::accepted);
+}
+
+/// Keeps the event's problem if its answer is the worst so far of those that do not hold.
+void keep_worst(const RunPlan& plan, const EventRecord& event, std::optional<HardProblem>& hard) {
+  const double beyond = excess(event.residuals, plan.simulation.accepted_residual);
+  if (hard && !(beyond > hard->excess)) return;
+  hard = {
+      {}, Status::inaccurate, beyond, event.t, Referee::refusal(event.residuals, plan.simulation.accepted_residual)};
+  if (event.residuals.worst_contact >= 0)
+    hard->candidates.push_back(island_of(event.problem, event.residuals.worst_contact));
+  hard->candidates.push_back(event.problem);
+}
+
+/// Keeps the problem that ended the run.
+void keep_last(const Simulation& simulation, const LeftOut& left_out, const StepRecord& record,
+               std::optional<HardProblem>& hard) {
+  if (simulation.problem().nc() == 0) return;
+  hard = {{}, record.status, HUGE_VAL, record.t, ""};
+  if (left_out.failed) hard->candidates.push_back(*left_out.failed);
+  hard->candidates.push_back(simulation.problem());
+}
+
 /// Steps to the end, to a status that ends the run, or to a stop (throws Stopped). `hard`: see HardProblem.
 void go(const RunPlan& plan, Simulation& simulation, RunFiles& files, Limits& limits, SceneErrors& errors,
-        RunSummary& summary, Progress& progress, std::optional<HardProblem>& hard) {
+        RunSummary& summary, Progress& progress, const LeftOut& left_out, std::optional<HardProblem>& hard) {
   constexpr std::chrono::milliseconds between_flushes{500};
   Clock::time_point now = Clock::now(), flushed = now;
   while (simulation.step_index() < simulation.steps_total()) {
@@ -288,7 +365,7 @@ void go(const RunPlan& plan, Simulation& simulation, RunFiles& files, Limits& li
     if (last) {
       summary.status = record.status;
       summary.reason = simulation.reason();
-      if (fclib_available() && simulation.problem().nc() > 0) hard = {simulation.problem(), record.residual, record.t};
+      keep_last(simulation, left_out, record, hard);
       break;
     }
     if (!files.ok()) break;
@@ -303,6 +380,7 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
   Simulation& simulation = pruned_run.simulation;
   long events = 0;
   std::optional<HardProblem> hard;
+  bool stopped = false;
   std::error_code nothing_there;
   fs::remove(plan.out / hard_problem_file, nothing_there);  // an earlier run's
   ConditioningEstimate estimate;
@@ -322,8 +400,7 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
     const bool holds =
         Referee::holds(event.residuals, event.solution, plan.method->law, plan.simulation.accepted_residual);
     tally.observe_event(event, holds);
-    if (!holds && fclib_available() && (!hard || event.residuals.model > hard->residual))
-      hard = {event.problem, event.residuals.model, event.t};
+    if (!holds) keep_worst(plan, event, hard);
   };
   Progress progress(!plan.quiet);
   errors.observe_start(simulation.state());
@@ -332,15 +409,19 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
   summary.status = Status::ok;
   summary.reason.clear();
   try {
-    go(plan, simulation, files, limits, errors, summary, progress, hard);
+    go(plan, simulation, files, limits, errors, summary, progress, *pruned_run.left_out, hard);
   } catch (const Stopped&) {
+    stopped = true;
     summary.status = limits.status();
     summary.reason = limits.reason(summary.status);
     limits.lift();
   }
   files.flush();
   progress.clear();
-  if (hard) store_hard_problem(plan, *hard, summary);
+  if (hard) {
+    summary.worst_refusal = fmt::format("{}, at t = {:.9g} s", hard->reason, hard->t);
+    if (fclib_available()) store_hard_problem(plan, *hard, !stopped, summary);
+  }
   for (const LeftOutItem& item : pruned_run.items())
     if (item.count > 0) summary.left_out.emplace_back(item.name, item.count);
   summary.finished = simulation.step_index() >= simulation.steps_total() && summary.status == Status::ok;
@@ -426,9 +507,8 @@ int execute(const RunPlan& plan) {
     code = finished;
     if (summary.tally.inaccurate_events > 0) {
       summary.status = Status::inaccurate;
-      summary.reason = fmt::format("{} of {} events beyond the accepted residual; the worst is {:.3g}, at t = {:.9g} s",
-                                   summary.tally.inaccurate_events, summary.tally.events,
-                                   summary.tally.residual_max.value_or(0), summary.tally.residual_max_t);
+      summary.reason = fmt::format("{} of {} events beyond what is accepted; the worst: {}",
+                                   summary.tally.inaccurate_events, summary.tally.events, summary.worst_refusal);
     }
   }
   if (errors) summary.errors = errors->finish();

@@ -38,6 +38,33 @@ void find_islands(const ContactProblem& problem, Islands& islands) {
   for (int b = problem.M.blocks() - 1; b >= 0; --b) parent[b] = number[root(b)];
 }
 
+ContactProblem island_of(const ContactProblem& problem, int contact) {
+  Islands islands;
+  find_islands(problem, islands);
+  const int island = islands.of_contact[contact];
+  ContactProblem out;
+  std::vector<int> place(problem.M.blocks(), -1);
+  for (int b = 0; b < problem.M.blocks(); ++b) {
+    if (islands.of_block[b] != island) continue;
+    place[b] = out.M.add_block(problem.M.block_size(b));
+    out.M.block(place[b]) = problem.M.block(b);
+    out.v_minus.insert(out.v_minus.end(), problem.v_minus.begin() + problem.M.first[b],
+                       problem.v_minus.begin() + problem.M.first[b + 1]);
+  }
+  for (int c = 0; c < problem.nc(); ++c) {
+    if (islands.of_contact[c] != island) continue;
+    out.J.add_band();
+    for (int e = problem.J.band[c]; e < problem.J.band[c + 1]; ++e) {
+      const int at = out.J.add_entry(place[problem.J.block[e]], static_cast<int>(problem.J.entry(e).cols()));
+      out.J.entry(at) = problem.J.entry(e);
+    }
+    out.mu.push_back(problem.mu[c]);
+    out.restitution.push_back(problem.restitution[c]);
+    out.offset.insert(out.offset.end(), problem.offset.begin() + 3 * c, problem.offset.begin() + 3 * c + 3);
+  }
+  return out;
+}
+
 void Groups::assign(const std::vector<int>& group, int count) {
   // Each start moves to its end while its group fills, and is the next one's start then.
   start.assign(count + 2, 0);

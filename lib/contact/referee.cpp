@@ -11,10 +11,11 @@
 //
 // Terms. Where an answer does not pass by these sizes at 1e-12 (a gap: as it is allowed), it may be that velocities are
 // small sums of large terms. By absolute values, entry by entry, impulses change u_c by terms of d_c, and the last bits
-// of the data leave rho_c open:
-//   d_c = |J_c| |M^-1 J^T| |r|,     rho_c = units eps | |J_c| |v-| + |w_c| + d_c |                    m/s
-// size_c is at least d_c / sqrt(w) then, and an error of rho_c counts as `accepted`: size_c >= rho_c / (sqrt(w)
-// accepted). Velocities, not energies, are compared there: what is heavy still hides nothing.
+// of the data leave rho open, for all contacts that one solve has answered together:
+//   d_c = |J_c| |M^-1 J^T| |r|,     rho = max_c units eps | |J_c| |v-| + |w_c| + d_c |                m/s
+// size_c is at least d_c / sqrt(w) then, and an error of rho counts as `accepted`: size_c >= rho / (sqrt(w) accepted).
+// (A limit of a joint, whose velocity may be in rad/s, has a rho of its own.) Velocities, not energies, are compared
+// there: what is heavy hides nothing, and what is fast no more than its last bits.
 
 #include "contact/referee.h"
 
@@ -167,6 +168,7 @@ void Referee::look_at_terms(const ContactProblem& problem, const ContactSolution
   add_changes(problem, solution);
   rounding_.resize(problem.nc());
   sum_.assign(islands_.count, 0.0);
+  double fastest = 0;  // rho
   for (int c = 0; c < problem.nc(); ++c) {
     Vector3d changes = Vector3d::Zero(), before = ConstVec3(&problem.offset[3 * c]).cwiseAbs();
     for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
@@ -177,10 +179,14 @@ void Referee::look_at_terms(const ContactProblem& problem, const ContactSolution
         before += entry.col(j).cwiseAbs() * std::abs(problem.v_minus[at + j]);
       }
     }
-    const double root_w = std::sqrt(weight_[c]);
     rounding_[c] = unit * (changes + before).norm();
-    const double floor = rounding_[c] / root_w / accepted;
-    size2_[c] = std::max({size2_[c], changes.squaredNorm() / weight_[c], floor * floor});
+    if (!is_limit(problem, c)) fastest = std::max(fastest, rounding_[c]);
+    size2_[c] = std::max(size2_[c], changes.squaredNorm() / weight_[c]);
+  }
+  for (int c = 0; c < problem.nc(); ++c) {
+    if (!is_limit(problem, c)) rounding_[c] = fastest;
+    const double floor = rounding_[c] / std::sqrt(weight_[c]) / accepted;
+    size2_[c] = std::max(size2_[c], floor * floor);
     sum_[islands_.of_contact[c]] += floor * floor;
   }
   for (int g = 0; g < islands_.count; ++g) {

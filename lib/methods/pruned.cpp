@@ -29,13 +29,27 @@ namespace cb {
 
 namespace {
 
-/// -: a contact stays out if it parts faster than this fraction of the event's fastest velocity.
+/// -: a contact stays out if it parts faster than this fraction of its island's fastest velocity,
 constexpr double clearly_parting = 1e-6;
+/// and than this fraction of the terms that its velocity is the sum of: rounding parts nothing.
+constexpr double beyond_rounding = 1e-12;
 /// -: entries of W_ii that couple normal and tangential directions, as a fraction of w, below which it is decoupled.
 constexpr double decoupled = 1e-15;
 
 bool all_zero(const std::vector<double>& x) {
   return std::all_of(x.begin(), x.end(), [](double value) { return value == 0; });
+}
+
+// |J_n| |v-| + |w_n| of contact c, m/s.
+double normal_terms(const ContactProblem& problem, int c) {
+  const BandMatrix& J = problem.J;
+  double sum = std::abs(problem.offset[3 * c]);
+  for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
+    const double* row = J.values.data() + J.offset[e];
+    const int first = problem.M.first[J.block[e]], size = problem.M.block_size(J.block[e]);
+    for (int i = 0; i < size; ++i) sum += std::abs(row[3 * i] * problem.v_minus[first + i]);
+  }
+  return sum;
 }
 
 // Does any contact part (or is not a number)?
@@ -70,6 +84,7 @@ class Pruned {
 
  private:
   bool look(const ContactProblem& problem);
+  void leave_out_parting(const ContactProblem& problem);
   bool tears_an_island(const ContactProblem& problem);
   void keep_mixed_islands();
   void solve_parts(const ContactProblem& problem, ContactSolution& solution);
@@ -92,9 +107,9 @@ class Pruned {
   std::vector<Eigen::Vector2d> directions_;  // ap: k, of the friction polygon
   std::shared_ptr<LeftOut> left_out_;
 
-  double speed_ = 0;       // m/s, largest entry of u before the event
-  std::vector<double> u_;  // 3 nc, before the event
-  std::vector<char> out_;  // nc: left out as parting?
+  std::vector<double> u_;      // 3 nc, before the event
+  std::vector<double> speed_;  // per island, m/s: largest entry of its u_
+  std::vector<char> out_;      // nc: left out as parting?
   int out_count_ = 0;
   Islands islands_, islands_kept_;               // of the whole problem; without the contacts left out
   std::vector<int> joined_band_, joined_block_;  // what islands_ were found from
@@ -109,6 +124,7 @@ class Pruned {
 };
 
 void Pruned::operator()(const ContactProblem& problem, ContactSolution& solution) {
+  left_out_->failed.reset();
   if (closed_form_ && problem.nc() == 1 && closed_form(problem, solution)) {
     ++left_out_->closed_forms;
     return;
@@ -130,6 +146,7 @@ void Pruned::call_method(int part, const ContactProblem& problem, ContactSolutio
   const std::size_t index = options_.warm_start ? part : 0;
   while (methods_.size() <= index) methods_.push_back(make_(options_));
   methods_[index](problem, solution);
+  if (solution.status != Status::ok && solution.status != Status::inaccurate) left_out_->failed = problem;
   if (counts_idle_friction_ && all_zero(problem.restitution))
     left_out_->idle_friction += std::count(problem.mu.begin(), problem.mu.end(), 0.0);
 }
@@ -141,18 +158,9 @@ bool Pruned::look(const ContactProblem& problem) {
   if (problem.M.blocks() == 1 && nc > 1 && !any_parts(problem)) return false;  // at little cost
   contact_velocity(problem, problem.v_minus, u_);
   if (!all_finite(u_)) return false;
-  speed_ = Eigen::Map<const Eigen::ArrayXd>(u_.data(), 3 * nc).abs().maxCoeff();
   const bool elastic = !all_zero(problem.restitution);
   if (elastic && law_ == Law::anitescu_potra) return false;
 
-  out_.assign(nc, 0);
-  out_count_ = 0;
-  if (!elastic && prune_.parted_contacts)
-    for (int c = 0; c < nc; ++c)
-      if (u_[3 * c] > clearly_parting * speed_) {
-        out_[c] = 1;
-        ++out_count_;
-      }
   // The same bodies touch as in the event before, as a rule.
   if (problem.J.band != joined_band_ || problem.J.block != joined_block_ ||
       problem.M.blocks() != static_cast<int>(islands_.of_block.size())) {
@@ -160,6 +168,9 @@ bool Pruned::look(const ContactProblem& problem) {
     joined_band_ = problem.J.band;
     joined_block_ = problem.J.block;
   }
+  out_.assign(nc, 0);
+  out_count_ = 0;
+  if (!elastic && prune_.parted_contacts) leave_out_parting(problem);
   if (out_count_ > 0 && (law_ == Law::newton || law_ == Law::mirtich)) keep_mixed_islands();
   if (out_count_ > 0 && law_ == Law::convex && tears_an_island(problem)) {
     out_.assign(nc, 0);
@@ -168,6 +179,21 @@ bool Pruned::look(const ContactProblem& problem) {
   const bool several = prune_.islands && islands_.count > 1 && law_ != Law::convex;
   const bool alone = closed_form_ && !elastic && nc == islands_.count;
   return out_count_ > 0 || several || alone;
+}
+
+void Pruned::leave_out_parting(const ContactProblem& problem) {
+  speed_.assign(islands_.count, 0.0);
+  for (std::size_t i = 0; i < u_.size(); ++i) {
+    double& speed = speed_[islands_.of_contact[i / 3]];
+    speed = std::max(speed, std::abs(u_[i]));
+  }
+  for (int c = 0; c < problem.nc(); ++c) {
+    const double u_n = u_[3 * c];
+    if (u_n <= clearly_parting * speed_[islands_.of_contact[c]] || u_n <= beyond_rounding * normal_terms(problem, c))
+      continue;
+    out_[c] = 1;
+    ++out_count_;
+  }
 }
 
 // Contacts stay out only where all of their island part.
@@ -454,7 +480,7 @@ bool Pruned::certify(const ContactProblem& problem, ContactSolution& solution) {
       const double missing = problem.mu[c] * tangential(&y_[3 * c]) - y_[3 * c];
       const int island = islands_.of_contact[c];
       holds = holds && (missing <= slack_[island] || (solution.bounded && kappa_[island] == 0));
-      if (solution.bounded) holds = holds && scratch_[3 * c] > clearly_parting * speed_;
+      if (solution.bounded) holds = holds && scratch_[3 * c] > clearly_parting * speed_[island];
     } else if (law_ == Law::anitescu_potra) {
       double lam = 0;
       for (int i = 0; i < options_.k; ++i) {

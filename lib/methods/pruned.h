@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "methods/registry.h"
 
@@ -13,12 +14,13 @@ struct PruneOptions {
 
 /// What was left out of the contact problems of a run, summed over its events.
 struct LeftOut {
-  long islands = 0;          ///< islands solved as problems of their own, where an event has several
-  long parted_contacts = 0;  ///< contacts that separate, left out with a certificate
-  long brought_back = 0;     ///< contacts of those whose certificate failed: solved again with them
-  long solver_calls = 0;     ///< events in which every contact separates: no solver was called
-  long closed_forms = 0;     ///< islands of one contact answered by a formula
-  long idle_friction = 0;    ///< contacts with mu = 0 whose unknowns of friction an LCP did not get
+  long islands = 0;                      ///< islands solved as problems of their own, where an event has several
+  long parted_contacts = 0;              ///< contacts that separate, left out with a certificate
+  long brought_back = 0;                 ///< contacts of those whose certificate failed: solved again with them
+  long solver_calls = 0;                 ///< events in which every contact separates: no solver was called
+  long closed_forms = 0;                 ///< islands of one contact answered by a formula
+  long idle_friction = 0;                ///< contacts with mu = 0 whose unknowns of friction an LCP did not get
+  std::optional<ContactProblem> failed;  ///< what the method was handed when it last failed, in the present event
 };
 
 /// Something that runs leave out: its name in summary.json, why nothing changes without it, and how often it was.

@@ -116,6 +116,7 @@ std::string to_json(const RunSummary& run) {
       {"status", name(run.status)},
       {"reason", text(run.reason)},
       {"hard_problem", text(run.hard_problem)},
+      {"hard_problem_command", text(run.hard_problem_command)},
       {"finished", run.finished},
       {"t_reached", tally.t_reached},
       {"steps", tally.steps},

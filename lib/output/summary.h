@@ -44,6 +44,8 @@ struct RunSummary {
   Status status = Status::ok;
   std::string reason;        ///< one line where status is not ok
   std::string hard_problem;  ///< file beside the summary with the contact problem that it stumbled over; empty: none
+  std::string hard_problem_command;  ///< what solves it to the same status again; empty where nothing does
+  std::string worst_refusal;         ///< what the check says of the worst answer that it refused
   bool finished = false;
   RunTally tally;
   std::string reference_kind, reference_name;
