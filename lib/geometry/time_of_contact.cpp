@@ -27,6 +27,7 @@
 // Tolerances are raised to 4 ulp of the largest coordinate (resolved_tolerance).
 #include <cmath>
 #include <cstdint>
+#include <vector>
 
 #include "geometry/box_box.h"
 #include "geometry/shapes.h"
@@ -458,17 +459,34 @@ double apart_step(const PlacedBox& a, const Motion& motion_a, const PlacedBox& b
   return step;
 }
 
+// How fast the points of two boxes that are closed now approach, m/s: they are the caller's, who binds them or not.
+double closing_speed(const Shape& shape_a, const Motion& motion_a, const Shape& shape_b, const Motion& motion_b,
+                     double tolerance) {
+  thread_local std::vector<ContactPoint> points;  // does not allocate after its first calls
+  points.clear();
+  contact_points(shape_a, motion_a.pose, 0, shape_b, motion_b.pose, 1, tolerance, points);
+  double speed = 0;
+  for (const ContactPoint& point : points) {
+    const Vec3 v_a = motion_a.v + motion_a.w.cross(point.position - motion_a.pose.p);
+    const Vec3 v_b = motion_b.v + motion_b.w.cross(point.position - motion_b.pose.p);
+    speed = std::max(speed, -point.normal.dot(v_a - v_b));
+  }
+  return speed;
+}
+
 // Box on box, closed: another feature arrives (a face beside the edge that touches, an edge where a corner has left its
 // face) when the boxes get deeper than they are now by more than the arcs of what touches explain,
 //   arcs = (2 (w_a + w_b) fastest + w_a^2 r_a + w_b^2 r_b) S^2 / 2   over the horizon S,
-// the largest second derivative of a gap. Gives up, as where nothing arrives, after `max_advancements`.
+// the largest second derivative of a gap, and what of it already approaches. Gives up, as where nothing arrives, after
+// `max_advancements`.
 double time_to_depth(const Shape& shape_a, const Motion& motion_a, const Shape& shape_b, const Motion& motion_b,
                      double gap_now, double fastest, double margin, const Goal& goal) {
   const double w_a = motion_a.w.norm(), w_b = motion_b.w.norm();
   const double second =
       2 * (w_a + w_b) * fastest + w_a * w_a * shape_a.half_extents.norm() + w_b * w_b * shape_b.half_extents.norm();
-  const double target = std::min(0.0, gap_now) - 2 * goal.closed - second * goal.horizon * goal.horizon / 2;
+  double target = std::min(0.0, gap_now) - 2 * goal.closed - second * goal.horizon * goal.horizon / 2;
   if (gap_now - fastest * goal.horizon > target) return goal.horizon;
+  target -= closing_speed(shape_a, motion_a, shape_b, motion_b, goal.closed) * goal.horizon;
   double t = 0;
   for (int i = 0; i < max_advancements; ++i) {
     const PlacedBox a(shape_a, advance(motion_a, t)), b(shape_b, advance(motion_b, t));
