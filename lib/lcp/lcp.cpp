@@ -10,6 +10,7 @@
 #include "lcp/lcp.h"
 
 #include <Eigen/SparseLU>
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -43,6 +44,21 @@ bool scale_known(PairScales& scales) {
     whole = whole && known;
   }
   return whole;
+}
+
+/// As in the dense form: a diagonal that is tiny beside the pair's coupling says nothing about the pair.
+void drop_tiny_diagonals(const SparseMatrix& D, Eigen::VectorXd& rho) {
+  const double largest = rho.size() > 0 ? rho.maxCoeff() : 0;
+  const auto tiny = [&](double x) { return x > 0 && x <= zero_diagonal * largest; };
+  if (!std::any_of(rho.begin(), rho.end(), tiny)) return;
+  Eigen::VectorXd row = rho, column = rho;
+  for (int j = 0; j < D.outerSize(); ++j)
+    for (SparseMatrix::InnerIterator d(D, j); d; ++d) {
+      row[d.row()] = std::max(row[d.row()], std::abs(d.value()));
+      column[j] = std::max(column[j], std::abs(d.value()));
+    }
+  for (Eigen::Index i = 0; i < rho.size(); ++i)
+    if (tiny(rho[i]) && rho[i] <= zero_diagonal * std::sqrt(row[i] * column[i])) rho[i] = 0;
 }
 
 /// Notes the coupling of a pair i that has no diagonal with a pair j that has one.
@@ -117,6 +133,7 @@ void pair_scales(const LcpProblem& problem, PairScales& scales) {
       if (c < end && C.innerIndexPtr()[c] == j && a != 0) rho[j] -= C.valuePtr()[c] * b.value() / a;
     }
   for (int j = 0; j < n; ++j) rho[j] = std::abs(rho[j] + problem.D.coeff(j, j));
+  drop_tiny_diagonals(problem.D, rho);
   if (scale_known(scales)) return;
   for (int j = 0; j < n; ++j)
     for (SparseMatrix::InnerIterator d(problem.D, j); d; ++d) {

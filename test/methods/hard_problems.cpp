@@ -190,3 +190,20 @@ TEST_CASE("Lemke's method goes on from a vertex that is all but right to the exa
     CHECK(residual <= 1e-13);
   }
 }
+
+// An arm whose joints cannot move its tip along a direction of friction: that diagonal is 1e-34, and as the scale of
+// its pair it made the load of the event 1e17 times what it is. Any answer was accurate then, where v+ was not
+// eliminated.
+TEST_CASE("a contact along which an arm cannot move does not make the event a large one", "[ap]") {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problem is not read");
+    return;
+  }
+  const ContactProblem given = stored_problem("arm_beside_contact");
+  for (const char* solver : {"lemke", "path", "ynl"}) {
+    double residual = 1;
+    CAPTURE(solver);
+    CHECK(solve_ap(given, solver, 8, residual) == Status::ok);
+    CHECK(residual <= 1e-9);
+  }
+}
