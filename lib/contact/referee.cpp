@@ -14,7 +14,8 @@
 // of the data leave rho_c open:
 //   d_c = |J_c| |M^-1 J^T| |r|,     rho_c = units eps | |J_c| |v-| + |w_c| + d_c |                    m/s
 // size_c is at least d_c / sqrt(w) then, and an error of rho_c counts as `accepted`: size_c >= rho_c / (sqrt(w)
-// accepted). Velocities, not energies, are compared there: what is heavy still hides nothing.
+// accepted). And a contact of an island is about the island's velocities, in both measures: size_c is at least the
+// lesser of the island's size and U / sqrt(w), U the fastest |u| of its contacts: what is heavy still hides nothing.
 
 #include "contact/referee.h"
 
@@ -160,13 +161,18 @@ void Referee::observe(const ContactProblem& problem, std::span<const double> r, 
   if (!elastic) out.law = std::sqrt(law2);
 }
 
-// Sizes grow to those of the terms, and to what rounding of the terms makes of errors.
+// Sizes grow to those of the terms and of the island's velocities, and to what rounding of the terms makes of errors.
 void Referee::look_at_terms(const ContactProblem& problem, const ContactSolution& solution) {
   constexpr double unit = rounding_units * std::numeric_limits<double>::epsilon();
   const BandMatrix& J = problem.J;
   add_changes(problem, solution);
   rounding_.resize(problem.nc());
-  sum_.assign(islands_.count, 0.0);
+  sum_.assign(2 * static_cast<std::size_t>(islands_.count), 0.0);  // squares: of the fastest contact, of rounding
+  for (int c = 0; c < problem.nc(); ++c) {
+    double& fastest2 = sum_[2 * static_cast<std::size_t>(islands_.of_contact[c])];
+    fastest2 =
+        std::max({fastest2, ConstVec3(&u_plus_[3 * c]).squaredNorm(), ConstVec3(&u_minus_[3 * c]).squaredNorm()});
+  }
   for (int c = 0; c < problem.nc(); ++c) {
     Vector3d changes = Vector3d::Zero(), before = ConstVec3(&problem.offset[3 * c]).cwiseAbs();
     for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
@@ -177,15 +183,17 @@ void Referee::look_at_terms(const ContactProblem& problem, const ContactSolution
         before += entry.col(j).cwiseAbs() * std::abs(problem.v_minus[at + j]);
       }
     }
-    const double root_w = std::sqrt(weight_[c]);
+    double* island = &sum_[2 * static_cast<std::size_t>(islands_.of_contact[c])];
+    const double size = island_size_[islands_.of_contact[c]], w = weight_[c];
     rounding_[c] = unit * (changes + before).norm();
-    const double floor = rounding_[c] / root_w / accepted;
-    size2_[c] = std::max({size2_[c], changes.squaredNorm() / weight_[c], floor * floor});
-    sum_[islands_.of_contact[c]] += floor * floor;
+    const double floor = rounding_[c] / std::sqrt(w) / accepted;
+    size2_[c] = std::max({size2_[c], changes.squaredNorm() / w, std::min(size * size, island[0] / w), floor * floor});
+    island[1] += floor * floor;
   }
   for (int g = 0; g < islands_.count; ++g) {
-    island_size_[g] = std::max(island_size_[g], std::sqrt(sum_[g]));
-    island_size_q_[g] = std::max(island_size_q_[g], std::sqrt(sum_[g]));
+    const double floor = std::sqrt(sum_[2 * static_cast<std::size_t>(g) + 1]);
+    island_size_[g] = std::max(island_size_[g], floor);
+    island_size_q_[g] = std::max(island_size_q_[g], floor);
   }
 }
 
