@@ -1,6 +1,6 @@
 // The referee: what is true of an answer.
 //
-// Everything is recomputed from the problem's own data and the claimed impulses (docs/judging.md). Impulse errors are
+// Everything is recomputed from the problem's own data and the claimed impulses (spec: metrics.md). Impulse errors are
 // weighted by w_i = trace(W_ii) / 3 (1/kg), so that a residual is a ratio of square roots of energies and the units of
 // mass, length and time cancel.
 //
@@ -11,11 +11,12 @@
 //
 // Terms. Where an answer does not pass by these sizes at 1e-12 (a gap: as it is allowed), it may be that velocities are
 // small sums of large terms. By absolute values, entry by entry, impulses change u_c by terms of d_c, and the last bits
-// of the data leave rho open, for all contacts that one solve has answered together:
+// of the data leave rho open, for all contacts that one solve answered together:
 //   d_c = |J_c| |M^-1 J^T| |r|,     rho = max_c units eps | |J_c| |v-| + |w_c| + d_c |                m/s
 // size_c is at least d_c / sqrt(w) then, and an error of rho counts as `accepted`: size_c >= rho / (sqrt(w) accepted).
-// (A limit of a joint, whose velocity may be in rad/s, has a rho of its own.) Velocities, not energies, are compared
-// there: what is heavy hides nothing, and what is fast no more than its last bits.
+// (A limit of a joint, whose velocity may be in rad/s, has a rho of its own.) And a contact of an island is about the
+// island's velocities, in both measures: size_c is at least the lesser of the island's size and U / sqrt(w), U the
+// fastest |u| of its contacts. What is heavy hides nothing, and what is fast elsewhere no more than its last bits.
 
 #include "contact/referee.h"
 
@@ -161,14 +162,19 @@ void Referee::observe(const ContactProblem& problem, std::span<const double> r, 
   if (!elastic) out.law = std::sqrt(law2);
 }
 
-// Sizes grow to those of the terms, and to what rounding of the terms makes of errors.
+// Sizes grow to those of the terms and of the island's velocities, and to what rounding of the terms makes of errors.
 void Referee::look_at_terms(const ContactProblem& problem, const ContactSolution& solution) {
   constexpr double unit = rounding_units * std::numeric_limits<double>::epsilon();
   const BandMatrix& J = problem.J;
   add_changes(problem, solution);
   rounding_.resize(problem.nc());
-  sum_.assign(islands_.count, 0.0);
-  double fastest = 0;  // rho
+  sum_.assign(2 * static_cast<std::size_t>(islands_.count), 0.0);  // squares: of the fastest contact, of rounding
+  for (int c = 0; c < problem.nc(); ++c) {
+    double& fastest2 = sum_[2 * static_cast<std::size_t>(islands_.of_contact[c])];
+    fastest2 =
+        std::max({fastest2, ConstVec3(&u_plus_[3 * c]).squaredNorm(), ConstVec3(&u_minus_[3 * c]).squaredNorm()});
+  }
+  double open = 0;  // rho, m/s
   for (int c = 0; c < problem.nc(); ++c) {
     Vector3d changes = Vector3d::Zero(), before = ConstVec3(&problem.offset[3 * c]).cwiseAbs();
     for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
@@ -180,18 +186,21 @@ void Referee::look_at_terms(const ContactProblem& problem, const ContactSolution
       }
     }
     rounding_[c] = unit * (changes + before).norm();
-    if (!is_limit(problem, c)) fastest = std::max(fastest, rounding_[c]);
+    if (!is_limit(problem, c)) open = std::max(open, rounding_[c]);
     size2_[c] = std::max(size2_[c], changes.squaredNorm() / weight_[c]);
   }
   for (int c = 0; c < problem.nc(); ++c) {
-    if (!is_limit(problem, c)) rounding_[c] = fastest;
-    const double floor = rounding_[c] / std::sqrt(weight_[c]) / accepted;
-    size2_[c] = std::max(size2_[c], floor * floor);
-    sum_[islands_.of_contact[c]] += floor * floor;
+    double* island = &sum_[2 * static_cast<std::size_t>(islands_.of_contact[c])];
+    const double size = island_size_[islands_.of_contact[c]], w = weight_[c];
+    if (!is_limit(problem, c)) rounding_[c] = open;
+    const double floor = rounding_[c] / std::sqrt(w) / accepted;
+    size2_[c] = std::max({size2_[c], std::min(size * size, island[0] / w), floor * floor});
+    island[1] += floor * floor;
   }
   for (int g = 0; g < islands_.count; ++g) {
-    island_size_[g] = std::max(island_size_[g], std::sqrt(sum_[g]));
-    island_size_q_[g] = std::max(island_size_q_[g], std::sqrt(sum_[g]));
+    const double floor = std::sqrt(sum_[2 * static_cast<std::size_t>(g) + 1]);
+    island_size_[g] = std::max(island_size_[g], floor);
+    island_size_q_[g] = std::max(island_size_q_[g], floor);
   }
 }
 
@@ -241,8 +250,7 @@ void Referee::judge(const ContactProblem& problem, const ContactSolution& soluti
     case Law::convex:
       if (!elastic) return convex(problem, solution, out);
       worst = impact(problem, solution);  // Poisson's second phase moves the answer off the optimum of the first:
-      gains(problem, out, worst);         // what is left is feasibility, and that no energy comes from nowhere
-      break;
+      break;                              // what is left is feasibility
     case Law::newton:
       worst = newton(problem, solution);
       break;
@@ -253,13 +261,6 @@ void Referee::judge(const ContactProblem& problem, const ContactSolution& soluti
   out.model = worst.ratio;
   out.worst_contact = worst.contact;
   out.worst_island = worst.island;
-}
-
-// No law of restitution with e <= 1 gains energy; limits of joints that are driven may.
-void Referee::gains(const ContactProblem& problem, const Residuals& out, Worst& worst) const {
-  const bool driven = std::any_of(problem.offset.begin(), problem.offset.end(), [](double w) { return w != 0; });
-  if (driven || !(out.energy_gain > worst.ratio * out.energy_before)) return;
-  worst = {out.energy_before > 0 ? out.energy_gain / out.energy_before : HUGE_VAL, -1, -1};
 }
 
 // Takes note of an error. Without size there is nothing an error could be made of, but in a claim of it.
@@ -361,9 +362,8 @@ void Referee::convex(const ContactProblem& problem, const ContactSolution& solut
     const int g = islands_.of_contact[c];
     const double root_w = std::sqrt(weight_[c]), size = island_size_[g], mu = problem.mu[c];
     const double short_of = mu * tangential(y_, c) - y_[3 * c];
-    const bool limit = is_limit(problem, c);  // does not count in the bound
     slack_rounding_[g] = std::max(slack_rounding_[g], (1 + mu) * open(c));
-    if (solution.bounded && !limit)
+    if (solution.bounded)
       slack_[g] = std::max(slack_[g], short_of);
     else
       see(worst, short_of / root_w, std::max(size, (1 + mu) * open(c) / root_w / accepted), c);
@@ -371,7 +371,7 @@ void Referee::convex(const ContactProblem& problem, const ContactSolution& solut
     see(worst, -r[3 * c] * root_w, size, c);
     see(worst, (tangential(r, c) - mu * r[3 * c]) * root_w, size, c);
     see(worst, -eta[c] * root_w, size, c);
-    if (!limit) sum_[g] += r[3 * c];
+    sum_[g] += r[3 * c];
   }
   if (solution.bounded)
     for (int g = 0; g < islands_.count; ++g)
@@ -393,7 +393,7 @@ void Referee::gaps(const ContactProblem& problem, const ContactSolution& solutio
   for (int c = 0; c < problem.nc(); ++c) {
     const int g = islands_.of_contact[c];
     const ConstVec3 rc(&r[3 * c]), yc(&y_[3 * c]);
-    const double eta = solution.eta[c], s = is_limit(problem, c) ? 0 : slack_[g];
+    const double eta = solution.eta[c], s = slack_[g];
     gap_[g] += eta * u_plus_[3 * c] + rc.dot(yc) + s * rc[0];
     gap_rounding_[g] += open(c) * (rc.norm() + std::abs(eta) + (yc.norm() + s) / weight_[c]);
   }
@@ -419,8 +419,7 @@ void Referee::gaps(const ContactProblem& problem, const ContactSolution& solutio
 }
 
 // kappa: the frictionless impulses must solve min 1/2 v.M v, N v + w_n >= 0, and z must prove that no other solution of
-// it has a smaller sum: N z <= 1 where contacts touch, f.(1 - N z) = 0 (duality of the linear program). Limits of
-// joints do not count in the sum: there 0 stands for 1.
+// it has a smaller sum: N z <= 1 where contacts touch, f.(1 - N z) = 0 (duality of the linear program).
 void Referee::least_sum(const ContactProblem& problem, const ContactSolution& solution, Worst& worst) {
   const int nc = problem.nc();
   const auto& f = solution.frictionless;
@@ -446,14 +445,13 @@ void Referee::least_sum(const ContactProblem& problem, const ContactSolution& so
   for (int c = 0; c < nc; ++c) {
     const int g = islands_.of_contact[c];
     const double size = island_size_q_[g];  // impulses with friction, however large, are no matter here
-    const double root_w = std::sqrt(weight_[c]), u_n = scratch_u_[3 * c];
-    const double share = is_limit(problem, c) ? 0 : 1, excess = u_dual_[3 * c] - share;
+    const double root_w = std::sqrt(weight_[c]), u_n = scratch_u_[3 * c], excess = u_dual_[3 * c] - 1;
     see(worst, -f[c] * root_w, size, c);
     see(worst, -u_n / root_w, size, c);
     see(worst, std::min(f[c] * root_w, u_n / root_w), size, c);     // f_i u_n,i = 0
     if (u_n / root_w <= touching * size) see(worst, excess, 1, c);  // N z <= 1 where it touches
     see(worst, std::min(-excess * size, f[c] * root_w), size, c);   // f_i (1 - N z)_i = 0
-    kappa_[g] += share * f[c];
+    kappa_[g] += f[c];
     kappa_scale_[g] += (std::abs(u_minus_[3 * c]) + open(c) / accepted) / weight_[c];
   }
   for (int g = 0; g < islands_.count; ++g) {
