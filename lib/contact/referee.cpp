@@ -1,6 +1,6 @@
 // The referee: what is true of an answer.
 //
-// Everything is recomputed from the problem's own data and the claimed impulses (spec: metrics.md). Impulse errors are
+// Everything is recomputed from the problem's own data and the claimed impulses (docs/judging.md). Impulse errors are
 // weighted by w_i = trace(W_ii) / 3 (1/kg), so that a residual is a ratio of square roots of energies and the units of
 // mass, length and time cancel.
 //
@@ -250,7 +250,8 @@ void Referee::judge(const ContactProblem& problem, const ContactSolution& soluti
     case Law::convex:
       if (!elastic) return convex(problem, solution, out);
       worst = impact(problem, solution);  // Poisson's second phase moves the answer off the optimum of the first:
-      break;                              // what is left is feasibility
+      gains(problem, out, worst);         // what is left is feasibility, and that no energy comes from nowhere
+      break;
     case Law::newton:
       worst = newton(problem, solution);
       break;
@@ -261,6 +262,13 @@ void Referee::judge(const ContactProblem& problem, const ContactSolution& soluti
   out.model = worst.ratio;
   out.worst_contact = worst.contact;
   out.worst_island = worst.island;
+}
+
+// No law of restitution with e <= 1 gains energy; limits of joints that are driven may.
+void Referee::gains(const ContactProblem& problem, const Residuals& out, Worst& worst) const {
+  const bool driven = std::any_of(problem.offset.begin(), problem.offset.end(), [](double w) { return w != 0; });
+  if (driven || !(out.energy_gain > worst.ratio * out.energy_before)) return;
+  worst = {out.energy_before > 0 ? out.energy_gain / out.energy_before : HUGE_VAL, -1, -1};
 }
 
 // Takes note of an error. Without size there is nothing an error could be made of, but in a claim of it.
@@ -362,8 +370,9 @@ void Referee::convex(const ContactProblem& problem, const ContactSolution& solut
     const int g = islands_.of_contact[c];
     const double root_w = std::sqrt(weight_[c]), size = island_size_[g], mu = problem.mu[c];
     const double short_of = mu * tangential(y_, c) - y_[3 * c];
+    const bool limit = is_limit(problem, c);  // does not count in the bound
     slack_rounding_[g] = std::max(slack_rounding_[g], (1 + mu) * open(c));
-    if (solution.bounded)
+    if (solution.bounded && !limit)
       slack_[g] = std::max(slack_[g], short_of);
     else
       see(worst, short_of / root_w, std::max(size, (1 + mu) * open(c) / root_w / accepted), c);
@@ -371,7 +380,7 @@ void Referee::convex(const ContactProblem& problem, const ContactSolution& solut
     see(worst, -r[3 * c] * root_w, size, c);
     see(worst, (tangential(r, c) - mu * r[3 * c]) * root_w, size, c);
     see(worst, -eta[c] * root_w, size, c);
-    sum_[g] += r[3 * c];
+    if (!limit) sum_[g] += r[3 * c];
   }
   if (solution.bounded)
     for (int g = 0; g < islands_.count; ++g)
@@ -393,7 +402,7 @@ void Referee::gaps(const ContactProblem& problem, const ContactSolution& solutio
   for (int c = 0; c < problem.nc(); ++c) {
     const int g = islands_.of_contact[c];
     const ConstVec3 rc(&r[3 * c]), yc(&y_[3 * c]);
-    const double eta = solution.eta[c], s = slack_[g];
+    const double eta = solution.eta[c], s = is_limit(problem, c) ? 0 : slack_[g];
     gap_[g] += eta * u_plus_[3 * c] + rc.dot(yc) + s * rc[0];
     gap_rounding_[g] += open(c) * (rc.norm() + std::abs(eta) + (yc.norm() + s) / weight_[c]);
   }
@@ -419,7 +428,8 @@ void Referee::gaps(const ContactProblem& problem, const ContactSolution& solutio
 }
 
 // kappa: the frictionless impulses must solve min 1/2 v.M v, N v + w_n >= 0, and z must prove that no other solution of
-// it has a smaller sum: N z <= 1 where contacts touch, f.(1 - N z) = 0 (duality of the linear program).
+// it has a smaller sum: N z <= 1 where contacts touch, f.(1 - N z) = 0 (duality of the linear program). Limits of
+// joints do not count in the sum: there 0 stands for 1.
 void Referee::least_sum(const ContactProblem& problem, const ContactSolution& solution, Worst& worst) {
   const int nc = problem.nc();
   const auto& f = solution.frictionless;
@@ -445,13 +455,14 @@ void Referee::least_sum(const ContactProblem& problem, const ContactSolution& so
   for (int c = 0; c < nc; ++c) {
     const int g = islands_.of_contact[c];
     const double size = island_size_q_[g];  // impulses with friction, however large, are no matter here
-    const double root_w = std::sqrt(weight_[c]), u_n = scratch_u_[3 * c], excess = u_dual_[3 * c] - 1;
+    const double root_w = std::sqrt(weight_[c]), u_n = scratch_u_[3 * c];
+    const double share = is_limit(problem, c) ? 0 : 1, excess = u_dual_[3 * c] - share;
     see(worst, -f[c] * root_w, size, c);
     see(worst, -u_n / root_w, size, c);
     see(worst, std::min(f[c] * root_w, u_n / root_w), size, c);     // f_i u_n,i = 0
     if (u_n / root_w <= touching * size) see(worst, excess, 1, c);  // N z <= 1 where it touches
     see(worst, std::min(-excess * size, f[c] * root_w), size, c);   // f_i (1 - N z)_i = 0
-    kappa_[g] += f[c];
+    kappa_[g] += share * f[c];
     kappa_scale_[g] += (std::abs(u_minus_[3 * c]) + open(c) / accepted) / weight_[c];
   }
   for (int g = 0; g < islands_.count; ++g) {

@@ -17,6 +17,7 @@
 
 #include "dynamics/kinematics.h"
 #include "geometry/box_box.h"
+#include "linalg/stop.h"
 #include "simulation/drift.h"
 
 namespace cb {
@@ -159,6 +160,7 @@ void Overlap::solve(std::span<const int> island) {
     }
   if (working_.empty()) return;
   for (int exchange = 0; exchange < exchanges; ++exchange) {
+    poll_stop();
     // Where all left at once, those that are too deep come back below.
     lambda_.resize(0);
     if (!working_.empty() && !solve_working_set()) return;

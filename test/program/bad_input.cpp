@@ -87,8 +87,8 @@ TEST_CASE("steps, durations and limits are positive finite numbers", "[program]"
   refused(run_with({"--time-limit", "-5"}), {"--time-limit", "positive"});
   refused(run_with({"--memory-limit", "0"}), {"--memory-limit", "positive"});
   refused(run_with({"--step", "1e-300"}), {"--step", "longer step"});
-  refused(run_with({"--step", "1e-12"}), {"--step 1e-12", "5e+12 steps", "longer step"});
-  refused(run_with({"--step", "1e-9"}), {"--step 1e-09", "5e+09 steps", "--duration", "--time-limit"});
+  refused(run_with({"--step", "1e-12"}), {"--step 1e-12", "1e+10 steps", "--duration", "--time-limit"});
+  refused(run_with({"--step", "1e-15", "--time-limit", "1"}), {"--step 1e-15", "1e+13 steps", "longer step"});
   refused(run_with({"--record-every", "-1"}), {"--record-every"});
   refused(run_with({"--record-every", "0.5"}), {"--record-every"});
 }
