@@ -50,6 +50,8 @@ namespace {
 constexpr double warm_tolerance = 1e-12;
 /// -: impulses below this fraction of the largest, and slip bounds of the fastest contact, are not active.
 constexpr double rounding = 1e-13;
+/// -: an entry of W below this fraction of what its two contacts have in other directions is rounding.
+constexpr double entry_rounding = 1e-15;
 
 class AnitescuPotra {
  public:
@@ -58,6 +60,7 @@ class AnitescuPotra {
 
  private:
   void build_dense(const ContactProblem& problem);
+  void drop_rounding();
   void build_expanded(const ContactProblem& problem);
   void set_load(const ContactProblem& problem, const std::vector<double>& v);
   double size(const ContactProblem& problem) const;
@@ -132,10 +135,22 @@ AnitescuPotra::AnitescuPotra(const MethodOptions& options)
   }
 }
 
+// Where a robot's joints do not let a contact move along a direction, W has 1e-17 of what its other directions have.
+// Scaled up as a pair of its own, such a row would be noise that bases are made of.
+void AnitescuPotra::drop_rounding() {
+  scratch_.resize(nc_);
+  for (int c = 0; c < nc_; ++c)
+    scratch_[c] = std::sqrt(W_(3 * c, 3 * c) + W_(3 * c + 1, 3 * c + 1) + W_(3 * c + 2, 3 * c + 2));
+  for (int j = 0; j < 3 * nc_; ++j)
+    for (int i = 0; i < 3 * nc_; ++i)
+      if (std::abs(W_(i, j)) <= entry_rounding * scratch_[i / 3] * scratch_[j / 3]) W_(i, j) = 0;
+}
+
 // The matrix of the LCP from W = J M^-1 J^T, v+ eliminated.
 void AnitescuPotra::build_dense(const ContactProblem& problem) {
   const int nc = nc_, k = k_, n = unknowns();
   delassus(problem, factor_, W_);
+  drop_rounding();
   lcp_.expanded = false;
   lcp_.M.resize(n, n);
   lcp_.M.setZero();

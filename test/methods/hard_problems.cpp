@@ -199,11 +199,11 @@ TEST_CASE("a contact along which an arm cannot move does not make the event a la
     WARN("no HDF5 in this build: the stored problem is not read");
     return;
   }
-  const ContactProblem given = stored_problem("arm_beside_contact");
-  for (const char* solver : {"lemke", "path", "ynl"}) {
-    double residual = 1;
-    CAPTURE(solver);
-    CHECK(solve_ap(given, solver, 8, residual) == Status::ok);
-    CHECK(residual <= 1e-9);
-  }
+  for (const char* name : {"arm_beside_contact", "arm_pushes_box"})
+    for (const char* solver : {"lemke", "path", "ynl"}) {
+      double residual = 1;
+      CAPTURE(name, solver);
+      CHECK(solve_ap(stored_problem(name), solver, 8, residual) == Status::ok);
+      CHECK(residual <= 1e-9);
+    }
 }
