@@ -11,12 +11,12 @@
 //
 // Terms. Where an answer does not pass by these sizes at 1e-12 (a gap: as it is allowed), it may be that velocities are
 // small sums of large terms. By absolute values, entry by entry, impulses change u_c by terms of d_c, and the last bits
-// of the data leave rho open, for all contacts that one solve answered together:
+// of the data leave rho open, for all contacts of an island, whose impulses determine each other:
 //   d_c = |J_c| |M^-1 J^T| |r|,     rho = max_c units eps | |J_c| |v-| + |w_c| + d_c |                m/s
 // size_c is at least d_c / sqrt(w) then, and an error of rho counts as `accepted`: size_c >= rho / (sqrt(w) accepted).
 // (A limit of a joint, whose velocity may be in rad/s, has a rho of its own.) And a contact of an island is about the
 // island's velocities, in both measures: size_c is at least the lesser of the island's size and U / sqrt(w), U the
-// fastest |u| of its contacts. What is heavy hides nothing, and what is fast elsewhere no more than its last bits.
+// fastest |u| of its contacts. What is heavy hides nothing, and another island not even its last bits.
 
 #include "contact/referee.h"
 
@@ -33,8 +33,8 @@ namespace cb {
 namespace {
 
 /// Roundings of each term of a velocity that an error may have and still be none, -: a solver's own sums and the
-/// check's are made in other orders.
-constexpr double rounding_units = 16;
+/// check's are made in other orders. Not less than what a method takes for round-off itself (impact_state.h: 90).
+constexpr double rounding_units = 128;
 /// -: residual from which on terms are looked at: rounding of sums of a few terms stays below it.
 constexpr double beyond_rounding = 1e-12;
 
@@ -168,13 +168,10 @@ void Referee::look_at_terms(const ContactProblem& problem, const ContactSolution
   const BandMatrix& J = problem.J;
   add_changes(problem, solution);
   rounding_.resize(problem.nc());
-  sum_.assign(2 * static_cast<std::size_t>(islands_.count), 0.0);  // squares: of the fastest contact, of rounding
-  for (int c = 0; c < problem.nc(); ++c) {
-    double& fastest2 = sum_[2 * static_cast<std::size_t>(islands_.of_contact[c])];
-    fastest2 =
-        std::max({fastest2, ConstVec3(&u_plus_[3 * c]).squaredNorm(), ConstVec3(&u_minus_[3 * c]).squaredNorm()});
-  }
-  double open = 0;  // rho, m/s
+  // Of each island: square of the fastest |u|; rho, m/s; sum of squares of rounding, J.
+  constexpr std::size_t fields = 3;
+  sum_.assign(fields * static_cast<std::size_t>(islands_.count), 0.0);
+  const auto of_island = [&](int c) { return &sum_[fields * static_cast<std::size_t>(islands_.of_contact[c])]; };
   for (int c = 0; c < problem.nc(); ++c) {
     Vector3d changes = Vector3d::Zero(), before = ConstVec3(&problem.offset[3 * c]).cwiseAbs();
     for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
@@ -186,33 +183,37 @@ void Referee::look_at_terms(const ContactProblem& problem, const ContactSolution
       }
     }
     rounding_[c] = unit * (changes + before).norm();
-    if (!is_limit(problem, c)) open = std::max(open, rounding_[c]);
     size2_[c] = std::max(size2_[c], changes.squaredNorm() / weight_[c]);
+    double* island = of_island(c);
+    island[0] =
+        std::max({island[0], ConstVec3(&u_plus_[3 * c]).squaredNorm(), ConstVec3(&u_minus_[3 * c]).squaredNorm()});
+    if (!is_limit(problem, c)) island[1] = std::max(island[1], rounding_[c]);
   }
   for (int c = 0; c < problem.nc(); ++c) {
-    double* island = &sum_[2 * static_cast<std::size_t>(islands_.of_contact[c])];
+    double* island = of_island(c);
     const double size = island_size_[islands_.of_contact[c]], w = weight_[c];
-    if (!is_limit(problem, c)) rounding_[c] = open;
+    if (!is_limit(problem, c)) rounding_[c] = island[1];
     const double floor = rounding_[c] / std::sqrt(w) / accepted;
     size2_[c] = std::max({size2_[c], std::min(size * size, island[0] / w), floor * floor});
-    island[1] += floor * floor;
+    island[2] += floor * floor;
   }
   for (int g = 0; g < islands_.count; ++g) {
-    const double floor = std::sqrt(sum_[2 * static_cast<std::size_t>(g) + 1]);
+    const double floor = std::sqrt(sum_[fields * static_cast<std::size_t>(g) + 2]);
     island_size_[g] = std::max(island_size_[g], floor);
     island_size_q_[g] = std::max(island_size_q_[g], floor);
   }
 }
 
-// |M^-1 J^T| |r| and what the multipliers of the convex program do beside it, m/s and rad/s.
+// |M^-1 J^T| |r|, m/s and rad/s; the convex program's frictionless impulses count as well. Its multipliers do not: they
+// change no velocity.
 void Referee::add_changes(const ContactProblem& problem, const ContactSolution& solution) {
   const BandMatrix& J = problem.J;
   const int nc = problem.nc();
   changes_.assign(problem.nv(), 0.0);
   for (int c = 0; c < nc; ++c) {
     Vector3d load = ConstVec3(&solution.impulse[3 * c]).cwiseAbs();
-    for (const auto* more : {&solution.eta, &solution.frictionless})
-      if (static_cast<int>(more->size()) == nc && std::isfinite((*more)[c])) load[0] += std::abs((*more)[c]);
+    if (static_cast<int>(solution.frictionless.size()) == nc && std::isfinite(solution.frictionless[c]))
+      load[0] += std::abs(solution.frictionless[c]);
     for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
       const int b = J.block[e], n = problem.M.block_size(b);
       columns_.resize(3 * static_cast<std::size_t>(n));
@@ -409,7 +410,10 @@ void Referee::gaps(const ContactProblem& problem, const ContactSolution& solutio
   double total = 0, worst = -1;
   for (int g = 0; g < islands_.count; ++g) {
     if (solution.bounded) gap_[g] += slack_[g] * (kappa_[g] - sum_[g]);
-    const double allowed = solution.epsilon / islands_.count + gap_rounding_[g] + slack_rounding_[g] * kappa_[g];
+    // Large multipliers excuse no more than `accepted` of what the island is about.
+    const double rounding = std::min(gap_rounding_[g] + slack_rounding_[g] * std::abs(kappa_[g]),
+                                     accepted * island_size_[g] * island_size_[g]);
+    const double allowed = solution.epsilon / islands_.count + rounding;
     total += gap_[g];
     const double size = island_size_[g] * island_size_[g];
     // One number for the law: the gap as a fraction of the energy that the island is about.

@@ -104,6 +104,7 @@ class Pruned {
   MethodOptions options_;
   PruneOptions prune_;
   bool closed_form_ = false, counts_idle_friction_ = false;
+  std::size_t phases_ = 1;                   // ap: compression, and restitution where any contact has it
   std::vector<Eigen::Vector2d> directions_;  // ap: k, of the friction polygon
   std::shared_ptr<LeftOut> left_out_;
 
@@ -159,8 +160,6 @@ bool Pruned::look(const ContactProblem& problem) {
   contact_velocity(problem, problem.v_minus, u_);
   if (!all_finite(u_)) return false;
   const bool elastic = !all_zero(problem.restitution);
-  if (elastic && law_ == Law::anitescu_potra) return false;
-
   // The same bodies touch as in the event before, as a rule.
   if (problem.J.band != joined_band_ || problem.J.block != joined_block_ ||
       problem.M.blocks() != static_cast<int>(islands_.of_block.size())) {
@@ -248,6 +247,7 @@ void Pruned::solve_parts(const ContactProblem& problem, ContactSolution& solutio
   contacts_of_.assign(part_of_contact_, parts);
   blocks_of_.assign(part_of_block_, parts);
 
+  phases_ = all_zero(problem.restitution) ? 1 : 2;
   begin(problem, solution);
   int solved = 0;
   for (int part = 0; part < parts; ++part) {
@@ -281,7 +281,7 @@ void Pruned::begin(const ContactProblem& problem, ContactSolution& solution) con
     case Law::anitescu_potra:
       solution.k = options_.k;
       solution.regularisation = options_.regularise;
-      solution.z.assign((options_.k + 2) * nc, 0.0);
+      solution.z.assign(phases_ * (options_.k + 2) * nc, 0.0);
       break;
     case Law::convex:
       solution.eta.assign(nc, 0.0);
@@ -421,9 +421,14 @@ void Pruned::take_over(const ContactProblem& problem, std::span<const int> conta
       scatter(answer.friction_work, 0, 1, solution.friction_work, 0);
       break;
     case Law::anitescu_potra:
-      scatter(answer.z, 0, 1, solution.z, 0);
-      scatter(answer.z, n, k, solution.z, nc);
-      scatter(answer.z, n + k * n, 1, solution.z, nc + k * nc);
+      for (std::size_t phase = 0, at = 0, to = 0; phase < phases_; ++phase, to += (k + 2) * nc) {
+        const bool idle = at + (k + 2) * n > answer.z.size();  // without restitution: nothing but the slips of before
+        if (idle) at = 0;
+        if (!idle) scatter(answer.z, at, 1, solution.z, to);
+        if (!idle) scatter(answer.z, at + n, k, solution.z, to + nc);
+        scatter(answer.z, at + n + k * n, 1, solution.z, to + nc + k * nc);
+        at += (k + 2) * n;
+      }
       break;
     case Law::convex:
       scatter(answer.eta, 0, 1, solution.eta, 0);

@@ -41,7 +41,7 @@ std::vector<LeftOutItem> items(const LeftOut& left_out);
 ///     a closed form: ap, convex;
 ///  5. ap gets no unknowns for the friction of contacts with mu = 0 (convex has none in any case, but tries its
 ///     frictionless answer first).
-/// Events with restitution: 1 only, and for `ap` nothing; a phase between would need certificates of its own.
+/// Events with restitution: 1 only; a phase between would need certificates of its own.
 /// The answer is one of the whole problem, to the same tolerances, and the referee checks it there. Where nothing can
 /// be left out the method sees the problem itself: its answer is the same to the last bit.
 /// `left_out` receives the counts.

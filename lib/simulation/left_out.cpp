@@ -13,7 +13,9 @@ SimulationOptions with_pruning(SimulationOptions simulation, const MethodOptions
 ContactMethod make_method(const MethodRow& row, MethodOptions options, const std::shared_ptr<long>& warm_starts,
                           const std::shared_ptr<LeftOut>& left_out, bool prune) {
   options.warm_starts = warm_starts;
-  return prune ? pruned(row, options, left_out) : row.make(options);
+  // Islands are problems of their own in any case: none may set the scale that another is solved to.
+  PruneOptions islands_only{true, false, false, false};
+  return pruned(row, options, left_out, prune ? PruneOptions() : islands_only);
 }
 
 }  // namespace
