@@ -94,6 +94,9 @@ void normals(const ConeProgram& p, std::span<const double> v, std::span<double> 
 
 using Scaling = ConeScaling<double>;
 
+/// -: gap as a fraction of the program's energy up to which an answer is as good as any.
+constexpr double exact = 1e-14;
+
 }  // namespace
 
 void ConeVelocities::evaluate(const ConeProgram& p, std::span<const double> r, std::span<const double> eta) {
@@ -142,9 +145,10 @@ void ConeVelocities::bound_rounding(const ConeProgram& p, std::span<const double
   for (int c = 0; c < J.bands(); ++c) {
     Vector3d sum = vec3(&(*p.offset)[3 * c]).cwiseAbs();
     for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
-      const auto entry = J.entry(e);
-      sum.noalias() +=
-          entry.cwiseAbs() * Eigen::Map<const Eigen::VectorXd>(&terms[p.M->first[J.block[e]]], entry.cols());
+      const double* values = J.values.data() + J.offset[e];
+      const double* term = &terms[p.M->first[J.block[e]]];
+      const int cols = (J.offset[e + 1] - J.offset[e]) / 3;
+      for (int j = 0; j < cols; ++j) sum += term[j] * vec3(values + 3 * j).cwiseAbs();
     }
     rounding[c] = unit * sum.norm() / std::sqrt((*p.weight)[c]);
   }
@@ -210,9 +214,7 @@ Certificate certify(const ConeProgram& p, std::span<const double> r, std::span<c
     const double sum_rounding = rounding_units * std::numeric_limits<double>::epsilon() * kappa_size;
     out.gap_rounding += std::abs(out.s) * (kappa_rounding + sum_rounding) + s_rounding * std::abs(p.kappa);
   }
-  // Multipliers that grow without bound would excuse anything.
-  constexpr double most = 1e-9;  // of the program's energy, -
-  out.gap_rounding = std::min(out.gap_rounding, most * size * size);
+  out.gap_rounding = std::min(out.gap_rounding, most_excused * size * size);
   // Comparisons with NaN are false: say so here, once.
   out.gap = std::isfinite(gap) ? gap : HUGE_VAL;
   out.infeasibility = std::isfinite(gap) ? worst : HUGE_VAL;
@@ -496,17 +498,20 @@ bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x, int patience, 
   const double large = careful || !p.has_eta() ? options_.rounding * certificate.size : 0;
   const bool at_rounding = best <= std::max(rounding_, large);
   const bool accepted = x.infeasibility <= options_.feasibility &&
-                        (at_rounding || std::abs(x.gap) <= std::max(1e-14 * size_ * size_, certificate.gap_rounding));
+                        (at_rounding || std::abs(x.gap) <= std::max(exact * size_ * size_, certificate.gap_rounding));
   x.status = accepted ? ConeStatus::solved : ConeStatus::nonconverged;
   return accepted;
 }
 
-// What the answer is worth, rounding considered; into its gap and infeasibility.
+// What the answer is worth, rounding considered where it does not do without; into its gap and infeasibility.
 Certificate InteriorPoint::checked(const ConeProgram& p, ConeSolution& x) {
   const std::span<const double> eta = p.has_eta() ? std::span<const double>(x.eta) : std::span<const double>();
   velocities_.evaluate(p, x.r, eta);
-  velocities_.bound_rounding(p, x.r, {});
-  const Certificate certificate = certify(p, x.r, x.eta, x.s, velocities_, q_, options_.rounding_units);
+  Certificate certificate = certify(p, x.r, x.eta, x.s, velocities_, q_);
+  if (certificate.infeasibility > options_.feasibility || std::abs(certificate.gap) > exact * size_ * size_) {
+    velocities_.bound_rounding(p, x.r, {});
+    certificate = certify(p, x.r, x.eta, x.s, velocities_, q_, options_.rounding_units);
+  }
   x.gap = certificate.gap;
   x.infeasibility = certificate.infeasibility;
   return certificate;

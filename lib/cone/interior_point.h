@@ -40,6 +40,10 @@ struct Certificate {
 Certificate certify(const ConeProgram& program, std::span<const double> r, std::span<const double> eta, double s,
                     const ConeVelocities& velocities, std::span<const double> q, double rounding_units = 0);
 
+/// -: what rounding may excuse of a gap, as a fraction of the program's energy: multipliers that grow without bound
+/// would excuse anything.
+inline constexpr double most_excused = 1e-9;
+
 /// Solves cone programs (cone_program.h) by a primal-dual interior point method that names the active constraints,
 /// and a semismooth Newton method that then solves the equalities of that guess to rounding. Owns its scratch.
 class InteriorPoint {

@@ -246,11 +246,11 @@ void DrumwrightShell::extract(const ContactProblem& problem, const std::vector<d
   out.factor.factor(out.M);
 }
 
-// Rounding is looked at only where without it the answer would not do.
+// Rounding is looked at only where without it the answer would not do, and with it might.
 Certificate DrumwrightShell::judge(std::span<const double> r, std::span<const double> eta, double epsilon) {
   velocities_.evaluate(program_, r, eta);
   const Certificate plain = certify(program_, r, eta, 0, velocities_, q_);
-  if (good(plain, epsilon)) return plain;
+  if (good(plain, epsilon) || std::abs(plain.gap) > epsilon + most_excused * plain.size * plain.size) return plain;
   velocities_.bound_rounding(program_, r, {});
   return certify(program_, r, eta, 0, velocities_, q_, tolerances_.cone.rounding_units);
 }
