@@ -25,6 +25,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "linalg/finite.h"
 
@@ -407,13 +408,20 @@ void Referee::gaps(const ContactProblem& problem, const ContactSolution& solutio
     gap_[g] += eta * u_plus_[3 * c] + rc.dot(yc) + s * rc[0];
     gap_rounding_[g] += open(c) * (rc.norm() + std::abs(eta) + (yc.norm() + s) / weight_[c]);
   }
+  // An island that carries nothing needs no share: a method may not even be handed it.
+  sum_.resize(2 * static_cast<std::size_t>(islands_.count), 0.0);
+  double* const carries = &sum_[islands_.count];
+  std::fill_n(carries, islands_.count, 0.0);
+  for (int c = 0; c < problem.nc(); ++c)
+    if (!ConstVec3(&r[3 * c]).isZero(0)) carries[islands_.of_contact[c]] = 1;
+  const double shares = std::max(1.0, std::accumulate(carries, carries + islands_.count, 0.0));
   double total = 0, worst = -1;
   for (int g = 0; g < islands_.count; ++g) {
     if (solution.bounded) gap_[g] += slack_[g] * (kappa_[g] - sum_[g]);
     // Large multipliers excuse no more than `accepted` of what the island is about.
     const double rounding = std::min(gap_rounding_[g] + slack_rounding_[g] * std::abs(kappa_[g]),
                                      accepted * island_size_[g] * island_size_[g]);
-    const double allowed = solution.epsilon / islands_.count + rounding;
+    const double allowed = solution.epsilon / shares + rounding;
     total += gap_[g];
     const double size = island_size_[g] * island_size_[g];
     // One number for the law: the gap as a fraction of the energy that the island is about.

@@ -42,7 +42,8 @@ class Referee {
   /// The impulses as an unambiguous verdict: does the claim hold to `tolerance`?
   /// anitescu_potra, newton, mirtich, convex with restitution: model <= tolerance, where at every contact
   ///   model = error / max(size, terms, rounding / accepted), all in sqrt(J) (referee.cpp).
-  /// convex without: |gap| <= epsilon / islands + rounding (J) on every island, infeasibility <= accepted.
+  /// convex without: |gap| <= epsilon / islands that carry impulses + rounding (J) on every island, infeasibility <=
+  /// accepted.
   static bool holds(const Residuals& residuals, const ContactSolution& solution, Law law, double tolerance);
   /// Why it does not, in one line.
   static std::string refusal(const Residuals& residuals, double tolerance);

@@ -178,11 +178,8 @@ bool DrumwrightShell::solve(const ContactProblem& problem, const std::vector<dou
   if (tolerances_.warm_start) previous_.resize(islands_.count);
   for (int i = 0; i < islands_.count; ++i) {
     extract(problem, v0, i);
-    // An island's own energy: what another holds excuses nothing here.
-    const double allowed =
-        std::max(epsilon / islands_.count,
-                 tolerances_.epsilon_floor * energy(island_.M, island_.v0, island_.offset, island_.weight));
-    const ConeStatus status = solve_island(allowed, solution, tolerances_.warm_start ? &previous_[i] : nullptr);
+    const ConeStatus status =
+        solve_island(epsilon / islands_.count, solution, tolerances_.warm_start ? &previous_[i] : nullptr);
     if (status != ConeStatus::solved) worst = status;
     for (std::size_t k = 0; k < island_.contacts.size(); ++k) {
       const int c = island_.contacts[k];

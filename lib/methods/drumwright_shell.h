@@ -24,8 +24,6 @@ class DrumwrightShell {
     bool bounded = true;                     ///< bound the sum of normal impulses of each island?
     bool warm_start = false;                 ///< start from the previous event's answer?
     std::shared_ptr<long> warm_starts;       ///< counts such starts that were accepted, where it is given
-    /// -: an island's share of epsilon is never less than this fraction of its kinetic energy: rounding of the check.
-    double epsilon_floor = 1e-14;
     /// -: scaled infeasibility up to which an answer is accepted.
     double infeasibility = 1e-10;
     /// -: residual of N z = 1 (z: proof of the least sum) and of T z = 0 below which they count as solvable.

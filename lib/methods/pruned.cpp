@@ -88,6 +88,7 @@ class Pruned {
   bool tears_an_island(const ContactProblem& problem);
   void keep_mixed_islands();
   void solve_parts(const ContactProblem& problem, ContactSolution& solution);
+  bool solve_parts(const ContactProblem& problem, bool together, ContactSolution& solution);
   void begin(const ContactProblem& problem, ContactSolution& solution) const;
   void extract(const ContactProblem& problem, std::span<const int> contacts, std::span<const int> blocks);
   bool closed_form(const ContactProblem& part, ContactSolution& answer);
@@ -232,9 +233,15 @@ bool Pruned::tears_an_island(const ContactProblem& problem) {
 }
 
 void Pruned::solve_parts(const ContactProblem& problem, ContactSolution& solution) {
+  // Parts: the islands; for the convex model, which parts islands itself and gives each its share of epsilon, one of
+  // everything, unless each island has a closed form.
+  const bool together = !prune_.islands || (law_ == Law::convex && problem.nc() > islands_.count);
+  if (!solve_parts(problem, together, solution)) solve_parts(problem, true, solution);
+}
+
+// False where a part would have to be handed to a method that wants all of them together.
+bool Pruned::solve_parts(const ContactProblem& problem, bool together, ContactSolution& solution) {
   const int nc = problem.nc(), blocks = problem.M.blocks();
-  // Parts: the islands; for the convex model, which parts islands itself, one of everything.
-  const bool together = !prune_.islands || (law_ == Law::convex && nc > islands_.count);
   const int parts = together ? 1 : islands_.count;
   part_of_contact_.assign(nc, 0);
   part_of_block_.assign(blocks, 0);
@@ -257,12 +264,15 @@ void Pruned::solve_parts(const ContactProblem& problem, ContactSolution& solutio
     extract(problem, contacts, of_part);
     if (closed_form_ && contacts.size() == 1 && closed_form(part_, answer_))
       ++left_out_->closed_forms;
+    else if (law_ == Law::convex && !together)
+      return false;
     else
       call_method(part, part_, answer_);
     take_over(problem, contacts, of_part, solution);
   }
   if (solved > 1) left_out_->islands += solved;
   if (solved == 0) ++left_out_->solver_calls;
+  return true;
 }
 
 // An answer of zeros, in the shape that the law asks for.

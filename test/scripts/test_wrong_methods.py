@@ -1,4 +1,5 @@
 """Methods that are wrong on purpose (test/wrong_methods) are found: by their error against the step, and by the referee."""
+import json
 import os
 import shutil
 import subprocess
@@ -57,6 +58,16 @@ class WrongMethods(unittest.TestCase):
         boaster = truth["boastful ipm, epsilon 1e-12 J"]
         self.assertGreater(boaster["false_claims"], 0.1 * boaster["solves"])
         self.assertEqual(boaster["ok"], 0)
+
+    def test_friction_too_strong_on_a_light_box_is_found_beside_a_heavy_one_at_every_speed(self):
+        scene = ROOT / "test/data/scenes/hidden_island.xml"
+        for fast in (0, 1, 1e2, 1e4, 1e6):
+            for method, refuted in (("convex", 0), ("strong-friction", 100)):
+                with self.subTest(fast=fast, method=method), tempfile.TemporaryDirectory() as out:
+                    subprocess.run([PROGRAM, "run", scene, "--method", method, "--set", f"fast={fast}", "--duration", "0.1",
+                                    "--out", out, "--quiet"], check=True)
+                    residuals = json.loads((Path(out) / "summary.json").read_text())["residuals"]
+                    self.assertEqual(residuals["false_claims"], refuted)
 
 
 if __name__ == "__main__":
