@@ -452,7 +452,9 @@ void Referee::least_sum(const ContactProblem& problem, const ContactSolution& so
     kappa_scale_.assign(islands_.count, 1.0);
     return;
   }
-  constexpr double touching = 1e-9;  // scaled u_n up to which the frictionless solution touches: the bound on it below
+  // Scaled u_n up to which the frictionless solution touches, -: the bound on it below. A contact that opens faster
+  // than rounding explains is open, however slowly, and carries nothing in any solution.
+  constexpr double touching = 1e-9;
 
   scratch_u_.assign(3 * nc, 0.0);
   for (int c = 0; c < nc; ++c) scratch_u_[3 * c] = f[c];
@@ -471,9 +473,10 @@ void Referee::least_sum(const ContactProblem& problem, const ContactSolution& so
     const double share = is_limit(problem, c) ? 0 : 1, excess = u_dual_[3 * c] - share;
     see(worst, -f[c] * root_w, size, c);
     see(worst, -u_n / root_w, size, c);
-    see(worst, std::min(f[c] * root_w, u_n / root_w), size, c);     // f_i u_n,i = 0
-    if (u_n / root_w <= touching * size) see(worst, excess, 1, c);  // N z <= 1 where it touches
-    see(worst, std::min(-excess * size, f[c] * root_w), size, c);   // f_i (1 - N z)_i = 0
+    see(worst, std::min(f[c] * root_w, u_n / root_w), size, c);  // f_i u_n,i = 0
+    const double touches = rounding_.empty() ? touching * size : open(c) / root_w;
+    if (u_n / root_w <= touches) see(worst, excess, 1, c);         // N z <= 1 where it touches
+    see(worst, std::min(-excess * size, f[c] * root_w), size, c);  // f_i (1 - N z)_i = 0
     kappa_[g] += share * f[c];
     kappa_scale_[g] += (std::abs(u_minus_[3 * c]) + open(c) / accepted) / weight_[c];
   }
