@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "dynamics/kinematics.h"
 #include "linalg/stop.h"
+#include "simulation/displacement.h"
 
 namespace cb {
 
@@ -36,7 +38,7 @@ void shape_motion(const Shape& shape, const State& state, Motion& motion) {
 }
 
 void Drift::remove(const Scenario& scenario, std::vector<Motion>& motions, const std::vector<ContactPoint>& touching,
-                   const std::vector<double>& tolerance, const std::vector<double>& radius,
+                   const std::vector<double>& tolerance, double limit_tolerance, const std::vector<double>& radius,
                    const std::vector<std::pair<int, int>>& pairs, double dt, State& state) {
   if (pairs.empty()) return;
 
@@ -76,7 +78,11 @@ void Drift::remove(const Scenario& scenario, std::vector<Motion>& motions, const
     poll_stop();
     find_points(scenario, motions, tolerance, pairs);
     if (worst_ <= good_gap) return;
-    displace(scenario, state);
+    assemble(scenario, state);
+    do {
+      if (!find_displacement()) return;
+    } while (hold_limits(limit_tolerance));
+    displace(scenario.model, owners_, problem_.M.first, d_, state);
     for (std::size_t i = 0; i < motions.size(); ++i) shape_motion(scenario.shapes[i], state, motions[i]);
   }
 }
@@ -100,11 +106,11 @@ void Drift::find_points(const Scenario& scenario, const std::vector<Motion>& mot
   }
 }
 
-// d = -M^-1 N^T (N M^-1 N^T)^-1 gap.
-void Drift::displace(const Scenario& scenario, State& state) {
+// N and M^-1 N^T of the points and of the joint limits that may come to hold.
+void Drift::assemble(const Scenario& scenario, const State& state) {
+  find_joint_limits(scenario, points_, state, limits_);
   zeros_.assign(points_.size(), 0.0);
-  assembler_.assemble(scenario.model, state, scenario.shapes, points_, {}, zeros_, zeros_, 0, problem_, owners_);
-  if (!factor_.factor(problem_.M)) return;
+  assembler_.assemble(scenario.model, state, scenario.shapes, points_, limits_, zeros_, zeros_, 0, problem_, owners_);
   const int nc = problem_.nc(), nv = problem_.nv();
   NT_.setZero(nv, nc);
   for (int c = 0; c < nc; ++c)
@@ -112,25 +118,44 @@ void Drift::displace(const Scenario& scenario, State& state) {
       NT_.col(c).segment(problem_.M.first[problem_.J.block[e]], problem_.J.entry(e).cols()) =
           problem_.J.entry(e).row(0).transpose();
   MNT_ = NT_;
-  for (int c = 0; c < nc; ++c) factor_.solve_in_place({MNT_.col(c).data(), static_cast<std::size_t>(nv)});
-  G_.noalias() = NT_.transpose() * MNT_;
-  G_.diagonal().array() += ridge * G_.diagonal().maxCoeff();
-  lambda_.resize(nc);
-  for (int c = 0; c < nc; ++c) lambda_[c] = -points_[c].gap;
-  llt_.compute(G_);
-  if (llt_.info() != Eigen::Success) return;
-  llt_.solveInPlace(lambda_);
-  d_.noalias() = MNT_ * lambda_;
-  if (!d_.allFinite()) return;
-  for (std::size_t b = 0; b < owners_.size(); ++b) {
-    const double* d = d_.data() + problem_.M.first[b];
-    if (owners_[b].tree < 0) {
-      Pose& pose = state.pose[owners_[b].body];
-      pose = advance(pose, Vec3(d), Vec3(d + 3), 1);
-    } else {
-      move_tree(scenario.model, scenario.model.trees[owners_[b].tree], d, 1, state);
-    }
+  if (factor_.factor(problem_.M)) {
+    for (int c = 0; c < nc; ++c) factor_.solve_in_place({MNT_.col(c).data(), static_cast<std::size_t>(nv)});
+  } else {
+    MNT_.setConstant(NAN);  // find_displacement says so
   }
+  held_.resize(points_.size());
+  std::iota(held_.begin(), held_.end(), 0);
+  wanted_.resize(points_.size());
+  for (std::size_t c = 0; c < points_.size(); ++c) wanted_[c] = -points_[c].gap;
+  in_.assign(limits_.size(), 0);
+}
+
+// d = M^-1 N^T (N M^-1 N^T)^-1 wanted over held_. Limits have no ridge: they hold, and points give way.
+bool Drift::find_displacement() {
+  const auto n = static_cast<Eigen::Index>(held_.size()), points = static_cast<Eigen::Index>(points_.size());
+  G_.noalias() = NT_(Eigen::all, held_).transpose() * MNT_(Eigen::all, held_);
+  G_.diagonal().head(points).array() += ridge * G_.diagonal().head(points).maxCoeff();
+  lambda_ = Eigen::Map<const Eigen::VectorXd>(wanted_.data(), n);
+  llt_.compute(G_);
+  if (llt_.info() != Eigen::Success) return false;
+  llt_.solveInPlace(lambda_);
+  d_.noalias() = MNT_(Eigen::all, held_) * lambda_;
+  return d_.allFinite();
+}
+
+// Joints that d_ takes further beyond a limit are held there from now on. Returns whether there are new ones.
+bool Drift::hold_limits(double limit_tolerance) {
+  bool more = false;
+  for (std::size_t i = 0; i < limits_.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(points_.size() + i);
+    const double wanted = wanted_opening(limits_[i].gap, limit_tolerance);
+    if (in_[i] || NT_.col(row).dot(d_) >= wanted - good_gap * limit_tolerance) continue;
+    in_[i] = 1;
+    held_.push_back(static_cast<int>(row));
+    wanted_.push_back(wanted);
+    more = true;
+  }
+  return more;
 }
 
 }  // namespace cb

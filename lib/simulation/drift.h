@@ -19,33 +19,41 @@ void shape_motion(const Shape& shape, const State& state, Motion& motion);
 ///     within +-delta;
 ///   * other pairs: their points with a gap from -delta to -tolerance
 /// are brought back to gap 0 by the displacement d least in d.M d, to first order N d = -gap, repeated until the gaps
-/// are within a tenth of the tolerance. Velocities are not touched, so that no kinetic energy is added; the potential
-/// energy changes by the weight times d, of second order in the step and of either sign. Both signs of gap are taken,
-/// so that contact goes on as contact, and no later event closes what arithmetic opened.
+/// are within a tenth of the tolerance. A joint that d would take beyond its limit is held at it, and gaps that it
+/// alone could close stay. Kinetic energy stays as it is (displacement.h); the potential energy changes by the weight
+/// times d, of second order in the step and of either sign. Both signs of gap are taken, so that contact goes on as
+/// contact, and no later event closes what arithmetic opened.
 class Drift {
  public:
   /// `motions`: per shape, before the move; brought up to date. `touching`: the contacts then. `tolerance`, `radius`:
-  /// per shape, m.
+  /// per shape, m. `limit_tolerance`: closed gap of joints, rad or m.
   void remove(const Scenario& scenario, std::vector<Motion>& motions, const std::vector<ContactPoint>& touching,
-              const std::vector<double>& tolerance, const std::vector<double>& radius,
+              const std::vector<double>& tolerance, double limit_tolerance, const std::vector<double>& radius,
               const std::vector<std::pair<int, int>>& pairs, double dt, State& state);
 
  private:
   void find_points(const Scenario& scenario, const std::vector<Motion>& motions, const std::vector<double>& tolerance,
                    const std::vector<std::pair<int, int>>& pairs);
-  void displace(const Scenario& scenario, State& state);
+  void assemble(const Scenario& scenario, const State& state);
+  bool find_displacement();
+  bool hold_limits(double limit_tolerance);
 
   std::vector<double> arc_;    // per shape: how far from steady motion it ended, m
   std::vector<double> delta_;  // per pair, m; negative: did not stay in touch
   std::vector<ContactPoint> points_, found_;
   double worst_ = 0;  // largest |gap| / tolerance of points_
 
+  std::vector<LimitContact> limits_;  // that can hold
+  std::vector<int> held_;             // rows: points, then those of the limits that do
+  std::vector<double> wanted_;        // N d of held_, m or rad
+  std::vector<char> in_;              // per limit: does it hold?
+
   Assembler assembler_;
   ContactProblem problem_;
   std::vector<BlockOwner> owners_;
   std::vector<double> zeros_;
   BlockCholesky factor_;
-  Eigen::MatrixXd NT_, MNT_, G_;
+  Eigen::MatrixXd NT_, MNT_, G_;  // columns: points, then limits_; G_ of held_
   Eigen::VectorXd lambda_, d_;
   Eigen::LLT<Eigen::MatrixXd> llt_;
 };

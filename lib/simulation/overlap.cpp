@@ -8,16 +8,17 @@
 //   1. The set of points held begins with those that are too deep, and others enter only where a displacement closes
 //      them: G = N M^-1 N^T is formed over that set alone, which is small beside the pile around it.
 //   2. G is scaled to a unit diagonal and raised by a ridge: where points share a face it is singular. What the ridge
-//      leaves, the next linearisation takes away.
+//      leaves, the next linearisation takes away. Rows of joint limits have none, so that they hold exactly and points
+//      that contradict them give way.
 // When it fails: bodies that are wedged in. After `rounds` it returns; the caller looks at what is left.
 #include "simulation/overlap.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "dynamics/kinematics.h"
 #include "geometry/box_box.h"
 #include "linalg/stop.h"
+#include "simulation/displacement.h"
 #include "simulation/drift.h"
 
 namespace cb {
@@ -36,7 +37,7 @@ constexpr double negative = 1e-12;
 
 }  // namespace
 
-Overlap::Removed Overlap::remove(const Scenario& scenario, const std::vector<double>& tolerance,
+Overlap::Removed Overlap::remove(const Scenario& scenario, const std::vector<double>& tolerance, double limit_tolerance,
                                  const std::vector<double>& radius, double depth, const FindPairs& find_pairs,
                                  std::vector<Motion>& motions, State& state) {
   Removed removed{depth, 0};
@@ -44,10 +45,11 @@ Overlap::Removed Overlap::remove(const Scenario& scenario, const std::vector<dou
     const double reach = reach_of * depth;
     depth = find_points(scenario, motions, tolerance, find_pairs(2 * reach), reach);
     if (depth == 0) break;
+    add_limits(scenario, limit_tolerance, state);
     prepare(scenario, state);
     d_.setZero(problem_.nv());
     for (int island = 0; island < islands_.count; ++island) solve(of_island_[island]);
-    const double moved = displace(scenario, radius, state);
+    const double moved = move(scenario, radius, state);
     removed.displacement += moved;
     for (std::size_t i = 0; i < motions.size(); ++i) shape_motion(scenario.shapes[i], state, motions[i]);
     depth = std::max(depth, moved);
@@ -71,7 +73,7 @@ double Overlap::find_points(const Scenario& scenario, const std::vector<Motion>&
                    false, reach);
     for (std::size_t c = first; c < points_.size(); ++c) {
       const double gap = points_[c].gap;
-      wanted_.push_back(gap < -closed || gap > 0 ? -gap : 0);
+      wanted_.push_back(wanted_opening(gap, closed));
       slack_.push_back(missed * closed);
       if (gap < -closed) deepest = std::max(deepest, -gap);
     }
@@ -79,14 +81,22 @@ double Overlap::find_points(const Scenario& scenario, const std::vector<Motion>&
   return deepest;
 }
 
+void Overlap::add_limits(const Scenario& scenario, double tolerance, const State& state) {
+  find_joint_limits(scenario, points_, state, limits_);
+  for (const LimitContact& limit : limits_) {
+    wanted_.push_back(wanted_opening(limit.gap, tolerance));
+    slack_.push_back(missed * tolerance);
+  }
+}
+
 // N, N M^-1 and the scale of each point.
 void Overlap::prepare(const Scenario& scenario, const State& state) {
   zeros_.assign(points_.size(), 0.0);
-  assembler_.assemble(scenario.model, state, scenario.shapes, points_, {}, zeros_, zeros_, 0, problem_, owners_);
+  assembler_.assemble(scenario.model, state, scenario.shapes, points_, limits_, zeros_, zeros_, 0, problem_, owners_);
   find_islands(problem_, islands_);
   of_island_.assign(islands_.of_contact, islands_.count);
-  in_.assign(points_.size(), 0);
-  scale_.assign(points_.size(), 0.0);
+  in_.assign(wanted_.size(), 0);
+  scale_.assign(wanted_.size(), 0.0);
   row_.clear();
   moved_.clear();
   if (!factor_.factor(problem_.M)) return;
@@ -142,7 +152,7 @@ bool Overlap::solve_working_set() {
         }
       G_(i, k) = scale_[c] * scale_[other] * sum;
     }
-    G_(i, i) += ridge;
+    if (c < static_cast<int>(points_.size())) G_(i, i) += ridge;
   }
   llt_.compute(G_);
   if (llt_.info() != Eigen::Success) return false;
@@ -196,32 +206,27 @@ void Overlap::solve(std::span<const int> island) {
 }
 
 // Moves the bodies by d_; returns the furthest that a point of one moves.
-double Overlap::displace(const Scenario& scenario, const std::vector<double>& radius, State& state) {
+double Overlap::move(const Scenario& scenario, const std::vector<double>& radius, State& state) {
   if (!d_.allFinite()) return 0;
   double turn = 0, furthest_point = 0;
   for (std::size_t b = 0; b < owners_.size(); ++b)
     if (owners_[b].tree < 0) turn = std::max(turn, d_.segment<3>(problem_.M.first[b] + 3).norm());
   if (turn > furthest) d_ *= furthest / turn;
   block_.assign(scenario.model.bodies.size(), -1);
-  for (std::size_t b = 0; b < owners_.size(); ++b)
-    if (owners_[b].tree < 0) block_[owners_[b].body] = static_cast<int>(b);
+  for (std::size_t b = 0; b < owners_.size(); ++b) {
+    if (owners_[b].tree < 0)
+      block_[owners_[b].body] = static_cast<int>(b);
+    else
+      furthest_point =
+          std::max(furthest_point, d_.segment(problem_.M.first[b], scenario.model.trees[owners_[b].tree].nv).norm());
+  }
   for (std::size_t i = 0; i < scenario.shapes.size(); ++i) {
     const int body = scenario.shapes[i].body;
     if (body < 0 || block_[body] < 0) continue;
     const auto d = d_.segment<6>(problem_.M.first[block_[body]]);
     furthest_point = std::max(furthest_point, d.head<3>().norm() + radius[i] * d.tail<3>().norm());
   }
-  for (std::size_t b = 0; b < owners_.size(); ++b) {
-    const double* d = d_.data() + problem_.M.first[b];
-    if (owners_[b].tree < 0) {
-      Pose& pose = state.pose[owners_[b].body];
-      pose = advance(pose, Vec3(d), Vec3(d + 3), 1);
-    } else {
-      const Tree& tree = scenario.model.trees[owners_[b].tree];
-      furthest_point = std::max(furthest_point, Eigen::Map<const Eigen::VectorXd>(d, tree.nv).norm());
-      move_tree(scenario.model, tree, d, 1, state);
-    }
-  }
+  displace(scenario.model, owners_, problem_.M.first, d_, state);
   return furthest_point;
 }
 

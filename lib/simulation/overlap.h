@@ -17,8 +17,9 @@ namespace cb {
 /// With N the normal rows of the points whose gap is small, the poses are displaced by the d least in d.M d with
 ///   N d >= -gap   for points that are open, or deeper than closed,
 ///   N d >= 0      for points that are closed,
-/// linearised anew until no point is deeper than closed. Velocities are not touched, so that no kinetic energy is
-/// added; the potential energy changes by the weight times d. Where nothing overlaps nothing is called.
+/// linearised anew until no point is deeper than closed. The limits of joints are such points too, and hold where they
+/// and shapes contradict each other. Kinetic energy stays as it is (displacement.h); the potential energy changes by
+/// the weight times d. Where nothing overlaps nothing is called.
 class Overlap {
  public:
   struct Removed {
@@ -29,23 +30,26 @@ class Overlap {
   using FindPairs = std::function<const std::vector<std::pair<int, int>>&(double margin)>;
 
   /// `motions`: per shape, brought up to date. `tolerance`, `radius`: per shape, m: closed gap and reach from the
-  /// centre of mass. `depth`: m, the deepest overlap.
-  Removed remove(const Scenario& scenario, const std::vector<double>& tolerance, const std::vector<double>& radius,
-                 double depth, const FindPairs& find_pairs, std::vector<Motion>& motions, State& state);
+  /// centre of mass. `limit_tolerance`: rad or m, of joints. `depth`: m, the deepest overlap.
+  Removed remove(const Scenario& scenario, const std::vector<double>& tolerance, double limit_tolerance,
+                 const std::vector<double>& radius, double depth, const FindPairs& find_pairs,
+                 std::vector<Motion>& motions, State& state);
 
  private:
   double find_points(const Scenario& scenario, const std::vector<Motion>& motions, const std::vector<double>& tolerance,
                      const std::vector<std::pair<int, int>>& pairs, double reach);
+  void add_limits(const Scenario& scenario, double tolerance, const State& state);
   void prepare(const Scenario& scenario, const State& state);
   void solve(std::span<const int> island);
   bool solve_working_set();
   void add_to_displacement(int c, double lambda);
   double opened(int c) const;
-  double displace(const Scenario& scenario, const std::vector<double>& radius, State& state);
+  double move(const Scenario& scenario, const std::vector<double>& radius, State& state);
 
   std::vector<ContactPoint> points_;
-  std::vector<double> wanted_;  // per point: least N d, m
-  std::vector<double> slack_;   // per point: what of it may be missed, m
+  std::vector<LimitContact> limits_;  // rows after those of points_, and points in what follows
+  std::vector<double> wanted_;        // per point: least N d, m
+  std::vector<double> slack_;         // per point: what of it may be missed, m
 
   Assembler assembler_;
   ContactProblem problem_;

@@ -130,7 +130,7 @@ const StepRecord& Simulation::step() {
     remaining -= dt;
     if (!scenario_.model.trees.empty()) {
       lap.add_to(record_.times.dynamics_s);
-      drift_.remove(scenario_, motions_, contacts_, tolerance_, radius_, *pairs_, dt, state_);
+      drift_.remove(scenario_, motions_, contacts_, tolerance_, options_.closed_gap, radius_, *pairs_, dt, state_);
     }
     update_motions();
     if (remaining <= 0) break;
@@ -334,7 +334,7 @@ void Simulation::select_islands() {
 // Ends the step without overlap, or the run where bodies are wedged in.
 void Simulation::remove_overlap() {
   const Overlap::Removed removed = overlap_.remove(
-      scenario_, tolerance_, radius_, depth_,
+      scenario_, tolerance_, options_.closed_gap, radius_, depth_,
       [this](double margin) -> const std::vector<std::pair<int, int>>& {
         find_pairs(0, std::max(margin, margin_));
         return *pairs_;

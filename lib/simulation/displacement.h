@@ -1,0 +1,25 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "contact/assemble.h"
+#include "scenario/scenario.h"
+
+namespace cb {
+
+/// Moves bodies and joints by d (nv, as the problem's v) without a change of kinetic energy: a free body's spin turns
+/// with the body, as its inertia does, and its velocity stays; a tree's rates are scaled by the root of the energies
+/// before and after, since its inertia depends on its joints. `first`: per block, where its part of d begins.
+void displace(const Model& model, const std::vector<BlockOwner>& owners, const std::vector<int>& first,
+              const Eigen::VectorXd& d, State& state);
+
+/// What a displacement must not push joints beyond: the limits of the trees that `points` touch.
+void find_joint_limits(const Scenario& scenario, const std::vector<ContactPoint>& points, const State& state,
+                       std::vector<LimitContact>& limits);
+
+/// Least N d of a feature with this gap, m or rad: what is closed must not close further, what is open or deeper than
+/// `closed` ends at gap 0.
+inline double wanted_opening(double gap, double closed) { return gap < -closed || gap > 0 ? -gap : 0; }
+
+}  // namespace cb

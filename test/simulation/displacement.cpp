@@ -1,0 +1,110 @@
+// What the poses are displaced by at the end of a step: joints keep their limits, and the kinetic energy stays.
+#include "simulation/displacement.h"
+
+#include <catch2/catch.hpp>
+
+#include "dynamics/free_bodies.h"
+#include "dynamics/kinematics.h"
+#include "scenes.h"
+#include "simulation/drift.h"
+#include "simulation/simulation.h"
+
+using namespace cb;
+
+namespace {
+
+Scenario without_gravity() {
+  Scenario s = test::empty_scene(1e-3, 1e-3);
+  s.gravity.constant.setZero();
+  return s;
+}
+
+/// Makes bodies from..last a chain of hinges about z, each at its body's left end; the first hangs on the world.
+void join(Scenario& s, int from, JointKind kind, const Vec3& axis) {
+  Tree tree;
+  tree.v = static_cast<int>(s.initial.qd.size());
+  for (int body = from; body < static_cast<int>(s.model.bodies.size()); ++body) {
+    Joint joint;
+    joint.kind = kind;
+    joint.body = body;
+    joint.parent = body == from ? -1 : body - 1;
+    joint.up = body - from - 1;
+    joint.axis_C = axis;
+    if (kind == JointKind::revolute) joint.anchor_C = {-0.5, 0, 0};
+    const Vec3 anchor = s.initial.pose[body].p + joint.anchor_C;
+    joint.anchor_P = body == from ? anchor : Vec3(anchor - s.initial.pose[body - 1].p);
+    joint.q = static_cast<int>(s.initial.q.size());
+    joint.v = static_cast<int>(s.initial.qd.size());
+    s.initial.q.push_back(0);
+    s.initial.qd.push_back(0);
+    s.model.bodies[body].tree = static_cast<int>(s.model.trees.size());
+    tree.joints.push_back(joint);
+  }
+  tree.nv = static_cast<int>(tree.joints.size());
+  s.model.trees.push_back(tree);
+}
+
+/// A ball that overlaps another one by `depth`, and pushes it along its rail into its stop at q = `stop`.
+Scenario ball_and_stop(double depth, double stop) {
+  Scenario s = without_gravity();
+  test::add_sphere(s, 0.5, 1, {-1 + depth, 0, 0});
+  test::add_sphere(s, 0.5, 1, {0, 0, 0});
+  join(s, 1, JointKind::prismatic, Vec3::UnitX());
+  s.model.trees[0].joints[0].upper = stop;
+  test::collide_all(s, 0);
+  return s;
+}
+
+}  // namespace
+
+TEST_CASE("what overlaps a link whose joint is at its limit is pushed out alone", "[overlap]") {
+  const double depth = 1e-3;
+  for (const double stop : {0.0, depth / 10}) {
+    const Scenario s = ball_and_stop(depth, stop);
+    SimulationOptions options;
+    options.step = options.duration = 1e-3;
+    Simulation simulation(s, options, find_method("ap")->make({}), Law::anitescu_potra);
+    REQUIRE(simulation.step().status == Status::ok);
+    const State& state = simulation.state();
+    CHECK(state.q[0] == Approx(stop).margin(1e-9));
+    CHECK(state.pose[1].p[0] - state.pose[0].p[0] == Approx(1).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("a gap that arithmetic leaves at a link is closed without its joint going beyond its limit", "[drift]") {
+  const double depth = 1e-6;
+  Scenario s = ball_and_stop(0, 0);
+  State state = s.initial;
+  std::vector<Motion> motions(2);
+  for (std::size_t i = 0; i < 2; ++i) shape_motion(s.shapes[i], state, motions[i]);
+  std::vector<ContactPoint> touching;
+  contact_points(s.shapes[0], motions[0].pose, 0, s.shapes[1], motions[1].pose, 1, 1e-9, touching);
+  REQUIRE(touching.size() == 1);
+  // As if an arc of half a millimetre had taken the ball into the link.
+  state.v[5] = motions[0].w[2] = 31.6;
+  state.pose[0].p[0] += depth;
+  Drift().remove(s, motions, touching, {1e-9, 1e-9}, 1e-9, {0.5, 0.5}, {{0, 1}}, 1e-3, state);
+  CHECK(state.q[0] == Approx(0).margin(1e-10));
+  CHECK(state.pose[1].p[0] - state.pose[0].p[0] == Approx(1).epsilon(1e-9));
+}
+
+TEST_CASE("a displacement turns a body's spin with it, and keeps the kinetic energy of an arm", "[overlap]") {
+  Scenario s = without_gravity();
+  test::add_box(s, {1, 0.2, 0.1}, 2, {{5, 0, 0}, Quat::Identity()}, {1, 2, 3}, {4, -5, 6});
+  for (const double x : {0.5, 1.5}) test::add_box(s, {1, 0.1, 0.1}, 3, {{x, 0, 0}, Quat::Identity()});
+  join(s, 1, JointKind::revolute, Vec3::UnitZ());
+  State state = s.initial;
+  state.q = {0.3, 1.1};
+  state.qd = {2, -3};
+  forward_kinematics(s.model, s.model.trees[0], state);
+  const double before = kinetic_energy(s.model, state);
+  const Vec3 spin_B = state.pose[0].q.conjugate() * Vec3(&state.v[3]);
+
+  Eigen::VectorXd d(8);
+  d << 0.1, -0.1, 0.2, 0.03, -0.02, 0.01, 0.02, 0.3;
+  displace(s.model, {{0, -1}, {-1, 0}}, {0, 6, 8}, d, state);
+  CHECK(kinetic_energy(s.model, state) == Approx(before).epsilon(1e-14));
+  CHECK((state.pose[0].q.conjugate() * Vec3(&state.v[3]) - spin_B).norm() < 1e-14 * spin_B.norm());
+  CHECK(state.q[1] == Approx(1.4).epsilon(1e-15));
+  CHECK(state.qd[0] / state.qd[1] == Approx(-2.0 / 3).epsilon(1e-15));
+}
