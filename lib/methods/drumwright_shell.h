@@ -142,8 +142,9 @@ class DrumwrightShell {
 
   // Of the second phase of restitution.
   std::vector<double> v_between_, first_impulse_, h_v_;
-  std::vector<std::array<double, 3>> taken_;  // per island, J: energy of the event as a polynomial in theta
-  std::vector<double> theta_;                 // per island
+  std::vector<std::array<double, 3>> taken_;  // per group, J: energy of the event as a polynomial in theta
+  std::vector<double> theta_;                 // per group
+  std::vector<int> group_;                    // per contact: of those that restitution is scaled with
 };
 
 }  // namespace cb
