@@ -38,6 +38,7 @@ void move_poses(const Model& model, const std::vector<BlockOwner>& owners, const
     if (owners[b].tree < 0) {
       Pose& pose = state.pose[owners[b].body];
       pose = advance(pose, Vec3(part), Vec3(part + 3), 1);
+      turn_spin(model.bodies[owners[b].body], part, &state.v[6 * static_cast<std::size_t>(owners[b].body) + 3]);
     } else {
       move_tree(model, model.trees[owners[b].tree], part, 1, state);
     }
@@ -51,13 +52,9 @@ void displace(const Model& model, const std::vector<BlockOwner>& owners, const s
     if (owner.tree >= 0) before.push_back(tree_energy(model, model.trees[owner.tree], state));
   move_poses(model, owners, first, d, state);
   std::size_t at = 0;
-  for (std::size_t b = 0; b < owners.size(); ++b) {
-    const int body = owners[b].body;
-    if (owners[b].tree < 0) {
-      turn_spin(model.bodies[body], d.data() + first[b], &state.v[6 * static_cast<std::size_t>(body) + 3]);
-      continue;
-    }
-    const Tree& tree = model.trees[owners[b].tree];
+  for (const BlockOwner& owner : owners) {
+    if (owner.tree < 0) continue;
+    const Tree& tree = model.trees[owner.tree];
     const double had = before[at++], has = tree_energy(model, tree, state);
     if (has == had || !(has > 0)) continue;
     Eigen::Map<Eigen::VectorXd>(&state.qd[tree.v], tree.nv) *= std::sqrt(had / has);
