@@ -20,8 +20,7 @@ double tree_energy(const Model& model, const Tree& tree, const State& state) {
   return energy;
 }
 
-void displace_body(const Body& body, const double* d, Pose& pose, double* w) {
-  pose = advance(pose, Vec3(d), Vec3(d + 3), 1);
+void turn_spin(const Body& body, const double* d, double* w) {
   const Vec3& inertia = body.inertia;
   if (inertia[0] == inertia[1] && inertia[1] == inertia[2]) return;  // turning it leaves its inertia as it is
   const double angle = Vec3(d + 3).norm();
@@ -30,26 +29,36 @@ void displace_body(const Body& body, const double* d, Pose& pose, double* w) {
   spin = Eigen::AngleAxisd(angle, Vec3(d + 3) / angle) * Vec3(spin);
 }
 
-void displace_tree(const Model& model, const Tree& tree, const double* d, State& state) {
-  const double before = tree_energy(model, tree, state);
-  move_tree(model, tree, d, 1, state);
-  const double after = tree_energy(model, tree, state);
-  if (after == before || !(after > 0)) return;
-  Eigen::Map<Eigen::VectorXd>(&state.qd[tree.v], tree.nv) *= std::sqrt(before / after);
-  link_twists(model, tree, state);
-}
-
 }  // namespace
+
+void move_poses(const Model& model, const std::vector<BlockOwner>& owners, const std::vector<int>& first,
+                const Eigen::VectorXd& d, State& state) {
+  for (std::size_t b = 0; b < owners.size(); ++b) {
+    const double* part = d.data() + first[b];
+    if (owners[b].tree < 0) {
+      Pose& pose = state.pose[owners[b].body];
+      pose = advance(pose, Vec3(part), Vec3(part + 3), 1);
+      turn_spin(model.bodies[owners[b].body], part, &state.v[6 * static_cast<std::size_t>(owners[b].body) + 3]);
+    } else {
+      move_tree(model, model.trees[owners[b].tree], part, 1, state);
+    }
+  }
+}
 
 void displace(const Model& model, const std::vector<BlockOwner>& owners, const std::vector<int>& first,
               const Eigen::VectorXd& d, State& state) {
-  for (std::size_t b = 0; b < owners.size(); ++b) {
-    const double* part = d.data() + first[b];
-    const int body = owners[b].body;
-    if (owners[b].tree < 0)
-      displace_body(model.bodies[body], part, state.pose[body], &state.v[6 * static_cast<std::size_t>(body) + 3]);
-    else
-      displace_tree(model, model.trees[owners[b].tree], part, state);
+  std::vector<double> before;  // per block that is a tree, J
+  for (const BlockOwner& owner : owners)
+    if (owner.tree >= 0) before.push_back(tree_energy(model, model.trees[owner.tree], state));
+  move_poses(model, owners, first, d, state);
+  std::size_t at = 0;
+  for (const BlockOwner& owner : owners) {
+    if (owner.tree < 0) continue;
+    const Tree& tree = model.trees[owner.tree];
+    const double had = before[at++], has = tree_energy(model, tree, state);
+    if (has == had || !(has > 0)) continue;
+    Eigen::Map<Eigen::VectorXd>(&state.qd[tree.v], tree.nv) *= std::sqrt(had / has);
+    link_twists(model, tree, state);
   }
 }
 

@@ -8,9 +8,12 @@
 
 namespace cb {
 
-/// Moves bodies and joints by d (nv, as the problem's v) without a change of kinetic energy: a free body's spin turns
-/// with the body, as its inertia does, and its velocity stays; a tree's rates are scaled by the root of the energies
-/// before and after, since its inertia depends on its joints. `first`: per block, where its part of d begins.
+/// Moves bodies and joints by d (nv, as the problem's v); `first`: per block, where its part of d begins. A free body's
+/// spin turns with the body, as its inertia does, and keeps its energy; other velocities and rates stay, so that a
+/// tree's energy changes with its inertia: by the order of d.
+void move_poses(const Model& model, const std::vector<BlockOwner>& owners, const std::vector<int>& first,
+                const Eigen::VectorXd& d, State& state);
+/// The same without a change of kinetic energy: a tree's rates are scaled by the root of the energies before and after.
 void displace(const Model& model, const std::vector<BlockOwner>& owners, const std::vector<int>& first,
               const Eigen::VectorXd& d, State& state);
 

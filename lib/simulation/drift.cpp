@@ -82,7 +82,7 @@ void Drift::remove(const Scenario& scenario, std::vector<Motion>& motions, const
     do {
       if (!find_displacement()) return;
     } while (hold_limits(limit_tolerance));
-    displace(scenario.model, owners_, problem_.M.first, d_, state);
+    move_poses(scenario.model, owners_, problem_.M.first, d_, state);
     for (std::size_t i = 0; i < motions.size(); ++i) shape_motion(scenario.shapes[i], state, motions[i]);
   }
 }

@@ -20,9 +20,9 @@ void shape_motion(const Shape& shape, const State& state, Motion& motion);
 ///   * other pairs: their points with a gap from -delta to -tolerance
 /// are brought back to gap 0 by the displacement d least in d.M d, to first order N d = -gap, repeated until the gaps
 /// are within a tenth of the tolerance. A joint that d would take beyond its limit is held at it, and gaps that it
-/// alone could close stay. Kinetic energy stays as it is (displacement.h); the potential energy changes by the weight
-/// times d, of second order in the step and of either sign. Both signs of gap are taken, so that contact goes on as
-/// contact, and no later event closes what arithmetic opened.
+/// alone could close stay. Velocities are not touched, but that a free body's spin turns with it (displacement.h): the
+/// kinetic energy of trees and the potential energy change by second order in the step, with either sign. Both signs of
+/// gap are taken, so that contact goes on as contact, and no later event closes what arithmetic opened.
 class Drift {
  public:
   /// `motions`: per shape, before the move; brought up to date. `touching`: the contacts then. `tolerance`, `radius`:
