@@ -453,7 +453,7 @@ void Referee::least_sum(const ContactProblem& problem, const ContactSolution& so
     return;
   }
   // Scaled u_n up to which the frictionless solution touches, -: the bound on it below. A contact that opens faster
-  // than rounding explains is open, however slowly, and carries nothing in any solution.
+  // than rounding and f itself explain is open, however slowly, and carries nothing in any solution.
   constexpr double touching = 1e-9;
 
   scratch_u_.assign(3 * nc, 0.0);
@@ -466,6 +466,13 @@ void Referee::least_sum(const ContactProblem& problem, const ContactSolution& so
   u_dual_.resize(3 * nc);
   multiply(problem.J, problem.M, z, u_dual_);
 
+  // f solves exactly the problem whose velocities differ by what it leaves of f_i u_n,i = 0: there a contact touches.
+  kappa_miss_.assign(islands_.count, 0.0);
+  for (int c = 0; c < nc; ++c) {
+    const double root_w = std::sqrt(weight_[c]), u_n = scratch_u_[3 * c] / root_w;
+    double& miss = kappa_miss_[islands_.of_contact[c]];
+    miss = std::max({miss, -u_n, std::min(f[c] * root_w, u_n)});
+  }
   for (int c = 0; c < nc; ++c) {
     const int g = islands_.of_contact[c];
     const double size = island_size_q_[g];  // impulses with friction, however large, are no matter here
@@ -474,7 +481,8 @@ void Referee::least_sum(const ContactProblem& problem, const ContactSolution& so
     see(worst, -f[c] * root_w, size, c);
     see(worst, -u_n / root_w, size, c);
     see(worst, std::min(f[c] * root_w, u_n / root_w), size, c);  // f_i u_n,i = 0
-    const double touches = rounding_.empty() ? touching * size : open(c) / root_w;
+    double touches = touching * size;
+    if (!rounding_.empty()) touches = std::min(touches, open(c) / root_w + kappa_miss_[g]);
     if (u_n / root_w <= touches) see(worst, excess, 1, c);         // N z <= 1 where it touches
     see(worst, std::min(-excess * size, f[c] * root_w), size, c);  // f_i (1 - N z)_i = 0
     kappa_[g] += share * f[c];

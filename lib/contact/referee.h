@@ -83,7 +83,8 @@ class Referee {
   std::vector<double> u_plus_, u_minus_, y_, u_dual_, scratch_v_, scratch_u_, difference_, momentum_, columns_,
       changes_;
   std::vector<double> cosine_, sine_, given_back_, phase_, error_;  // anitescu_potra: k, k, nc, 3 nc, nc
-  std::vector<double> slack_, slack_rounding_, sum_, kappa_, kappa_scale_, gap_, gap_rounding_;  // per island
+  std::vector<double> slack_, slack_rounding_, sum_, kappa_, kappa_scale_, kappa_miss_, gap_,
+      gap_rounding_;  // per island
 };
 
 }  // namespace cb

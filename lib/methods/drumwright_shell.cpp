@@ -571,10 +571,11 @@ bool DrumwrightShell::frictionless() {
     iterations_ += trial_.iterations;
     normal_solver_.solve(normal_program_, trial_);
     ok = trial_.status == ConeStatus::solved;
-    if (!ok && nc <= tolerances_.dense_limit) {
-      iterations_ += trial_.iterations;
-      solve_dense(normal_program_, tolerances_.cone, trial_);
-      ok = trial_.status == ConeStatus::solved && trial_.infeasibility <= tolerances_.infeasibility;
+    if (!ok) {
+      f_.resize(nc);
+      z_.resize(island_.M.order());
+      ok = vertex_.solve(island_.M, island_.J, island_.factor, island_.weight, q_, island_.share, f_, z_);
+      for (int c = 0; c < nc && ok; ++c) trial_.r[3 * c] = f_[c];
     }
   }
   iterations_ += trial_.iterations;
@@ -583,15 +584,18 @@ bool DrumwrightShell::frictionless() {
     ok = false;
   }
   f_.resize(nc);
-  for (int c = 0; c < nc; ++c) {
-    f_[c] = std::max(0.0, trial_.r[3 * c]);
-    trial_.r[3 * c] = f_[c];
-    trial_.r[3 * c + 1] = trial_.r[3 * c + 2] = 0;
-  }
-  velocities_.evaluate(normal_program_, trial_.r, {});
+  for (int c = 0; c < nc; ++c) f_[c] = std::max(0.0, trial_.r[3 * c]);
+  take_frictionless();
+  return ok;
+}
+
+// v_f and u_f of f.
+void DrumwrightShell::take_frictionless() {
+  x_.assign(3 * f_.size(), 0.0);
+  for (std::size_t c = 0; c < f_.size(); ++c) x_[3 * c] = f_[c];
+  velocities_.evaluate(normal_program_, x_, {});
   v_f_ = velocities_.v;
   u_f_ = velocities_.u;
-  return ok;
 }
 
 // Least energy velocity with N velocity + offset = 0 on a set of contacts, multipliers x (proximal iteration, started
@@ -702,6 +706,7 @@ bool DrumwrightShell::least_sum() {
   for (double& touch : touch_) touch *= tolerances_.cone.rounding_units;
   for (int c = 0; c < nc; ++c) set_[c] = u_f_[3 * c] <= touch_[c] * std::sqrt(island_.weight[c]) ? 1 : 0;
   if (solvable_on_set()) return true;
+  if (least_sum_at_vertex()) return true;
   touch_.clear();
 
   double shift = 0;
@@ -738,6 +743,27 @@ bool DrumwrightShell::least_sum() {
   }
   f_ = first;
   lambda_.assign(nc, 0.0);
+  return false;
+}
+
+// Where contacts depend on each other up to rounding the lift of all that touch cannot be even, and f is looked for by
+// vertices, whose lift is.
+bool DrumwrightShell::least_sum_at_vertex() {
+  const int nc = static_cast<int>(island_.contacts.size());
+  const std::vector<double> first = f_;
+  if (!vertex_.solve(island_.M, island_.J, island_.factor, island_.weight, q_, island_.share, f_, z_)) {
+    f_ = first;
+    return false;
+  }
+  take_frictionless();
+  velocities_.bound_rounding(normal_program_, x_, {});
+  touch_ = velocities_.rounding;
+  for (double& touch : touch_) touch = tolerances_.cone.rounding_units * touch + LeastSum::kept * size_;
+  multiply(island_.J, island_.M, z_, Jz_);
+  lambda_.assign(nc, 0.0);
+  if (proves_least_sum()) return true;
+  f_ = first;
+  take_frictionless();
   return false;
 }
 

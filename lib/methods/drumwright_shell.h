@@ -8,6 +8,7 @@
 
 #include "cone/interior_point.h"
 #include "contact/islands.h"
+#include "methods/least_sum.h"
 #include "methods/registry.h"
 #include "methods/resting_impulse.h"
 #include "methods/stopping_impulse.h"
@@ -98,6 +99,8 @@ class DrumwrightShell {
                   std::vector<double>& velocity);
   bool proves_least_sum() const;
   bool least_sum();
+  bool least_sum_at_vertex();
+  void take_frictionless();
   void lift();
   Shape shape();
   bool lifts_evenly();
@@ -126,6 +129,7 @@ class DrumwrightShell {
   InteriorPoint friction_solver_, normal_solver_;
   KktSystem sticking_, normals_;
   StoppingImpulse stopping_;
+  LeastSum vertex_;
   ConeVelocities velocities_;
   std::vector<double> zero_mu_, q_, f_, v_f_, u_f_, z_, lambda_, kappa_offset_;
   std::vector<double> r_, eta_, G_, step_, h_, u_step_, x_, least_x_, f_shifted_, velocity_, Jz_;
