@@ -2,7 +2,7 @@
 """Do the tests notice? Plants one small fault at a time in a copy of the tree, builds it, and runs the tests: those of the
 fault's own room first, all of them where these pass.
 
-  scripts/test.sh --mutants                       the whole campaign (hours)
+  test/mutation/campaign.py                       the whole campaign (hours)
   test/mutation/campaign.py --room contact        the faults of one room
   test/mutation/campaign.py --id referee-holds    one fault
   test/mutation/campaign.py --list                the faults, without running anything
