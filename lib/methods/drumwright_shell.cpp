@@ -50,6 +50,9 @@ namespace cb {
 
 namespace {
 
+/// -: of the terms of velocities, an infeasibility that no rounding explains.
+constexpr double beyond_rounding = 1e-10;
+
 double tangential(const double* x) { return std::sqrt(x[1] * x[1] + x[2] * x[2]); }
 
 /// J, before the event. Where a problem comes as W and q alone it is in the offset.
@@ -301,6 +304,8 @@ Certificate DrumwrightShell::judge(std::span<const double> r, std::span<const do
   const Certificate plain = certify(program_, r, eta, 0, velocities_, q_);
   if (good(plain, tolerances_.infeasibility) || std::abs(plain.gap) > epsilon_ + most_excused * plain.size * plain.size)
     return plain;
+  const double terms = plain.size + std::sqrt(quadratic_form(island_.M, island_.v0));
+  if (plain.infeasibility * plain.size > beyond_rounding * terms) return plain;
   velocities_.bound_rounding(program_, r, {});
   return certify(program_, r, eta, 0, velocities_, q_, tolerances_.cone.rounding_units);
 }
@@ -671,12 +676,14 @@ bool DrumwrightShell::frictionless() {
 // Does f solve the frictionless problem?
 bool DrumwrightShell::complementary() {
   const double size = size_ > 0 ? size_ : 1;
-  velocities_.bound_rounding(normal_program_, x_, {});
+  bool bounded_rounding = false;
   for (std::size_t c = 0; c < f_.size(); ++c) {
     const double root_w = std::sqrt(island_.weight[c]), u_n = u_f_[3 * c] / root_w;
     const double wrong = std::max(-u_n, std::min(f_[c] * root_w, u_n));
-    if (wrong > tolerances_.backward * size && wrong > tolerances_.cone.rounding_units * velocities_.rounding[c])
-      return false;
+    if (wrong <= tolerances_.backward * size) continue;
+    if (!bounded_rounding) velocities_.bound_rounding(normal_program_, x_, {});
+    bounded_rounding = true;
+    if (wrong > tolerances_.cone.rounding_units * velocities_.rounding[c]) return false;
   }
   return true;
 }
