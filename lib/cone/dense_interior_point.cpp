@@ -85,7 +85,8 @@ class Dense {
       factor();
       predict();
       const Real affine = std::min<Real>(1, longest());
-      correct((1 - affine) * (1 - affine) * (1 - affine) * complementarity_ / cones());
+      // Never to the edge itself: products that fall far behind the others leave no room for the path's turns.
+      correct(std::max<Real>(least_centre, (1 - affine) * (1 - affine) * (1 - affine)) * complementarity_ / cones());
       const Real alpha = std::min<Real>(1, Real(options_.step_fraction) * longest());
       if (!(alpha > 0)) {
         solution.status = ConeStatus::singular;
@@ -102,10 +103,12 @@ class Dense {
   // by mu. What counts as solved where rounding ends it before that. From where on it is given up without progress:
   // before that it may well come back from iterates that are worse.
   static constexpr Real rounding = 1e-18L, accepted = 1e-12L, near = 1e-9L;
-  // Of the gap that is asked for: the share of an answer that another iteration need not improve.
-  static constexpr double enough = 1e-2;
   // Iterations in a row that do not halve the merit.
   static constexpr int patience = 6;
+  // Complementarity aimed at, of the present.
+  static constexpr Real least_centre = 1e-2L;
+  // Of the gap that is asked for: the share of an answer that another iteration need not improve.
+  static constexpr double enough = 1e-2;
   // P, of 1, the contacts' mobility. It does not move the answer; larger: slower at the end.
   static constexpr Real proximal = 1e-15L;
 

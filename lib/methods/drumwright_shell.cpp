@@ -347,7 +347,7 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
   excess_ += std::max(0.0, std::abs(best_.gap) - best_.gap_rounding);
   if (!proven) return ending == ConeStatus::solved ? ConeStatus::nonconverged : ending;
   // An answer at rounding whose certificate is not: friction coefficients or masses of many orders of magnitude.
-  if (ending != ConeStatus::solved && best_.infeasibility <= tolerances_.infeasibility &&
+  if (ending != ConeStatus::solved && best_.infeasibility <= tolerances_.backward &&
       std::abs(best_.gap) <= tolerances_.inaccurate * best_.size * best_.size) {
     inaccurate_ = true;
     return ConeStatus::solved;
@@ -394,7 +394,7 @@ bool DrumwrightShell::find_bound() {
 
 // Keeps answer_ where it is better than what there is. Is it as good as is asked?
 bool DrumwrightShell::offer(Allowed allowed) {
-  certify_unreduced(answer_);
+  certify_unreduced(answer_, 0);
   const double limit = limit_of(allowed);
   const Certificate certificate = judge(answer_.r, multiplier_);
   const bool done = good(certificate, limit);
@@ -406,10 +406,10 @@ bool DrumwrightShell::offer(Allowed allowed) {
   return done;
 }
 
-// Multipliers of (1) from those of (3), which are of either sign: eta + t lambda. Into multiplier_.
-void DrumwrightShell::certify_unreduced(const ConeSolution& x) {
-  multiplier_ = x.eta;
-  double t = 0;
+// Multipliers of (1) from those of (3), which are of either sign: eta + t lambda; and of (4): t = s / tau at least.
+// Into multiplier_.
+void DrumwrightShell::certify_unreduced(const ConeSolution& x, double t) {
+  multiplier_.assign(x.eta.begin(), x.eta.end());
   for (std::size_t c = 0; c < multiplier_.size() && shape_ == Shape::flat; ++c)
     if (lambda_[c] > 0) t = std::max(t, -multiplier_[c] / lambda_[c]);
   for (std::size_t c = 0; c < multiplier_.size(); ++c)
@@ -427,11 +427,12 @@ bool DrumwrightShell::slides_freely() {
 }
 
 // Who proposes, in this order; how far the bounds may be missed; and is the answer one to start the next event from?
-const std::array<DrumwrightShell::Proposer, 10> DrumwrightShell::proposers = {{
+const std::array<DrumwrightShell::Proposer, 11> DrumwrightShell::proposers = {{
     {"previous answer", &DrumwrightShell::from_previous, Allowed::exact, true},
     {"stopping", &DrumwrightShell::all_stop, Allowed::exact, false},
     {"sticking", &DrumwrightShell::all_stick, Allowed::exact, false},
     {"guess", &DrumwrightShell::from_guess, Allowed::exact, true},
+    {"tilted", &DrumwrightShell::tilted, Allowed::exact, false},
     {"interior point", &DrumwrightShell::interior, Allowed::exact, true},
     {"small, dense", &DrumwrightShell::small_dense, Allowed::exact, true},
     {"relaxed", &DrumwrightShell::relaxed, Allowed::backward, true},
@@ -455,7 +456,7 @@ ConeStatus DrumwrightShell::propose(Previous* previous) {
     iterations_ += answer_.iterations;
     if (!proposes) continue;
     // Large multipliers excuse much; with the bounds relaxed they are small, as a rule.
-    if (offer(proposer.allowed) && !excused(best_)) {
+    if (offer(proposer.allowed) && (!excused(best_) || proposer.propose == &DrumwrightShell::tilted)) {
       if (previous != nullptr && proposer.starts_next) {
         previous->by_newton = true;
         previous->nv = island_.M.order();
@@ -521,6 +522,21 @@ bool DrumwrightShell::from_guess() {
   return friction_solver_.polish(program, answer_, tolerances_.cone.guess_patience, InteriorPoint::Steps::bold);
 }
 
+// (3) with (4), whose own certificate has no multipliers of 1 / tau. Where (1) has it too, it is the answer: the others
+// would lose its digits.
+bool DrumwrightShell::tilted() {
+  if (shape_ != Shape::tilted || tilt_ < tolerances_.least_tilt) return false;
+  ConeProgram program = program_;
+  program.fixed = &fixed_;
+  program.kappa = 0;
+  program.bound = &tilted_row_;
+  friction_solver_.solve(program, answer_);
+  if (std::abs(answer_.gap) > epsilon_ || answer_.infeasibility > tolerances_.infeasibility) return false;
+  certify_unreduced(answer_, answer_.s / tilt_);
+  answer_.eta = multiplier_;
+  return true;
+}
+
 bool DrumwrightShell::interior() {
   friction_solver_.solve(reduced(), answer_);
   return true;
@@ -535,51 +551,47 @@ bool DrumwrightShell::relaxed() {
 // The dense method rarely fails, but its time grows with the cube: it comes early for small islands, late for large.
 bool DrumwrightShell::small_dense() {
   if (static_cast<int>(island_.contacts.size()) > tolerances_.dense_first) return false;
-  solve_dense(reduced(), friction_solver_.options(), answer_);
+  solve_densely(reduced(), tolerances_.cone.step_fraction);
   return true;
 }
 
 bool DrumwrightShell::large_dense() {
   const int nc = static_cast<int>(island_.contacts.size());
   if (nc <= tolerances_.dense_first || nc > tolerances_.dense_limit) return false;
-  solve_dense(reduced(), friction_solver_.options(), answer_);
+  solve_densely(reduced(), tolerances_.cone.step_fraction);
   return true;
 }
 
 // Short steps stay in the middle of mixed scales.
 bool DrumwrightShell::dense_short() {
   if (static_cast<int>(island_.contacts.size()) > tolerances_.dense_limit) return false;
-  ConeOptions options = friction_solver_.options();
-  options.step_fraction = tolerances_.short_step;
-  solve_dense(reduced(), options, answer_);
+  solve_densely(reduced(), tolerances_.short_step);
   return true;
 }
 
 bool DrumwrightShell::dense_relaxed() {
   if (!tolerances_.bounded || static_cast<int>(island_.contacts.size()) > tolerances_.dense_limit) return false;
-  solve_dense(relaxed_program(), friction_solver_.options(), answer_);
+  solve_densely(relaxed_program(), tolerances_.cone.step_fraction);
   return true;
 }
 
-// Other proximal terms, where the answer is far off: another path.
-bool DrumwrightShell::further() {
+// Where slips differ by an angle a, how contacts share their load is worth a^2 of the energy: the cones are too curved
+// for the interior point method to follow that far. Newton's method is not bound to their inside.
+void DrumwrightShell::solve_densely(const ConeProgram& program, double step_fraction) {
   ConeOptions& options = friction_solver_.options();
-  ConeSolution best = {};
-  int iterations = 0;
-  for (const auto& [regularisation, proximal, tangent_exponent] : tolerances_.further_attempts) {
-    options.regularisation = regularisation;
-    options.proximal = proximal;
-    options.tangent_exponent = tangent_exponent;
-    friction_solver_.solve(reduced(), answer_);
-    iterations += answer_.iterations;
-    if (best.r.empty() || answer_.status == ConeStatus::solved || std::abs(answer_.gap) < std::abs(best.gap))
-      best = answer_;
-    if (answer_.status == ConeStatus::solved) break;
-  }
-  options = tolerances_.cone;
-  answer_ = best;
-  answer_.iterations = iterations;
-  return true;
+  ConeOptions dense = options;
+  dense.step_fraction = step_fraction;
+  solve_dense(program, dense, answer_);
+  if (answer_.r.empty() || std::abs(answer_.gap) <= epsilon_) return;
+  finished_ = answer_;
+  options.proximal = tolerances_.finish_proximal;
+  options.careful_proximal = tolerances_.finish_first_proximal;
+  friction_solver_.polish(program, finished_, options.careful_limit, InteriorPoint::Steps::careful);
+  options.proximal = tolerances_.cone.proximal;
+  options.careful_proximal = tolerances_.cone.careful_proximal;
+  answer_.iterations = finished_.iterations;
+  if (finished_.infeasibility <= tolerances_.infeasibility && std::abs(finished_.gap) < std::abs(answer_.gap))
+    answer_ = finished_;
 }
 
 // What the next event may start from.
@@ -869,7 +881,7 @@ bool DrumwrightShell::least_sum_at_vertex() {
 // left out of it.
 DrumwrightShell::Shape DrumwrightShell::shape() {
   const int nc = static_cast<int>(island_.contacts.size());
-  if (nc == 0 || miss_ > tolerances_.flat || !lifts_evenly()) return Shape::general;
+  if (nc == 0 || miss_ > tolerances_.flat || !lifts_evenly() || tilt_ > tolerances_.tilted) return Shape::general;
   const bool unsupported = !supports();
   if (unsupported) {
     proof_ = z_;
@@ -878,19 +890,26 @@ DrumwrightShell::Shape DrumwrightShell::shape() {
         if (!carries_lift(c)) set_[c] = 0;
       lift();
     }
-    if (miss_ > tolerances_.flat || !supports() || !lifts_evenly()) {
+    if (miss_ > tolerances_.flat || !supports() || !lifts_evenly() || tilt_ > tolerances_.solvable) {
       z_ = proof_;
       return Shape::general;
     }
   }
   fixed_ = set_;
-  return Shape::flat;
+  if (tilt_ <= tolerances_.solvable) return Shape::flat;
+  tilted_row_.assign(3 * nc, 0.0);
+  for (int c = 0; c < nc; ++c)
+    for (int i = 1; i < 3; ++i) tilted_row_[3 * c + i] = -Jz_[3 * c + i] / tilt_;
+  return Shape::tilted;
 }
 
-// Is N z = 1 and T z = 0 on all contacts?
-bool DrumwrightShell::lifts_evenly() const {
-  for (std::size_t c = 0; c < island_.contacts.size(); ++c)
-    if (std::max(std::abs(Jz_[3 * c] - island_.share[c]), tangential(&Jz_[3 * c])) > tolerances_.solvable) return false;
+// Is N z = 1 on all contacts? tilt_ is then the largest of T z.
+bool DrumwrightShell::lifts_evenly() {
+  tilt_ = 0;
+  for (std::size_t c = 0; c < island_.contacts.size(); ++c) {
+    if (std::abs(Jz_[3 * c] - island_.share[c]) > tolerances_.solvable) return false;
+    tilt_ = std::max(tilt_, tangential(&Jz_[3 * c]));
+  }
   return true;
 }
 

@@ -33,6 +33,10 @@ class DrumwrightShell {
     double solvable = 1e-10;
     /// -: error of W_(:,n) lambda = 1_n up to which a scene counts as flat: the certificate multiplies it.
     double flat = 1e-11;
+    /// -: tangential part of z up to which a scene counts as nearly flat; beyond it multipliers are of moderate size.
+    double tilted = 1e-3;
+    /// -: and from which on: rounding times the inverse is then no error.
+    double least_tilt = 1e-7;
     /// -: lambda w up to which a contact counts as one that lambda does not need.
     double carrying = 1e-7;
     /// -: normal velocity, as a fraction of the event's, up to which a contact counts as touching after the
@@ -45,10 +49,6 @@ class DrumwrightShell {
     /// -: gap as a fraction of the event's energy up to which an answer that misses epsilon is `inaccurate` and not
     /// `nonconverged`.
     double inaccurate = 1e-8;
-    /// -: ConeOptions::regularisation, proximal and tangent_exponent of further attempts where the answer is far off.
-    std::vector<std::array<double, 3>> further_attempts = {
-        {1e-10, 1e-9, 0.75}, {1e-12, 1e-9, 0.75}, {1e-14, 1e-10, 0.75}, {1e-9, 1e-9, 1},
-        {1e-10, 1e-9, 0.5},  {1e-8, 1e-9, 1},     {1e-11, 1e-8, 0.25}};
     /// Contacts of an island up to which an answer that is still far off is looked for densely, in long double; larger:
     /// an event may take seconds.
     int dense_limit = 96;
@@ -56,6 +56,8 @@ class DrumwrightShell {
     int dense_first = 16;
     /// -: ConeOptions::step_fraction of the last attempt at that.
     double short_step = 0.5;
+    /// -: ConeOptions::proximal and careful_proximal of the Newton steps that finish its answers.
+    double finish_proximal = 1e-12, finish_first_proximal = 1e-8;
     /// Restitution scaled so that no island gains energy? Without: as published.
     bool bounded_restitution = true;
     /// -: gain of energy over the sum of its terms that counts as rounding.
@@ -75,8 +77,8 @@ class DrumwrightShell {
     std::vector<double> share;  // 1 where the normal impulse counts in the bound: at contacts, not at limits of joints
     std::span<const int> contacts, blocks;  // of the problem
   };
-  /// Which program an island comes down to: (1), or (3).
-  enum class Shape { general, flat };
+  /// Which program an island comes down to: (1), (3), or as a first guess (3) with (4).
+  enum class Shape { general, flat, tilted };
   /// What an island of the previous event knows of the next one.
   struct Previous {
     RestingImpulse impulse{3}, frictionless{1};  ///< of an island at rest
@@ -108,21 +110,22 @@ class DrumwrightShell {
     Allowed allowed;
     bool starts_next;  ///< may Newton's method start from it in the next event?
   };
-  static const std::array<Proposer, 10> proposers;
+  static const std::array<Proposer, 11> proposers;
   ConeStatus propose(Previous* previous);
   bool from_previous();
   bool all_stop();
   bool all_stick();
   bool from_guess();
+  bool tilted();
   bool interior();
   bool relaxed();
   bool small_dense();
   bool large_dense();
   bool dense_relaxed();
   bool dense_short();
-  bool further();
+  void solve_densely(const ConeProgram& program, double step_fraction);
   bool offer(Allowed allowed);
-  void certify_unreduced(const ConeSolution& x);
+  void certify_unreduced(const ConeSolution& x, double t);
   ConeProgram reduced() const;
   ConeProgram relaxed_program();
   double limit_of(Allowed allowed) const;
@@ -140,7 +143,7 @@ class DrumwrightShell {
   void take_frictionless();
   void lift();
   Shape shape();
-  bool lifts_evenly() const;
+  bool lifts_evenly();
   bool carries_lift(int contact) const;
   bool supports() const;
   bool has_robot() const;
@@ -176,9 +179,11 @@ class DrumwrightShell {
   const ConeSolution* start_ = nullptr;  // the previous event's answer, where it may be started from
   double kappa_ = 0, size_ = 0, miss_ = 0;
   Shape shape_ = Shape::general;
+  double tilt_ = 0;                 // largest tangential part of z where the shape is tilted
+  std::vector<double> tilted_row_;  // (4)
   bool inaccurate_ = false;
   double excess_ = 0;  // J, of the gaps of all islands, beyond rounding
-  ConeSolution answer_, trial_;
+  ConeSolution answer_, trial_, finished_;
   std::vector<Previous> previous_;  // per island
   int iterations_ = 0;
 

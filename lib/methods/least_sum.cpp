@@ -77,54 +77,64 @@ void LeastSum::assemble(const BlockDiagonalMatrix& M, const BandMatrix& J, const
 }
 
 bool LeastSum::minimise(Real sigma, const Vector& b, const Vector& c) {
+  Real best = HUGE_VALL;
+  for (const Real centre : centres) {
+    follow(sigma, b, c, centre, best);
+    if (best <= enough) break;
+  }
+  if (!(best <= accepted)) return false;
+  x_ = best_x_;
+  nu_ = best_nu_;
+  return true;
+}
+
+// From the middle to the end of the path; the best point met of all is kept, with its merit.
+void LeastSum::follow(Real sigma, const Vector& b, const Vector& c, Real least_centre, Real& best) {
   const Eigen::Index n = A_.cols(), rows = A_.rows();
   x_ = Vector::Ones(n);
   a_ = c.cwiseMax(Real(1));
-  nu_ = Vector::Zero(A_.rows());
-  Vector best_x, best_nu;
-  Real best = HUGE_VALL;
-  int since_best = 0;
+  nu_ = Vector::Zero(rows);
+  Real least = HUGE_VALL;
+  int since_least = 0;
   for (int k = 0; k < iteration_limit; ++k) {
     poll_stop();
     const Real merit = residuals(sigma, b, c);
-    if (!std::isfinite(merit)) break;
-    since_best = merit < best ? 0 : since_best + 1;
+    if (!std::isfinite(merit)) return;
     if (merit < best) {
       best = merit;
-      best_x = x_;
-      best_nu = nu_;
+      best_x_ = x_;
+      best_nu_ = nu_;
     }
-    if (merit <= rounding || (best <= accepted && since_best > patience)) break;
+    since_least = merit < least ? 0 : since_least + 1;
+    least = std::min(least, merit);
+    if (merit <= rounding || (least <= accepted && since_least > patience)) return;
     K_.resize(n + rows, n + rows);
     const Vector larger = x_.cwiseMax(a_);
     K_.topLeftCorner(n, n) = ((a_ + proximal * x_).cwiseQuotient(larger)).asDiagonal();
     K_.topRightCorner(n, rows) = x_.cwiseQuotient(larger).asDiagonal() * A_.transpose();
     K_.bottomLeftCorner(rows, n) = -A_;
     K_.bottomRightCorner(rows, rows) = sigma * Matrix::Identity(rows, rows);
-    const Eigen::PartialPivLU<Matrix> factor(K_);
+    factor_.compute(K_);
     const Vector products = x_.cwiseProduct(a_);
     const auto step = [&](const Vector& change) {
       Vector rhs(n + rows);
       rhs << (change + x_.cwiseProduct(off_a_)).cwiseQuotient(larger), -off_nu_;
-      Vector y = factor.solve(rhs);
-      y += factor.solve(rhs - K_ * y);
+      Vector y = factor_.solve(rhs);
+      y += factor_.solve(rhs - K_ * y);
       dx_ = y.head(n);
       dnu_ = y.tail(rows);
       da_ = A_.transpose() * dnu_ - off_a_;
     };
     step(-products);
     const Real affine = std::min<Real>(1, longest());
-    const Real centre = (1 - affine) * (1 - affine) * (1 - affine) * products.sum() / Real(n);
+    const Real centre =
+        std::max<Real>(least_centre, (1 - affine) * (1 - affine) * (1 - affine)) * products.sum() / Real(n);
     step((-products - dx_.cwiseProduct(da_)).array() + centre);
     const Real alpha = std::min<Real>(1, Real(0.98) * longest());
     x_ += alpha * dx_;
     a_ += alpha * da_;
     nu_ += alpha * dnu_;
   }
-  if (!(best <= accepted)) return false;
-  x_ = best_x;
-  nu_ = best_nu;
-  return true;
 }
 
 // Of the equations, into off_nu_ and off_a_; returns the largest, or the complementarity.

@@ -1,6 +1,7 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/LU>
+#include <array>
 #include <span>
 #include <vector>
 
@@ -36,17 +37,24 @@ class LeastSum {
   static constexpr Real shift = 1e-13L;
   // Of a step in x, which is not unique: keeps it from drifting.
   static constexpr Real proximal = 1e-17L;
+  // -: complementarity aimed at, of the present, at least: fast first; then, where products fell so far behind the
+  // others that they leave no room for a turn of the path, never to the edge itself. From where on it is good enough.
+  static constexpr std::array<Real, 2> centres = {0, 1e-2L};
+  static constexpr Real enough = 1e-17L;
   static constexpr int iteration_limit = 100, patience = 10;
 
   void assemble(const BlockDiagonalMatrix& M, const BandMatrix& J, const BlockCholesky& factor,
                 std::span<const double> weight);
   bool minimise(Real sigma, const Vector& b, const Vector& c);
+  void follow(Real sigma, const Vector& b, const Vector& c, Real least_centre, Real& best);
   Real residuals(Real sigma, const Vector& b, const Vector& c);
   Real longest() const;
 
   Matrix A_, K_;  // nv x nc: columns of those that take part; nv x nv
   Matrix columns_;
   Eigen::MatrixXd rows_;
+  Eigen::PartialPivLU<Matrix> factor_;
+  Vector best_x_, best_nu_;
   Vector x_, a_, nu_, dx_, da_, dnu_, off_nu_, off_a_;
 };
 
