@@ -81,7 +81,7 @@ class Dense {
       since_best = merit < 0.5L * best_merit ? 0 : since_best + 1;
       best_merit = std::min(best_merit, merit);
       if (merit < rounding || (best_merit < near && since_best > patience)) break;
-      if (merit < near && worth(solution) <= enough * options_.gap_tolerance) break;
+      if (merit < accepted && worth(solution) <= enough * options_.gap_tolerance) break;
       factor();
       predict();
       const Real affine = std::min<Real>(1, longest());
