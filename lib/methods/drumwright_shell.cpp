@@ -531,7 +531,9 @@ bool DrumwrightShell::tilted() {
   program.kappa = 0;
   program.bound = &tilted_row_;
   friction_solver_.solve(program, answer_);
-  if (std::abs(answer_.gap) > epsilon_ || answer_.infeasibility > tolerances_.infeasibility) return false;
+  if (std::abs(answer_.gap) > std::min(epsilon_, tolerances_.tilted_gap * size_ * size_) ||
+      answer_.infeasibility > tolerances_.infeasibility)
+    return false;
   certify_unreduced(answer_, answer_.s / tilt_);
   answer_.eta = multiplier_;
   return true;

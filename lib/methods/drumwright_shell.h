@@ -37,6 +37,8 @@ class DrumwrightShell {
     double tilted = 1e-3;
     /// -: and from which on: rounding times the inverse is then no error.
     double least_tilt = 1e-7;
+    /// -: gap of that program, as a fraction of the event's energy, up to which its answer counts: (1) multiplies it.
+    double tilted_gap = 1e-12;
     /// -: lambda w up to which a contact counts as one that lambda does not need.
     double carrying = 1e-7;
     /// -: normal velocity, as a fraction of the event's, up to which a contact counts as touching after the
