@@ -11,6 +11,7 @@
 #include <cstdint>
 
 #include "lcp/vector_lanes.h"
+#include "linalg/finite.h"
 
 namespace cb {
 
@@ -41,24 +42,54 @@ double draw(unsigned seed, unsigned i) {
 }
 
 bool finite(const LcpProblem& problem) {
-  const auto whole = [](const SparseMatrix& matrix) {
-    return Eigen::Map<const Eigen::VectorXd>(matrix.valuePtr(), matrix.nonZeros()).allFinite();
-  };
-  if (!problem.expanded) return problem.M.allFinite() && problem.q.allFinite();
-  return whole(problem.A) && whole(problem.B) && whole(problem.C) && whole(problem.D) && problem.a.allFinite() &&
-         problem.q.allFinite();
+  const auto whole = [](const double* x, Eigen::Index size) { return all_finite({x, static_cast<std::size_t>(size)}); };
+  if (!whole(problem.q.data(), problem.q.size())) return false;
+  if (!problem.expanded) return whole(problem.M.data(), problem.M.size());
+  for (const SparseMatrix* matrix : {&problem.A, &problem.B, &problem.C, &problem.D})
+    if (!whole(matrix->valuePtr(), matrix->nonZeros())) return false;
+  return whole(problem.a.data(), problem.a.size());
 }
 
-double below_zero(double lowest, double largest) { return std::max(0.0, -lowest - round_off * largest); }
-
-bool ScaledLoad::set() {
+bool ScaledLoad::set(const LcpProblem& problem) {
+  of = &problem;
   root = scales.rho.cwiseSqrt();
   size = 0;
   for (Eigen::Index i = 0; i < original.size(); ++i) size = std::max(size, std::abs(original[i]) / root[i]);
   if (size == 0) size = 1;
-  judged = std::max(size, about);
+  judged = std::max(size, problem.size);
   q = original.cwiseProduct(scales.rows) / size;
   return std::isfinite(q.sum() + scales.rows.sum() + scales.columns.sum());
+}
+
+// Takes what rounding may be from error_, the terms of w being in product_, and lets the groups grow to their terms.
+void PathJudge::take_rounding(const ScaledLoad& load) {
+  const LcpProblem& problem = *load.of;
+  const auto n = static_cast<int>(error_.size());
+  double shared = 0;
+  for (int i = 0; i < n; ++i) {
+    product_[i] = (std::abs(load.original[i]) + product_[i]) / load.root[i];
+    if (!problem.group.empty()) shared = std::max(shared, product_[i] * problem.group_unit[problem.group[i]]);
+  }
+  for (int i = 0; i < n; ++i) {
+    double terms = product_[i];
+    if (!problem.group.empty()) {
+      const int g = problem.group[i];
+      size_[g] = std::max(size_[g], terms);
+      if (problem.group_unit[g] > 0) terms = std::max(terms, shared / problem.group_unit[g]);
+    }
+    error_[i] = std::max(0.0, error_[i] - term_rounding * terms);
+  }
+}
+
+// Of error_ over size_, or over all that the problem is about where it has no groups.
+double PathJudge::worst_of_groups(const ScaledLoad& load) const {
+  const std::vector<int>& group = load.of->group;
+  double worst = 0;
+  for (Eigen::Index i = 0; i < error_.size(); ++i) {
+    const double size = group.empty() ? load.judged : size_[group[i]];
+    if (error_[i] > worst * size) worst = size > 0 ? error_[i] / size : HUGE_VAL;
+  }
+  return worst;
 }
 
 // First pass: how far all rows can go if each may fall to -allowance; `largest`: of the basic values.

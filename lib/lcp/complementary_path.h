@@ -25,21 +25,34 @@ bool finite(const LcpProblem& problem);
 /// Of the largest basic value or z: what a sum of them cannot tell from zero by round-off, -. Smaller: rows that block
 /// and signs of a vertex are decided by rounding; larger: answers are less exact.
 inline constexpr double round_off = 16 * std::numeric_limits<double>::epsilon();
-/// How far the lowest variable of a vertex is below zero by more than that of its largest z.
-double below_zero(double lowest, double largest);
 
 /// Scales of a problem and its load, the free unknowns eliminated.
 struct ScaledLoad {
   PairScales scales;
-  Eigen::VectorXd root;      ///< n: sqrt(rho_i)
-  Eigen::VectorXd original;  ///< n, in the problem's units
-  Eigen::VectorXd q;         ///< n: original_i rows_i / size
-  double size = 1;           ///< max_i |original_i| / root_i, or 1
-  double about = 0;          ///< LcpProblem::size, set before set()
-  double judged = 1;         ///< what residuals are fractions of: the larger of both
-  /// From scales and original. False where they are not finite.
-  bool set();
+  Eigen::VectorXd root;            ///< n: sqrt(rho_i)
+  Eigen::VectorXd original;        ///< n, in the problem's units
+  Eigen::VectorXd q;               ///< n: original_i rows_i / size
+  double size = 1;                 ///< max_i |original_i| / root_i, or 1
+  double judged = 1;               ///< what residuals are fractions of: `size`, or LcpProblem::size where that is more
+  const LcpProblem* of = nullptr;  ///< whose size and groups count
+  /// From scales and original, for `problem`, which is referred to. False where they are not finite.
+  bool set(const LcpProblem& problem);
 };
+
+/// How good an answer is, -: errors e_i = |min(z_i root_i, w_i / root_i)| as fractions.
+struct Judgement {
+  /// Natural residual (lcp.h), or beyond_rounding of the groups where that is more.
+  double residual = HUGE_VAL;
+  /// The worst e_i of what its group is about, the largest z_i root_i, |w_i| / root_i, |q_i| / root_i of its pairs or
+  /// its group_size; without groups, of all that the problem is about. Where that is above `beyond_doubt` w_i may be a
+  /// small sum of large terms, t_i = (|q_i| + sum_j |M_ij| z_j) / root_i: a group is about them too then, and an e_i of
+  /// `term_rounding` t_i, or of that of any group in their common unit, is none.
+  double beyond_rounding = HUGE_VAL;
+};
+inline constexpr double beyond_doubt = 1e-12;  ///< -
+/// -: as many roundings of each term a sum may be off by, whose terms are sums themselves. Larger: errors pass for
+/// rounding; smaller: paths are followed to find what is not there.
+inline constexpr double term_rounding = 128 * std::numeric_limits<double>::epsilon();
 
 /// Ratio test in two passes after Harris (1973): among the rows that block within an allowance the largest pivot wins.
 class RatioTest {
@@ -100,11 +113,10 @@ struct PathJudge {
   int refinements = 3;          ///< steps of iterative refinement at most
   double ray_tolerance = 1e-9;  ///< a ray may violate its equations by this much of its largest entry, -
 
-  /// The vertex of the present basis for the load, refined on the original data, then clipped: z, its natural residual,
-  /// and (returned) how far its lowest variable was below zero beyond round-off, scaled. HUGE_VAL where the basis
-  /// cannot be factorised.
+  /// The vertex of the present basis for the load, refined on the original data, then clipped: z, and how good it is;
+  /// no good where the basis cannot be factorised.
   template <class Table>
-  double vertex(Table& table, const ScaledLoad& load, Eigen::VectorXd& z, double& residual);
+  Judgement vertex(Table& table, const ScaledLoad& load, Eigen::VectorXd& z);
 
   /// Is the direction along which nothing blocks `variable` a ray of w = M z + q + c z_0?
   /// With d the change per unit of the variable: M dz + c dz_0 = dw, all of it >= 0, dz.dw = 0 by the basis.
@@ -112,16 +124,20 @@ struct PathJudge {
   bool ray_holds(Table& table, const ScaledLoad& load, const Eigen::VectorXd& cover, int variable);
 
  private:
-  Eigen::VectorXd scratch_, w_, z_, product_;
+  template <class Table>
+  Judgement judge(Table& table, const ScaledLoad& load, const Eigen::VectorXd& z);
+  void take_rounding(const ScaledLoad& load);
+  double worst_of_groups(const ScaledLoad& load) const;
+
+  Eigen::VectorXd scratch_, w_, z_, product_, error_, size_;
   std::vector<int> active_;
 };
 
 template <class Table>
-double PathJudge::vertex(Table& table, const ScaledLoad& load, Eigen::VectorXd& z, double& residual) {
+Judgement PathJudge::vertex(Table& table, const ScaledLoad& load, Eigen::VectorXd& z) {
   const auto n = static_cast<int>(load.q.size());
   const auto& scales = load.scales;
-  residual = HUGE_VAL;
-  if (!table.refresh()) return HUGE_VAL;
+  if (!table.refresh()) return {};
   scratch_.resize(table.padded());
   w_.resize(n);
   z_.resize(n);
@@ -144,14 +160,9 @@ double PathJudge::vertex(Table& table, const ScaledLoad& load, Eigen::VectorXd& 
     before = worst;
   }
 
-  // Clip, and judge what is left.
-  double lowest = 0;
-  for (int i = 0; i < n; ++i)
-    if (!table.is_basic(n + i)) lowest = std::min(lowest, w_[i] / load.root[i]);
   bool clipped = false;
   for (const int i : active_)
     if (!(z[i] >= 0)) {
-      lowest = std::min(lowest, z[i] * load.root[i]);
       z[i] = 0;
       clipped = true;
     }
@@ -159,15 +170,34 @@ double PathJudge::vertex(Table& table, const ScaledLoad& load, Eigen::VectorXd& 
     table.multiply(z, w_);
     w_ += load.original;
   }
+  return judge(table, load, z);
+}
+
+// Judges z, whose w = M z + q is in w_.
+template <class Table>
+Judgement PathJudge::judge(Table& table, const ScaledLoad& load, const Eigen::VectorXd& z) {
+  const auto n = static_cast<int>(load.q.size());
+  const LcpProblem& problem = *load.of;
+  size_ = problem.group_size;
+  error_.resize(n);
   double worst = 0;
   for (int i = 0; i < n; ++i) {
-    const double e = std::abs(std::min(z[i] * load.root[i], w_[i] / load.root[i]));
+    const double a = z[i] * load.root[i], b = w_[i] / load.root[i], e = std::abs(std::min(a, b));
+    error_[i] = e;
     if (!(e <= worst)) worst = e;
+    if (problem.group.empty()) continue;
+    double& size = size_[problem.group[i]];
+    size = std::max({size, a, std::abs(b), std::abs(load.original[i]) / load.root[i]});
   }
-  residual = std::isfinite(worst) ? worst / load.judged : HUGE_VAL;
-  double largest = 0;
-  for (const int i : active_) largest = std::max(largest, z[i] * load.root[i]);
-  return below_zero(lowest, largest) / load.judged;
+  if (!std::isfinite(worst)) return {};
+  Judgement found{worst / load.judged, worst_of_groups(load)};
+  if (found.beyond_rounding > beyond_doubt) {
+    table.magnitudes(z, product_);
+    take_rounding(load);
+    found.beyond_rounding = worst_of_groups(load);
+  }
+  if (!problem.group.empty()) found.residual = std::max(found.residual, found.beyond_rounding);
+  return found;
 }
 
 template <class Table>

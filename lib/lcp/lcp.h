@@ -26,6 +26,13 @@ struct LcpProblem {
   /// What the problem is about, unit sqrt(z w); residuals are fractions of it or of max |q_i| / sqrt(rho_i), whichever
   /// is larger (natural_residual). Known where loads that q does not show must be carried: a heavy body on a light one.
   double size = 0;
+  /// Pairs that are about one thing (a contact), by its number; empty: nobody says. Answers are judged group by group
+  /// then too (complementary_path.h), and what is heavy or fast hides nothing that is light or slow.
+  std::vector<int> group;      ///< n
+  Eigen::VectorXd group_size;  ///< groups: what each is about whatever the answer, unit sqrt(z w)
+  /// groups: what turns sqrt(z w) of each into a unit that they share (m/s); 0: none. The z of all determine each
+  /// other, and so does the rounding of what they are the sums of.
+  Eigen::VectorXd group_unit;
 
   int n() const { return static_cast<int>(q.size()); }
   int nx() const { return expanded ? static_cast<int>(a.size()) : 0; }
@@ -51,7 +58,8 @@ struct LcpSolution {
   Eigen::VectorXd x;   ///< nx, the free unknowns (expanded form)
   int pivots = 0;      ///< pivots or iterations, summed over restarts
   int factorisations = 0;
-  double residual = std::numeric_limits<double>::infinity();  ///< natural residual (below) as the solver finds it
+  /// Natural residual (below) as the solver finds it; by groups, where the problem has them and that is more.
+  double residual = std::numeric_limits<double>::infinity();
   double peak_memory_mb = 0;  ///< of the solver's own tables, where it measures them (ynl)
 };
 

@@ -15,13 +15,16 @@
 //     generically no two ratios agree, so no basis comes back (Cottle, Pang, Stone, sec. 4.9). p > 0 matters: pairs
 //     whose q_i = 0 (idle friction) become strictly slack and never enter, and 16 cubes at rest take 45 pivots.
 //  3. The answer is recomputed for the unperturbed q at the basis reached, with iterative refinement on the original
-//     data. Where that vertex is infeasible by more than round-off, Lemke goes on from this very basis with a covering
-//     vector under which the basic values of this basis all grow (cover_vertex): the exact vertex is near, and q need
-//     not be perturbed on the way. Contacts that are all but redundant make bases all but singular, where the pivots
-//     carried out before have left no digits: where the first such path does not do, the next ones, of a few pivots,
-//     take each basis from the original matrix.
-//  4. Ratio test in two passes after Harris (complementary_path.h); z_0 wins whenever it is among those that block.
-//  5. A ray is believed only if its direction is a ray of the original data. On any failure the ladder below restarts
+//     data. Where that vertex is not exact, group by group (complementary_path.h), Lemke goes on from this very basis
+//     with p as covering vector: the vertex is that of q + delta p, so the path is followed from z_0 = delta back to
+//     z_0 = 0 (take_perturbation_back). p > 0, and an almost complementary path passes a basis in one direction, that
+//     of the sign of its determinant: what came to the basis from the slacks goes on towards a solution, and for A-P's
+//     matrix cannot end in a ray. It takes a few pivots.
+//  4. Contacts that are all but redundant make bases all but singular, where the pivots carried out before have left no
+//     digits. Where the path of 3 does not do, a covering vector is made under which the basic values of the best
+//     vertex all grow (cover_vertex), and each basis on its path is taken from the original matrix.
+//  5. Ratio test in two passes after Harris (complementary_path.h); z_0 wins whenever it is among those that block.
+//  6. A ray is believed only if its direction is a ray of the original data. On any failure the ladder below restarts
 //     with other perturbations and covering vectors; `reason` names each rung that was used.
 //
 // Returns: solved (residual at most the tolerance), ray, nonconverged (pivot limit), singular (pivots too
@@ -49,7 +52,7 @@ struct LemkeOptions : LcpOptions {
   double harris = 1e-12;       ///< least allowance of the ratio test (RatioTest), -
   double perturbation = 1e-7;  ///< delta of q, -; smaller: ties drown in round-off, larger: more repairs
   int repairs = 4;             ///< paths from the vertices of one rung to the exact one, at most
-  /// A basic value above minus this counts as zero at the unperturbed vertex and is clipped, -; within `tolerance`.
+  /// Judgement::beyond_rounding up to which a vertex is exact, -; larger: vertices near the exact one are kept.
   double vertex_tolerance = 1e-12;
 };
 
@@ -83,7 +86,9 @@ class Lemke {
   template <class Table>
   PathEnd follow_path(Table& table, bool afresh);
   template <class Table>
-  bool cover_vertex(Table& table, bool afresh);
+  PathEnd take_perturbation_back(Table& table);
+  template <class Table>
+  bool cover_vertex(Table& table);
   template <class Table>
   int list_basis(const Table& table, std::vector<int>& active) const;
   int first_row(const double* cover, const double* rhs) const;
@@ -156,43 +161,54 @@ PathEnd Lemke::attempt(Table& table, const Rung& rung, LcpSolution& solution) {
 
   PathEnd end = follow_path(table, false);
   if (end != PathEnd::solution) return end;
-  double below = judge_.vertex(table, load_, solution.z, solution.residual), best = HUGE_VAL;
-  for (int repair = 1; below > o_.vertex_tolerance && repair <= o_.repairs; ++repair) {
-    if (solution.residual < best) {
-      best = solution.residual;
+  Judgement found = judge_.vertex(table, load_, solution.z);
+  double best = HUGE_VAL;
+  const auto exact = [&] { return found.beyond_rounding <= o_.vertex_tolerance && found.residual <= o_.tolerance; };
+  for (int repair = 1; !exact() && repair <= o_.repairs; ++repair) {
+    if (found.residual < best) {
+      best = found.residual;
       best_ = solution.z;
       list_basis(table, best_active_);
     }
     if (best == HUGE_VAL) break;  // a basis that cannot be factorised
-    set_noise(rung.seed + 1000 * static_cast<unsigned>(repair));
-    const bool afresh = repair > 1;
-    end = cover_vertex(table, afresh) ? follow_path(table, afresh) : PathEnd::bad_pivot;
-    below = HUGE_VAL;
-    if (end == PathEnd::solution) below = judge_.vertex(table, load_, solution.z, solution.residual);
+    if (repair == 1) {
+      end = take_perturbation_back(table);
+    } else {
+      set_noise(rung.seed + 1000 * static_cast<unsigned>(repair));
+      end = cover_vertex(table) ? follow_path(table, true) : PathEnd::bad_pivot;
+    }
+    found = end == PathEnd::solution ? judge_.vertex(table, load_, solution.z) : Judgement{};
     if (end == PathEnd::pivot_limit) break;
   }
-  if (solution.residual > best || end != PathEnd::solution) {
+  solution.residual = found.residual;
+  if (!(found.residual <= best)) {
     solution.residual = best;
     solution.z = best_;
   }
   return PathEnd::solution;
 }
 
+// The vertex in hand is that of q + delta p, so with c = p it is feasible from z_0 = delta on. Back from there to z_0 =
+// 0: c > 0, as at the start, and a path that comes to a vertex of one orientation leaves it on the other side.
+template <class Table>
+PathEnd Lemke::take_perturbation_back(Table& table) {
+  base_ = noise_;
+  table.set_cover(base_);
+  table.set_load(load_.q);
+  return follow_path(table, false);
+}
+
 // Takes up the best vertex so far with a covering vector of its own, c = w_d - M z_d: z_d and w_d are p for what is
 // basic there and zero elsewhere. So its basic values are y + p z_0, feasible from some z_0 > 0 on, where the lowest
-// leaves, and at z_0 = 0 nothing is perturbed any more. Not `afresh`: that vertex is the basis in hand. False where its
-// basis is singular.
+// leaves, and at z_0 = 0 nothing is perturbed any more. False where its basis is singular.
 template <class Table>
-bool Lemke::cover_vertex(Table& table, bool afresh) {
+bool Lemke::cover_vertex(Table& table) {
   perturbed_.setZero();
   for (const int i : best_active_) perturbed_[i] = noise_[i] * load_.scales.columns[i];
   table.multiply(perturbed_, base_);
   base_ = noise_ - base_.cwiseProduct(load_.scales.rows);
   for (const int i : best_active_) base_[i] -= noise_[i];
-  if (afresh) return table.renew(best_active_, -1, load_.q, base_);
-  table.set_cover(base_);
-  table.set_load(load_.q);
-  return true;
+  return table.renew(best_active_, -1, load_.q, base_);
 }
 
 // Pairs whose z is basic, and (returned) the pair that is out, -1 where z_0 is not basic.
@@ -260,8 +276,7 @@ void Lemke::solve(const LcpProblem& problem, LcpSolution& solution) {
   }
   load_.original = sparse ? sparse_.condensed_load() : form->q;
   pair_scales(*form, load_.scales);
-  load_.about = problem.size;
-  if (!load_.set() || (!sparse && !form->M.allFinite()))
+  if (!load_.set(problem) || (!sparse && !finite(*form)))
     return refuse(LcpStatus::not_finite, "the data are not finite");
 
   if (sparse) {

@@ -351,7 +351,7 @@ PathEnd Path::attempt(Table& table, const Rung& rung, LcpSolution& solution) {
     }
     end = path_search(table, load_.q, rung, seed);
     if (end == PathEnd::solution) {
-      judge_.vertex(table, load_, trial_, solution.residual);
+      solution.residual = judge_.vertex(table, load_, trial_).residual;
       if (solution.residual < least) {
         least = solution.residual;
         solution.z = trial_;
@@ -433,8 +433,7 @@ void Path::solve(const LcpProblem& problem, LcpSolution& solution) {
   }
   load_.original = sparse ? sparse_.condensed_load() : problem_->q;
   pair_scales(*problem_, load_.scales);
-  load_.about = problem_->size;
-  if (!load_.set() || (!sparse && !problem_->M.allFinite()))
+  if (!load_.set(problem) || (!sparse && !finite(*problem_)))
     return refuse(LcpStatus::not_finite, "the data are not finite");
 
   if (sparse) {

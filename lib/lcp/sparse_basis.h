@@ -37,6 +37,7 @@ class SparseBasis {
   void transform(const double* q, double* out);
   void solve_active(const std::vector<int>& active, double* x, double* scratch);
   void multiply(const Eigen::VectorXd& z, Eigen::VectorXd& w);
+  void magnitudes(const Eigen::VectorXd& z, Eigen::VectorXd& terms);
   /// Factorises the present basis afresh. False where that fails.
   bool refresh() { return refactor(); }
   /// Takes up a basis for a load and a covering vector, as DenseTableau does.

@@ -279,7 +279,8 @@ bool Ynl::vertex(const State& state, const LcpProblem& problem, LcpSolution& sol
   }
   system_.solve(zero_, load_);
   const double end_below =
-      below_zero(std::min(system_.z().minCoeff(), system_.w().minCoeff()), system_.z().maxCoeff()) / judged_;
+      std::max(0.0, -std::min(system_.z().minCoeff(), system_.w().minCoeff()) - round_off * system_.z().maxCoeff()) /
+      judged_;
   answer_ = (system_.z().cwiseProduct(scales_.columns) * q_scale_).cwiseMax(0.0);
   const double residual = answer_.allFinite() ? natural_residual(problem, answer_) : HUGE_VAL;
   const bool better = residual < solution.residual;

@@ -63,6 +63,7 @@ class AnitescuPotra {
   void drop_rounding();
   void build_expanded(const ContactProblem& problem);
   void set_load(const ContactProblem& problem, const std::vector<double>& v);
+  void group_by_contact(const ContactProblem& problem, const std::vector<double>& impulse);
   double size(const ContactProblem& problem) const;
   bool start_at_rest(const ContactProblem& problem, ContactSolution& solution);
   bool start_warm();
@@ -92,16 +93,16 @@ class AnitescuPotra {
   LcpProblem lcp_;
   LcpSolution answer_;
   std::vector<double> u_, v_, restored_, scratch_;
+  std::vector<double> weight_;  // nc, 1/kg
 
   // Warm start: the last answer, and the equations of its active set.
   bool warm_ = false;
   std::shared_ptr<long> warm_starts_;
   RestingImpulse resting_{3};
-  std::vector<double> weight_;  // nc, 1/kg
-  double size_ = 0;             // sqrt(J), of the event
-  int previous_ = -1;           // n of the last answer, -1 where there is none
-  std::vector<int> active_;     // its positive unknowns, and what makes their equations regular
-  Eigen::VectorXd w_;           // n
+  double size_ = 0;          // sqrt(J), of the event
+  int previous_ = -1;        // n of the last answer, -1 where there is none
+  std::vector<int> active_;  // its positive unknowns, and what makes their equations regular
+  Eigen::VectorXd w_;        // n
   PairScales scales_;
   BasisSystem basis_;
   Eigen::MatrixXd active_matrix_;
@@ -151,6 +152,11 @@ void AnitescuPotra::build_dense(const ContactProblem& problem) {
   const int nc = nc_, k = k_, n = unknowns();
   delassus(problem, factor_, W_);
   drop_rounding();
+  weight_.resize(nc);
+  for (int c = 0; c < nc; ++c) {
+    const double normal = W_(3 * c, 3 * c), tangential = W_(3 * c + 1, 3 * c + 1) + W_(3 * c + 2, 3 * c + 2);
+    weight_[c] = tangential > 0 ? (normal + tangential) / 3 : normal;
+  }
   lcp_.expanded = false;
   lcp_.M.resize(n, n);
   lcp_.M.setZero();
@@ -203,6 +209,7 @@ void negate_transposed(const SparseMatrix& B, SparseMatrix& T) {
 // the load of an island at rest or rolling, u- of 1e-16 on v- of 1, would have to be found as their difference.
 void AnitescuPotra::build_expanded(const ContactProblem& problem) {
   const int nc = nc_, k = k_, n = unknowns(), nv = problem.nv();
+  contact_weights(problem, factor_, weight_);
   lcp_.expanded = true;
   lcp_.A.resize(nv, nv);
   lcp_.A.setZero();
@@ -269,6 +276,32 @@ void AnitescuPotra::set_load(const ContactProblem& problem, const std::vector<do
     for (int a = 0; a < k_; ++a) lcp_.q[first_direction(f) + a] = cosine_[a] * along[1] + sine_[a] * along[2];
     lcp_.q[slip_bound(f)] = restored_[rough_[f]];
   }
+}
+
+// Answers are judged contact by contact, as the referee does (contact/referee.cpp). Whatever the answer, a contact is
+// about what it carried in the phase before, and the velocities of all contacts: the fastest were it this one's, but no
+// more than all of them together.
+void AnitescuPotra::group_by_contact(const ContactProblem& problem, const std::vector<double>& impulse) {
+  auto& group = lcp_.group;
+  group.resize(unknowns());
+  for (int c = 0; c < nc_; ++c) group[c] = c;
+  for (int f = 0; f < rough(); ++f) {
+    std::fill_n(&group[first_direction(f)], k_, rough_[f]);
+    group[slip_bound(f)] = rough_[f];
+  }
+  lcp_.group_size.resize(nc_);
+  lcp_.group_unit.resize(nc_);
+  double all = 0, fastest = 0;
+  for (int c = 0; c < nc_; ++c) {
+    const double *u = &u_[3 * c], *r = &impulse[3 * c];
+    const double u2 = u[0] * u[0] + u[1] * u[1] + u[2] * u[2], r2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+    fastest = std::max(fastest, u2);
+    all += u2 / weight_[c];
+    lcp_.group_size[c] = weight_[c] * r2;
+    lcp_.group_unit[c] = is_limit(problem, c) ? 0 : std::sqrt(weight_[c]);  // a joint's limit may be in rad/s
+  }
+  for (int c = 0; c < nc_; ++c)
+    lcp_.group_size[c] = std::sqrt(std::max(lcp_.group_size[c], std::min(all, fastest / weight_[c])));
 }
 
 // What the event is about, sqrt(J): the fastest contact velocity, were all of it the heaviest body's. A heavy body that
@@ -523,6 +556,7 @@ void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& soluti
   // Compression (all of it where e = 0).
   restored_.assign(nc_, 0.0);
   set_load(problem, problem.v_minus);
+  group_by_contact(problem, solution.impulse);
   if (!solve_phase(solution)) {
     previous_ = -1;
     resting_.forget();
@@ -546,6 +580,7 @@ void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& soluti
   }
   apply_impulse(problem, factor_, solution.impulse, v_);
   set_load(problem, v_);
+  group_by_contact(problem, solution.impulse);
   if (solve_phase(solution)) add_impulses(solution);
 }
 
