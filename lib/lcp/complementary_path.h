@@ -226,6 +226,18 @@ bool PathJudge::ray_holds(Table& table, const ScaledLoad& load, const Eigen::Vec
   return lowest >= -ray_tolerance * largest && error <= ray_tolerance * largest;
 }
 
+/// A covering vector under which the basic values of a complementary basis grow as p with z_0: c = p_w - M p_z, where
+/// p_z is p for `active`, whose z are basic, p_w for the others, zero elsewhere. `p_z` is scratch; all n.
+template <class Table>
+void set_own_cover(Table& table, const ScaledLoad& load, const std::vector<int>& active, const Eigen::VectorXd& p,
+                   Eigen::VectorXd& p_z, Eigen::VectorXd& cover) {
+  p_z.setZero(p.size());
+  for (const int i : active) p_z[i] = p[i] * load.scales.columns[i];
+  table.multiply(p_z, cover);
+  cover = p - cover.cwiseProduct(load.scales.rows);
+  for (const int i : active) cover[i] -= p[i];
+}
+
 /// What the ways to start of a solver came to, where none of them reached an answer.
 struct Climb {
   int rungs = 0, rays = 0, singular = 0;  ///< tried; of them ended by PathEnd::ray, by PathEnd::bad_pivot

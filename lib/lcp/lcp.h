@@ -92,7 +92,6 @@ struct LcpSolverRow {
   std::string_view source;
   std::string_view unavailable;  ///< why it cannot be used here; empty where it can
   LcpSolver (*make)(const LcpOptions& options);
-  bool wants_expanded = false;  ///< better served by the expanded form whatever the size
 };
 
 /// All LCP solvers: the one table that `ap`, `solve`, `list` and the tests read.

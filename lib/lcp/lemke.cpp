@@ -198,16 +198,11 @@ PathEnd Lemke::take_perturbation_back(Table& table) {
   return follow_path(table, false);
 }
 
-// Takes up the best vertex so far with a covering vector of its own, c = w_d - M z_d: z_d and w_d are p for what is
-// basic there and zero elsewhere. So its basic values are y + p z_0, feasible from some z_0 > 0 on, where the lowest
-// leaves, and at z_0 = 0 nothing is perturbed any more. False where its basis is singular.
+// Takes up the best vertex so far with a covering vector of its own: its basic values are y + p z_0, feasible from some
+// z_0 > 0 on, where the lowest leaves, and at z_0 = 0 nothing is perturbed any more. False where its basis is singular.
 template <class Table>
 bool Lemke::cover_vertex(Table& table) {
-  perturbed_.setZero();
-  for (const int i : best_active_) perturbed_[i] = noise_[i] * load_.scales.columns[i];
-  table.multiply(perturbed_, base_);
-  base_ = noise_ - base_.cwiseProduct(load_.scales.rows);
-  for (const int i : best_active_) base_[i] -= noise_[i];
+  set_own_cover(table, load_, best_active_, noise_, perturbed_, base_);
   return table.renew(best_active_, -1, load_.q, base_);
 }
 

@@ -123,7 +123,6 @@ AnitescuPotra::AnitescuPotra(const MethodOptions& options)
   } else if (!row->unavailable.empty()) {
     solver_failure_ = std::string(row->unavailable);
   } else {
-    if (row->wants_expanded) lcp_options_.dense_limit = 0;
     solver_ = row->make(lcp_options_);
   }
   for (int i = 0; i < k_; ++i) {
