@@ -61,35 +61,60 @@ bool ScaledLoad::set(const LcpProblem& problem) {
   return std::isfinite(q.sum() + scales.rows.sum() + scales.columns.sum());
 }
 
-// Takes what rounding may be from error_, the terms of w being in product_, and lets the groups grow to their terms.
-void PathJudge::take_rounding(const ScaledLoad& load) {
-  const LcpProblem& problem = *load.of;
+// Errors of z, whose w is in w_, as they stand.
+Judgement PathJudge::first_look(const ScaledLoad& load, const Eigen::VectorXd& z) {
+  const auto n = static_cast<int>(z.size());
+  const LcpGroups& groups = load.of->groups;
+  error_.resize(n);
+  double worst = 0;
+  for (int i = 0; i < n; ++i) {
+    error_[i] = std::abs(std::min(z[i] * load.root[i], w_[i] / load.root[i]));
+    if (!(error_[i] <= worst)) worst = error_[i];
+  }
+  if (!std::isfinite(worst)) return {};
+  if (groups.of_pair.empty()) return {worst / load.judged, worst / load.judged};
+  size_ = groups.size;
+  for (int i = 0; i < n; ++i) {
+    const double of_z = z[i] * groups.root[i];
+    error_[i] = std::abs(std::min(of_z, w_[i] / groups.root[i]));
+    double& size = size_[groups.of_pair[i]];
+    size = std::max(size, of_z);
+  }
+  return {worst / load.judged, worst_of_groups(load)};
+}
+
+// The same without what rounding of the terms may be, |M| z being in product_.
+double PathJudge::second_look(const ScaledLoad& load) {
+  const LcpGroups& groups = load.of->groups;
+  const bool grouped = !groups.of_pair.empty();
   const auto n = static_cast<int>(error_.size());
   double shared = 0;
   for (int i = 0; i < n; ++i) {
-    product_[i] = (std::abs(load.original[i]) + product_[i]) / load.root[i];
-    if (!problem.group.empty()) shared = std::max(shared, product_[i] * problem.group_unit[problem.group[i]]);
+    product_[i] += std::abs(load.original[i]);
+    if (grouped && groups.shares[i]) shared = std::max(shared, product_[i]);
   }
   for (int i = 0; i < n; ++i) {
-    double terms = product_[i];
-    if (!problem.group.empty()) {
-      const int g = problem.group[i];
-      size_[g] = std::max(size_[g], terms);
-      if (problem.group_unit[g] > 0) terms = std::max(terms, shared / problem.group_unit[g]);
-    }
-    error_[i] = std::max(0.0, error_[i] - term_rounding * terms);
+    const double root = grouped ? groups.root[i] : load.root[i],
+                 open = grouped && groups.shares[i] ? shared : product_[i];
+    error_[i] = std::max(0.0, error_[i] - term_rounding * open / root);
+    if (!grouped || !groups.shares[i]) continue;
+    double& size = size_[groups.of_pair[i]];
+    size = std::max(size, product_[i] / root);
   }
+  return worst_of_groups(load);
 }
 
 // Of error_ over size_, or over all that the problem is about where it has no groups.
-double PathJudge::worst_of_groups(const ScaledLoad& load) const {
-  const std::vector<int>& group = load.of->group;
+double PathJudge::worst_of_groups(const ScaledLoad& load) {
+  const std::vector<int>& group = load.of->groups.of_pair;
+  if (group.empty()) return error_.maxCoeff() / load.judged;
+  squares_.setZero(size_.size());
+  for (Eigen::Index i = 0; i < error_.size(); ++i) squares_[group[i]] += error_[i] * error_[i];
   double worst = 0;
-  for (Eigen::Index i = 0; i < error_.size(); ++i) {
-    const double size = group.empty() ? load.judged : size_[group[i]];
-    if (error_[i] > worst * size) worst = size > 0 ? error_[i] / size : HUGE_VAL;
-  }
-  return worst;
+  for (Eigen::Index g = 0; g < size_.size(); ++g)
+    if (squares_[g] > worst * size_[g] * size_[g])
+      worst = size_[g] > 0 ? squares_[g] / (size_[g] * size_[g]) : HUGE_VAL;
+  return std::sqrt(worst);
 }
 
 // First pass: how far all rows can go if each may fall to -allowance; `largest`: of the basic values.

@@ -39,14 +39,14 @@ struct ScaledLoad {
   bool set(const LcpProblem& problem);
 };
 
-/// How good an answer is, -: errors e_i = |min(z_i root_i, w_i / root_i)| as fractions.
+/// How good an answer is, -.
 struct Judgement {
-  /// Natural residual (lcp.h), or beyond_rounding of the groups where that is more.
+  /// Natural residual (lcp.h), or beyond_rounding where that is more and the problem has groups.
   double residual = HUGE_VAL;
-  /// The worst e_i of what its group is about, the largest z_i root_i, |w_i| / root_i, |q_i| / root_i of its pairs or
-  /// its group_size; without groups, of all that the problem is about. Where that is above `beyond_doubt` w_i may be a
-  /// small sum of large terms, t_i = (|q_i| + sum_j |M_ij| z_j) / root_i: a group is about them too then, and an e_i of
-  /// `term_rounding` t_i, or of that of any group in their common unit, is none.
+  /// The worst of the groups: |min(z_i s_i, w_i / s_i)|, root of the sum of squares over its pairs, over the largest
+  /// z_i s_i of them or its size. Without groups: of each pair over all that the problem is about. Where that is above
+  /// `beyond_doubt` w_i may be a small sum of large terms, t_i = |q_i| + sum_j |M_ij| z_j: a group is about t_i / s_i
+  /// too then, and an error of `term_rounding` t_i, or of that of any row in the same unit, is none.
   double beyond_rounding = HUGE_VAL;
 };
 inline constexpr double beyond_doubt = 1e-12;  ///< -
@@ -105,6 +105,17 @@ struct PathFollower {
       ++pivots;
     }
   }
+
+  /// Takes z_0 out where a path has ended in a ray, for whichever variable of the pair that is out has the larger
+  /// pivot. Rounding of the data makes rays of problems that have none, close to z_0 = 0. False where neither has one.
+  template <class Table>
+  bool drop_artificial(Table& table, int n) {
+    const int row = table.row_of(2 * n), other = complement(ray_variable, n);
+    const double p = std::abs(table.column(ray_variable)[row]), p_other = std::abs(table.column(other)[row]);
+    if (!table.pivot(row, p > p_other ? ray_variable : other)) return false;
+    ++pivots;
+    return true;
+  }
 };
 
 /// Vertices and rays of a basis, judged on the original data.
@@ -126,10 +137,12 @@ struct PathJudge {
  private:
   template <class Table>
   Judgement judge(Table& table, const ScaledLoad& load, const Eigen::VectorXd& z);
-  void take_rounding(const ScaledLoad& load);
-  double worst_of_groups(const ScaledLoad& load) const;
+  Judgement first_look(const ScaledLoad& load, const Eigen::VectorXd& z);
+  double second_look(const ScaledLoad& load);
+  double worst_of_groups(const ScaledLoad& load);
 
-  Eigen::VectorXd scratch_, w_, z_, product_, error_, size_;
+  Eigen::VectorXd scratch_, w_, z_, product_;
+  Eigen::VectorXd error_, size_, squares_;  // n; groups
   std::vector<int> active_;
 };
 
@@ -176,27 +189,12 @@ Judgement PathJudge::vertex(Table& table, const ScaledLoad& load, Eigen::VectorX
 // Judges z, whose w = M z + q is in w_.
 template <class Table>
 Judgement PathJudge::judge(Table& table, const ScaledLoad& load, const Eigen::VectorXd& z) {
-  const auto n = static_cast<int>(load.q.size());
-  const LcpProblem& problem = *load.of;
-  size_ = problem.group_size;
-  error_.resize(n);
-  double worst = 0;
-  for (int i = 0; i < n; ++i) {
-    const double a = z[i] * load.root[i], b = w_[i] / load.root[i], e = std::abs(std::min(a, b));
-    error_[i] = e;
-    if (!(e <= worst)) worst = e;
-    if (problem.group.empty()) continue;
-    double& size = size_[problem.group[i]];
-    size = std::max({size, a, std::abs(b), std::abs(load.original[i]) / load.root[i]});
-  }
-  if (!std::isfinite(worst)) return {};
-  Judgement found{worst / load.judged, worst_of_groups(load)};
-  if (found.beyond_rounding > beyond_doubt) {
+  Judgement found = first_look(load, z);
+  if (found.beyond_rounding > beyond_doubt && found.beyond_rounding < HUGE_VAL) {
     table.magnitudes(z, product_);
-    take_rounding(load);
-    found.beyond_rounding = worst_of_groups(load);
+    found.beyond_rounding = second_look(load);
   }
-  if (!problem.group.empty()) found.residual = std::max(found.residual, found.beyond_rounding);
+  if (!load.of->groups.of_pair.empty()) found.residual = std::max(found.residual, found.beyond_rounding);
   return found;
 }
 

@@ -33,14 +33,18 @@
 //     The proximal term enters in later rungs only.
 //  5. The crash's point and the answer are vertices of bases; the answer is recomputed from the original data with
 //     iterative refinement and checked there.
-//  6. The last rungs start on the ray x = -(|q| + 1), without a crash (as the library does when all else fails): c > 0
-//     there, and the path is the one that Lemke's method follows.
+//  6. Two rungs start on the ray x = -(|q| + 1), without a crash (as the library does when all else fails): c > 0
+//     there, and the path is the one that Lemke's method follows. Proximal steps, which cost most, come last.
+//  7. A crash tries `crash_tries` exchanges a pair at most; of redundant contacts most have no pivot.
+//  8. Where a path ends in a ray, z_0 is taken out and the vertex judged: of data that are rounded a problem may have
+//     rays close to its answer.
 //
 // Returns: solved (residual at most the tolerance), ray (a start with c > 0 ended in a ray that the original data bear
 // out), nonconverged (limits, paths that turn back or end in other rays), singular (no usable pivot),
 // inaccurate (a vertex whose residual stays above the tolerance), not_finite. `reason` names each rung that was used.
 
 #include <array>
+#include <climits>
 #include <cmath>
 #include <memory>
 
@@ -65,6 +69,8 @@ struct PathOptions : LcpOptions {
   double converged = 1e-13;       ///< merit at which the crash ends, -
   /// An exchange of the crash needs a pivot above these, pass by pass, -; smaller: near-singular bases are entered.
   std::array<double, 2> crash_pivots{1e-2, 1e-7};
+  /// Exchanges a pair that a crash may try, -; more: bases of redundant contacts cost it many times what the path does.
+  int crash_tries = 1;
   int block_exchanges = 4;      ///< exchanges of two pairs at once between fresh factorisations
   int watchdog = 2;             ///< steps that may fail to lower the merit
   int major_limit = 8;          ///< paths of one rung at most
@@ -82,10 +88,10 @@ struct Rung {
   double pivot_tolerance;  ///< as a multiple of the option
 };
 constexpr std::array<Rung, 5> ladder{{{"crash from zero", false, true, 0, 1e-3, 1, 1},
-                                      {"crash from zero, other noise", false, true, 0, 1e-1, 2, 1e-2},
-                                      {"proximal steps", true, true, 1e-2, 1e-3, 3, 1e-2},
                                       {"start on the ray", false, false, 0, 1, 4, 1},
-                                      {"start on another ray", false, false, 0, 1, 5, 1e-2}}};
+                                      {"crash from zero, other noise", false, true, 0, 1e-1, 2, 1e-2},
+                                      {"start on another ray", false, false, 0, 1, 5, 1e-2},
+                                      {"proximal steps", true, true, 1e-2, 1e-3, 3, 1e-2}}};
 
 class Path {
  public:
@@ -121,7 +127,8 @@ class Path {
   PathFollower follower_;
   PathJudge judge_;
   int n_ = 0, pivot_limit_ = 0, blocks_ = 0, factorisations_ = 0;
-  bool covered_ = false;  // c > 0 on the last path
+  int tried_ = 0, tries_ = INT_MAX;  // columns looked at in a crash, and at most
+  bool covered_ = false;             // c > 0 on the last path
   double best_merit_ = 0;
   Eigen::VectorXd z_, F_, trial_, target_, product_, cover_, q_proximal_, best_, lowest_, answer_;  // n
   Eigen::VectorXd values_, falling_;                                                                // padded
@@ -185,7 +192,7 @@ void Path::reach(Table& table) {
   if (table.is_basic(2 * n_)) table.restart();
   const auto out_of_budget = [&] {
     poll_stop();
-    return follower_.pivots >= follower_.pivot_limit;
+    return follower_.pivots >= follower_.pivot_limit || ++tried_ > tries_;
   };
   const auto pending = [&](int i) { return table.is_basic(n_ + i) != bool(want_[i]); };
   waiting_.clear();
@@ -347,16 +354,21 @@ PathEnd Path::attempt(Table& table, const Rung& rung, LcpSolution& solution) {
       if (rung.crash) crash(near, q_proximal_);
       path_search(near, q_proximal_, rung, seed + 500);
     } else if (rung.crash) {
+      tried_ = 0;
+      tries_ = o_.crash_tries * n_;
       crash(table, load_.q);
+      tries_ = INT_MAX;
     }
     end = path_search(table, load_.q, rung, seed);
-    if (end == PathEnd::solution) {
+    const bool ray = end == PathEnd::ray || end == PathEnd::doubtful_ray;
+    if (end == PathEnd::solution || (ray && follower_.drop_artificial(table, n_))) {
       solution.residual = judge_.vertex(table, load_, trial_).residual;
+      if (ray && solution.residual > o_.tolerance) solution.residual = HUGE_VAL;
       if (solution.residual < least) {
         least = solution.residual;
         solution.z = trial_;
       }
-      if (least <= o_.tolerance) return end;
+      if (least <= o_.tolerance) return PathEnd::solution;
     }
     if (end == PathEnd::pivot_limit) break;
 

@@ -63,7 +63,7 @@ class AnitescuPotra {
   void drop_rounding();
   void build_expanded(const ContactProblem& problem);
   void set_load(const ContactProblem& problem, const std::vector<double>& v);
-  void group_by_contact(const ContactProblem& problem, const std::vector<double>& impulse);
+  void group_by_contact(const ContactProblem& problem);
   double size(const ContactProblem& problem) const;
   bool start_at_rest(const ContactProblem& problem, ContactSolution& solution);
   bool start_warm();
@@ -278,29 +278,33 @@ void AnitescuPotra::set_load(const ContactProblem& problem, const std::vector<do
 }
 
 // Answers are judged contact by contact, as the referee does (contact/referee.cpp). Whatever the answer, a contact is
-// about what it carried in the phase before, and the velocities of all contacts: the fastest were it this one's, but no
-// more than all of them together.
-void AnitescuPotra::group_by_contact(const ContactProblem& problem, const std::vector<double>& impulse) {
-  auto& group = lcp_.group;
-  group.resize(unknowns());
-  for (int c = 0; c < nc_; ++c) group[c] = c;
-  for (int f = 0; f < rough(); ++f) {
-    std::fill_n(&group[first_direction(f)], k_, rough_[f]);
-    group[slip_bound(f)] = rough_[f];
-  }
-  lcp_.group_size.resize(nc_);
-  lcp_.group_unit.resize(nc_);
+// about the velocities of all contacts before the event: the fastest were it this one's, but no more than all of them
+// together.
+void AnitescuPotra::group_by_contact(const ContactProblem& problem) {
+  LcpGroups& groups = lcp_.groups;
+  groups.of_pair.resize(unknowns());
+  groups.root.resize(unknowns());
+  groups.shares.assign(unknowns(), 0);
+  groups.size.resize(nc_);
   double all = 0, fastest = 0;
   for (int c = 0; c < nc_; ++c) {
-    const double *u = &u_[3 * c], *r = &impulse[3 * c];
-    const double u2 = u[0] * u[0] + u[1] * u[1] + u[2] * u[2], r2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+    const double* u = &u_[3 * c];
+    const double u2 = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
     fastest = std::max(fastest, u2);
     all += u2 / weight_[c];
-    lcp_.group_size[c] = weight_[c] * r2;
-    lcp_.group_unit[c] = is_limit(problem, c) ? 0 : std::sqrt(weight_[c]);  // a joint's limit may be in rad/s
+    groups.of_pair[c] = c;
+    groups.root[c] = std::sqrt(weight_[c]);
+    groups.shares[c] = !is_limit(problem, c);  // a joint's limit may be in rad/s
   }
-  for (int c = 0; c < nc_; ++c)
-    lcp_.group_size[c] = std::sqrt(std::max(lcp_.group_size[c], std::min(all, fastest / weight_[c])));
+  for (int c = 0; c < nc_; ++c) groups.size[c] = std::sqrt(std::min(all, fastest / weight_[c]));
+  for (int f = 0; f < rough(); ++f) {
+    const int c = rough_[f], first = first_direction(f);
+    std::fill_n(&groups.of_pair[first], k_, c);
+    std::fill_n(&groups.root[first], k_, groups.root[c]);
+    std::fill_n(&groups.shares[first], k_, groups.shares[c]);
+    groups.of_pair[slip_bound(f)] = c;
+    groups.root[slip_bound(f)] = 1 / groups.root[c];
+  }
 }
 
 // What the event is about, sqrt(J): the fastest contact velocity, were all of it the heaviest body's. A heavy body that
@@ -555,7 +559,7 @@ void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& soluti
   // Compression (all of it where e = 0).
   restored_.assign(nc_, 0.0);
   set_load(problem, problem.v_minus);
-  group_by_contact(problem, solution.impulse);
+  group_by_contact(problem);
   if (!solve_phase(solution)) {
     previous_ = -1;
     resting_.forget();
@@ -575,11 +579,13 @@ void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& soluti
   for (int c = 0; c < nc_; ++c) {
     const double given_back = problem.restitution[c] * answer_.z[c];
     solution.impulse[3 * c] += given_back;
+    const double* r = &solution.impulse[3 * c];
+    double& about = lcp_.groups.size[c];
+    about = std::max(about, std::sqrt(weight_[c] * (r[0] * r[0] + r[1] * r[1] + r[2] * r[2])));
     restored_[c] = problem.mu[c] * given_back;
   }
   apply_impulse(problem, factor_, solution.impulse, v_);
   set_load(problem, v_);
-  group_by_contact(problem, solution.impulse);
   if (solve_phase(solution)) add_impulses(solution);
 }
 
