@@ -72,7 +72,8 @@ Judgement PathJudge::first_look(const ScaledLoad& load, const Eigen::VectorXd& z
     if (!(error_[i] <= worst)) worst = error_[i];
   }
   if (!std::isfinite(worst)) return {};
-  if (groups.of_pair.empty()) return {worst / load.judged, worst / load.judged};
+  Judgement found{worst / load.judged, worst / load.judged};
+  if (groups.of_pair.empty()) return found;
   size_ = groups.size;
   for (int i = 0; i < n; ++i) {
     const double of_z = z[i] * groups.root[i];
@@ -80,28 +81,33 @@ Judgement PathJudge::first_look(const ScaledLoad& load, const Eigen::VectorXd& z
     double& size = size_[groups.of_pair[i]];
     size = std::max(size, of_z);
   }
-  return {worst / load.judged, worst_of_groups(load)};
+  found.beyond_rounding = worst_of_groups(load);
+  return found;
 }
 
-// The same without what rounding of the terms may be, |M| z being in product_.
-double PathJudge::second_look(const ScaledLoad& load) {
+// The same without what rounding of the terms may be, |M| z being in product_: first what a solver can do, then what
+// the data leave open.
+void PathJudge::second_look(const ScaledLoad& load, Judgement& found) {
   const LcpGroups& groups = load.of->groups;
   const bool grouped = !groups.of_pair.empty();
   const auto n = static_cast<int>(error_.size());
   double shared = 0;
   for (int i = 0; i < n; ++i) {
+    const double root = grouped ? groups.root[i] : load.root[i];
     product_[i] += std::abs(load.original[i]);
     if (grouped && groups.shares[i]) shared = std::max(shared, product_[i]);
+    error_[i] = std::max(0.0, error_[i] - round_off * product_[i] / root);
   }
+  found.beyond_rounding = worst_of_groups(load);
+  if (!grouped) return;
   for (int i = 0; i < n; ++i) {
-    const double root = grouped ? groups.root[i] : load.root[i],
-                 open = grouped && groups.shares[i] ? shared : product_[i];
-    error_[i] = std::max(0.0, error_[i] - term_rounding * open / root);
-    if (!grouped || !groups.shares[i]) continue;
+    const double root = groups.root[i], open = groups.shares[i] ? shared : product_[i];
+    error_[i] = std::max(0.0, error_[i] - std::max(0.0, term_rounding * open - round_off * product_[i]) / root);
+    if (!groups.shares[i]) continue;
     double& size = size_[groups.of_pair[i]];
     size = std::max(size, product_[i] / root);
   }
-  return worst_of_groups(load);
+  found.residual = std::max(found.residual, worst_of_groups(load));
 }
 
 // Of error_ over size_, or over all that the problem is about where it has no groups.

@@ -52,6 +52,8 @@ struct LemkeOptions : LcpOptions {
   double harris = 1e-12;       ///< least allowance of the ratio test (RatioTest), -
   double perturbation = 1e-7;  ///< delta of q, -; smaller: ties drown in round-off, larger: more repairs
   int repairs = 4;             ///< paths from the vertices of one rung to the exact one, at most
+  /// Where an answer holds already, a path that leaves more than this of its error was the last, -: rounding is left.
+  double repair_gain = 0.5;
   /// Judgement::beyond_rounding up to which a vertex is exact, -; larger: vertices near the exact one are kept.
   double vertex_tolerance = 1e-12;
 };
@@ -83,6 +85,8 @@ class Lemke {
   void climb_ladder(Table& table, LcpSolution& solution);
   template <class Table>
   PathEnd attempt(Table& table, const Rung& rung, LcpSolution& solution);
+  template <class Table>
+  double exact_vertex(Table& table, const Rung& rung, Eigen::VectorXd& z);
   template <class Table>
   PathEnd follow_path(Table& table, bool afresh);
   template <class Table>
@@ -159,33 +163,39 @@ PathEnd Lemke::attempt(Table& table, const Rung& rung, LcpSolution& solution) {
     base_[i] = rung.random_cover ? 0.5 + draw(rung.seed + 100, static_cast<unsigned>(i)) : 1.0;
   table.set_cover(base_);
 
-  PathEnd end = follow_path(table, false);
+  const PathEnd end = follow_path(table, false);
   if (end != PathEnd::solution) return end;
-  Judgement found = judge_.vertex(table, load_, solution.z);
-  double best = HUGE_VAL;
-  const auto exact = [&] { return found.beyond_rounding <= o_.vertex_tolerance && found.residual <= o_.tolerance; };
-  for (int repair = 1; !exact() && repair <= o_.repairs; ++repair) {
-    if (found.residual < best) {
-      best = found.residual;
-      best_ = solution.z;
+  solution.residual = exact_vertex(table, rung, solution.z);
+  return PathEnd::solution;
+}
+
+// From the vertex in hand to one that is exact, or the best on the way: z, and its residual.
+template <class Table>
+double Lemke::exact_vertex(Table& table, const Rung& rung, Eigen::VectorXd& z) {
+  Judgement found = judge_.vertex(table, load_, z), best;
+  for (int repair = 1; found.beyond_rounding > o_.vertex_tolerance || found.residual > o_.tolerance; ++repair) {
+    const bool better = found.residual < best.residual;
+    const bool gained = found.beyond_rounding < o_.repair_gain * best.beyond_rounding;
+    if (better) {
+      best = found;
+      best_ = z;
       list_basis(table, best_active_);
     }
-    if (best == HUGE_VAL) break;  // a basis that cannot be factorised
+    const bool stuck = found.residual < HUGE_VAL && !gained && best.residual <= o_.tolerance;
+    if (best.residual == HUGE_VAL || repair > o_.repairs || stuck) break;  // HUGE_VAL: it cannot be factorised
+    PathEnd end;
     if (repair == 1) {
       end = take_perturbation_back(table);
     } else {
       set_noise(rung.seed + 1000 * static_cast<unsigned>(repair));
       end = cover_vertex(table) ? follow_path(table, true) : PathEnd::bad_pivot;
     }
-    found = end == PathEnd::solution ? judge_.vertex(table, load_, solution.z) : Judgement{};
+    found = end == PathEnd::solution ? judge_.vertex(table, load_, z) : Judgement{};
     if (end == PathEnd::pivot_limit) break;
   }
-  solution.residual = found.residual;
-  if (!(found.residual <= best)) {
-    solution.residual = best;
-    solution.z = best_;
-  }
-  return PathEnd::solution;
+  if (found.residual <= best.residual) return found.residual;
+  z = best_;
+  return best.residual;
 }
 
 // The vertex in hand is that of q + delta p, so with c = p it is feasible from z_0 = delta on. Back from there to z_0 =
