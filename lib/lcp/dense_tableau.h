@@ -52,6 +52,7 @@ class DenseTableau {
   void solve_active(const std::vector<int>& active, double* x, double* scratch) const;
 
   static constexpr int lanes = 8;
+  static constexpr int column_solves = 0;  ///< that column() takes
 
  private:
   const Eigen::MatrixXd* M_ = nullptr;

@@ -35,7 +35,8 @@
 //     iterative refinement and checked there.
 //  6. Two rungs start on the ray x = -(|q| + 1), without a crash (as the library does when all else fails): c > 0
 //     there, and the path is the one that Lemke's method follows. Proximal steps, which cost most, come last.
-//  7. A crash tries `crash_tries` exchanges a pair at most; of redundant contacts most have no pivot.
+//  7. Where each asks for a solve a crash tries `crash_tries` exchanges a pair at most; of redundant contacts most have
+//     no pivot.
 //  8. Where a path ends in a ray, z_0 is taken out and the vertex judged: of data that are rounded a problem may have
 //     rays close to its answer.
 //
@@ -61,7 +62,6 @@ namespace {
 /// Numbers of the method. All act on the scaled problem: |M_ii| ~ 1, max |q_i| ~ 1.
 struct PathOptions : LcpOptions {
   double pivot_tolerance = 1e-9;  ///< an entry that blocks must be larger than this, -
-  double harris = 1e-12;          ///< least allowance of the ratio test (RatioTest), -
   int crash_steps = 20;           ///< projected Newton steps at most, before each path
   double decrease = 1e-4;         ///< part of the linear decrease of the merit that a step must reach, -
   int memory = 5;                 ///< merits that the largest is taken of; 1: monotone
@@ -69,7 +69,8 @@ struct PathOptions : LcpOptions {
   double converged = 1e-13;       ///< merit at which the crash ends, -
   /// An exchange of the crash needs a pivot above these, pass by pass, -; smaller: near-singular bases are entered.
   std::array<double, 2> crash_pivots{1e-2, 1e-7};
-  /// Exchanges a pair that a crash may try, -; more: bases of redundant contacts cost it many times what the path does.
+  /// Exchanges a pair that a crash may try, where each asks for a solve, -; more: bases of redundant contacts cost it
+  /// many times what the path does.
   int crash_tries = 1;
   int block_exchanges = 4;      ///< exchanges of two pairs at once between fresh factorisations
   int watchdog = 2;             ///< steps that may fail to lower the merit
@@ -86,12 +87,13 @@ struct Rung {
   double noise;           ///< of the start, -
   unsigned seed;
   double pivot_tolerance;  ///< as a multiple of the option
+  double harris;           ///< least allowance of the ratio test (RatioTest), -; 0: rounding alone
 };
-constexpr std::array<Rung, 5> ladder{{{"crash from zero", false, true, 0, 1e-3, 1, 1},
-                                      {"start on the ray", false, false, 0, 1, 4, 1},
-                                      {"crash from zero, other noise", false, true, 0, 1e-1, 2, 1e-2},
-                                      {"start on another ray", false, false, 0, 1, 5, 1e-2},
-                                      {"proximal steps", true, true, 1e-2, 1e-3, 3, 1e-2}}};
+constexpr std::array<Rung, 5> ladder{{{"crash from zero", false, true, 0, 1e-3, 1, 1, 1e-12},
+                                      {"start on the ray", false, false, 0, 1, 4, 1, 0},
+                                      {"crash from zero, other noise", false, true, 0, 1e-1, 2, 1e-2, 0},
+                                      {"start on another ray", false, false, 0, 1, 5, 1e-2, 1e-12},
+                                      {"proximal steps", true, true, 1e-2, 1e-3, 3, 1e-2, 1e-12}}};
 
 class Path {
  public:
@@ -192,7 +194,8 @@ void Path::reach(Table& table) {
   if (table.is_basic(2 * n_)) table.restart();
   const auto out_of_budget = [&] {
     poll_stop();
-    return follower_.pivots >= follower_.pivot_limit || ++tried_ > tries_;
+    tried_ += Table::column_solves;
+    return follower_.pivots >= follower_.pivot_limit || tried_ > tries_;
   };
   const auto pending = [&](int i) { return table.is_basic(n_ + i) != bool(want_[i]); };
   waiting_.clear();
@@ -334,7 +337,7 @@ SparseBasis& Path::proximal(const SparseBasis&, double eps) {
 template <class Table>
 PathEnd Path::attempt(Table& table, const Rung& rung, LcpSolution& solution) {
   follower_.ratio.pivot_tolerance = o_.pivot_tolerance * rung.pivot_tolerance;
-  follower_.ratio.harris = o_.harris;
+  follower_.ratio.harris = rung.harris;
   follower_.pivot_limit = follower_.pivots + (pivot_limit_ - follower_.pivots) / 2;
   table.restart();
   if (rung.from_best)

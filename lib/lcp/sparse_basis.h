@@ -33,6 +33,7 @@ class SparseBasis {
   void set_load(const Eigen::VectorXd& q);
   void set_cover(const Eigen::VectorXd& cover) { cover_ = cover; }
   const double* column(int variable);
+  static constexpr int column_solves = 1;  ///< that column() takes, at most
   bool pivot(int row, int entering);
   void transform(const double* q, double* out);
   void solve_active(const std::vector<int>& active, double* x, double* scratch);

@@ -462,7 +462,7 @@ End Ynl::follow(Table& table, LcpSolution& solution) {
 template <class Table>
 bool Ynl::follow_own_cover(Table& table, const State& end, LcpSolution& solution) {
   State state;
-  start(state, o_.vertex_tolerance);
+  start(state, 0);
   state.basic = end.basic;
   active_.clear();
   for (int i = 0; i < n_; ++i)

@@ -94,6 +94,21 @@ TEST_CASE("What a light box carries is found as exactly as what a heavy one carr
     }
 }
 
+// A stack whose light boxes approach at 1e-11 m/s beside terms of 3 m/s: which of them carries is decided by values
+// that a ratio test with an allowance of 1e-12 does not see.
+TEST_CASE("Contacts that approach by a hair are told from those that do not", "[ap]") {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problems are not read");
+    return;
+  }
+  for (const char* solver : {"lemke", "path", "ynl"}) {
+    const StoredEvent event("ap_slow_stack", solver, 8);
+    INFO(solver << " " << event.solution.reason);
+    CHECK(event.solution.status == Status::ok);
+    CHECK(event.residual <= 1e-12);
+  }
+}
+
 // A stack of boxes at rest, 22 contacts. From a cover of ones the search went through 4000 dead ends first.
 TEST_CASE("Ties that lead nowhere do not keep the search from a cover that knows none", "[ynl]") {
   if (!fclib_available()) {
