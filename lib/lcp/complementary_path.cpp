@@ -100,6 +100,10 @@ void PathJudge::second_look(const ScaledLoad& load, Judgement& found) {
   }
   found.beyond_rounding = worst_of_groups(load);
   if (!grouped) return;
+  if (found.beyond_rounding <= beyond_doubt) {
+    found.residual = std::max(found.residual, found.beyond_rounding);
+    return;
+  }
   for (int i = 0; i < n; ++i) {
     const double root = groups.root[i], open = groups.shares[i] ? shared : product_[i];
     error_[i] = std::max(0.0, error_[i] - std::max(0.0, term_rounding * open - round_off * product_[i]) / root);

@@ -50,6 +50,7 @@ struct LemkeOptions : LcpOptions {
   /// An entry that blocks must be larger than this, -; looser: round-off grows, stricter: real blocks are missed.
   double pivot_tolerance = 1e-9;
   double harris = 1e-12;       ///< least allowance of the ratio test (RatioTest) on the way to a rung's first vertex, -
+  double harris_back = 3e-13;  ///< the same where its perturbation is taken back; after that none but rounding, -
   double perturbation = 1e-7;  ///< delta of q, -; smaller: ties drown in round-off, larger: more repairs
   int repairs = 4;             ///< paths from the vertices of one rung to the exact one, at most
   /// Where an answer holds already, a path that leaves more than this of its error was the last, -: rounding is left.
@@ -173,9 +174,6 @@ PathEnd Lemke::attempt(Table& table, const Rung& rung, LcpSolution& solution) {
 template <class Table>
 double Lemke::exact_vertex(Table& table, const Rung& rung, Eigen::VectorXd& z) {
   Judgement found = judge_.vertex(table, load_, z), best;
-  // Contacts that approach at 1e-11 beside others at 1 have values of 1e-12 that decide which of them carries: no row
-  // may fall by more than rounding from here on.
-  follower_.ratio.harris = 0;
   for (int repair = 1; found.beyond_rounding > o_.vertex_tolerance || found.residual > o_.tolerance; ++repair) {
     const bool better = found.residual < best.residual;
     const bool gained = found.beyond_rounding < o_.repair_gain * best.beyond_rounding;
@@ -187,6 +185,8 @@ double Lemke::exact_vertex(Table& table, const Rung& rung, Eigen::VectorXd& z) {
     const bool stuck = found.residual < HUGE_VAL && !gained && best.residual <= o_.tolerance;
     if (best.residual == HUGE_VAL || repair > o_.repairs || stuck) break;  // HUGE_VAL: it cannot be factorised
     PathEnd end;
+    // Contacts that approach at 1e-11 beside others at 1 have values of 1e-12 that decide which of them carries.
+    follower_.ratio.harris = repair == 1 ? o_.harris_back : 0;
     if (repair == 1) {
       end = take_perturbation_back(table);
     } else {
