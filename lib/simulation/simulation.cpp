@@ -87,8 +87,6 @@ const StepRecord& Simulation::step() {
 
   double remaining = options_.step;
   bool moved_on = false;  // has a time of contact split this step?
-  int idle = 0;           // how often at nothing that approaches
-  double last_advance = 0;
   while (record_.status == Status::ok || record_.status == Status::inaccurate) {
     poll_stop();
     const bool old_pairs = !moved_on && pairs_hold();
@@ -100,20 +98,12 @@ const StepRecord& Simulation::step() {
     const bool event = approaching();
     lap.add_to(record_.times.collision_s);
     if (event) {
-      if (++record_.events > options_.event_cap) {
-        fail(Status::event_stall, fmt::format("more than {} events in one step", options_.event_cap));
-        break;
-      }
+      ++record_.events;
+      if (moved_on) observe_bounces(remaining);
       const bool solved = solve_event(lap);
       lap = Lap();  // the referee's check is no part of any of them
       if (!solved) break;
       left_out_.coplanar_points += points_left_out_;
-    } else if (moved_on && ++idle > options_.event_cap) {
-      fail(Status::event_stall,
-           fmt::format("more than {} times of contact without an event in one step: at t = {:.9g} s the next one is "
-                       "{:.3g} s away, and bodies turn or hover too fast to reach it",
-                       options_.event_cap, state_.t, last_advance));
-      break;
     }
     update_motions();
     const double reach = displacement_bound(remaining);
@@ -126,19 +116,19 @@ const StepRecord& Simulation::step() {
     moved_ += reach;
     lap.add_to(record_.times.collision_s);
     advance_positions(dt);
-    last_advance = dt;
     remaining -= dt;
     if (!scenario_.model.trees.empty()) {
       lap.add_to(record_.times.dynamics_s);
       drift_.remove(scenario_, motions_, contacts_, tolerance_, options_.closed_gap, radius_, *pairs_, dt, state_);
     }
     update_motions();
-    if (remaining <= 0) break;
+    if (remaining <= 0 || !arrive(dt)) break;
     find_contacts();
     lap.add_to(record_.times.collision_s);
     moved_on = true;
   }
   if (record_.status == Status::ok || record_.status == Status::inaccurate) {
+    bounces_.clear();  // the next step begins with what is found here
     // Links go on arcs, out of what was swept.
     if (!scenario_.model.trees.empty()) find_pairs(0, margin_);
     find_contacts();
@@ -163,6 +153,38 @@ const StepRecord& Simulation::step() {
   lap.add_to(record_.times.dynamics_s);
   record_.times.step_s = std::chrono::duration<double>(lap.last() - start).count();
   return record_;
+}
+
+// The pair of the first time of contact, dt after the one before. False where it has come too often.
+bool Simulation::arrive(double dt) {
+  if (bounces_.arrive(arriving_) <= options_.event_cap) return true;
+  const auto [i, j] = arriving_;
+  const std::string who = i < 0 ? fmt::format("joint {} and its limit", scenario_.model.trees[-1 - i].joints[j].name)
+                                : fmt::format("{} and {}", scenario_.shapes[i].name, scenario_.shapes[j].name);
+  fail(Status::event_stall,
+       fmt::format("{} come together more than {} times in one step: at t = {:.9g} s, {:.3g} s after the time before",
+                   who, options_.event_cap, state_.t, dt));
+  return false;
+}
+
+// Before an event within the step: is it an impact of the pair that arrived, and is restitution left out in it?
+void Simulation::observe_bounces(double remaining) {
+  bool impact = false;
+  for (std::size_t c = 0; c < contacts_.size(); ++c) {
+    if (!approaches_[c]) continue;
+    const ContactPoint& contact = contacts_[c];
+    const Bounces::Pair pair = std::minmax(contact.shape_a, contact.shape_b);
+    impact = impact || pair == bounces_.last();
+    const double e = scenario_.pairs.find(pair.first, pair.second)->restitution;
+    if (!bounces_.over(pair, e)) continue;
+    ++record_.bounces_left_out;
+    const Motion &a = motions_[contact.shape_a], &b = motions_[contact.shape_b];
+    const Vec3 u = a.v + a.w.cross(contact.position - a.pose.p) - b.v - b.w.cross(contact.position - b.pose.p);
+    const double speed = e * std::abs(contact.normal.dot(u));
+    record_.bounce_speed = std::max(record_.bounce_speed, speed);
+    record_.bounce_distance = std::max(record_.bounce_distance, speed * remaining);
+  }
+  if (impact) bounces_.impact();
 }
 
 void Simulation::fail(Status status, std::string reason) {
@@ -267,7 +289,8 @@ void Simulation::find_contacts() {
     if (contacts_.size() == first) continue;
     if (left_out > 0) patches_.emplace_back(static_cast<int>(first), left_out);
     mu_.resize(contacts_.size(), law.mu);
-    restitution_.resize(contacts_.size(), law.restitution);
+    const bool over = bounces_.any() && bounces_.over({i, j}, law.restitution);
+    restitution_.resize(contacts_.size(), over ? 0 : law.restitution);
     double depth = 0;
     for (std::size_t c = first; c < contacts_.size(); ++c) depth = std::max(depth, -contacts_[c].gap);
     depth_ = std::max(depth_, depth);
@@ -379,15 +402,20 @@ void Simulation::find_limits() {
 }
 
 // The first time within `horizon` at which a joint reaches a limit, or `horizon`. Coordinates are linear in time.
-double Simulation::first_limit(double horizon) const {
+double Simulation::first_limit(double horizon) {
   double first = horizon;
-  for (const Tree& tree : scenario_.model.trees) {
-    for (const Joint& joint : tree.joints) {
+  for (int t = 0; t < static_cast<int>(scenario_.model.trees.size()); ++t) {
+    const std::vector<Joint>& joints = scenario_.model.trees[t].joints;
+    for (int j = 0; j < static_cast<int>(joints.size()); ++j) {
+      const Joint& joint = joints[j];
       if (joint.q < 0 || !joint.limited()) continue;
       const double rate = state_.qd[joint.v] - joint.limit_rate;
       const double gap = joint.limit_gap(rate < 0 ? 1 : -1, state_.q[joint.q], state_.t);
-      if (rate != 0 && gap > options_.closed_gap)
-        first = std::min(first, (gap - options_.closed_gap / 2) / std::abs(rate));
+      if (rate == 0 || gap <= options_.closed_gap) continue;
+      const double time = (gap - options_.closed_gap / 2) / std::abs(rate);
+      if (time >= first) continue;
+      first = time;
+      arriving_ = {-1 - t, j};
     }
   }
   return first;
@@ -499,8 +527,11 @@ double Simulation::first_contact(double horizon, double reach) {
       ++left_out_.contact_times;
       continue;
     }
-    first = std::min(first, time_of_contact(scenario_.shapes[i], motions_[i], scenario_.shapes[j], motions_[j],
-                                            std::min(tolerance_[i], tolerance_[j]), first));
+    const double time = time_of_contact(scenario_.shapes[i], motions_[i], scenario_.shapes[j], motions_[j],
+                                        std::min(tolerance_[i], tolerance_[j]), first);
+    if (time >= first) continue;
+    first = time;
+    arriving_ = {i, j};
   }
   if (!scenario_.model.trees.empty()) first = first_limit(first);
   return first;

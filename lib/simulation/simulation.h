@@ -13,6 +13,7 @@
 #include "geometry/broad_phase.h"
 #include "methods/registry.h"
 #include "scenario/scenario.h"
+#include "simulation/bounces.h"
 #include "simulation/drift.h"
 #include "simulation/event_islands.h"
 #include "simulation/overlap.h"
@@ -49,6 +50,9 @@ struct StepRecord {
   double max_penetration = 0;                       ///< m, at the end of the step
   double penetration_inside = 0;                    ///< m, at the events and before it was taken away
   double penetration_displacement = 0;              ///< m, furthest that a point was moved for that
+  int bounces_left_out = 0;                         ///< impacts of pairs whose bounces were over (bounces.h)
+  double bounce_speed = 0;                          ///< m/s, largest e u_n of these: what they would have parted with
+  double bounce_distance = 0;                       ///< m, largest e u_n t of these, t to the end of the step
   double kinetic_energy = 0, potential_energy = 0;  ///< J
   int false_claims = 0;                             ///< answers called ok that the check refutes
   int doubted = 0;                                  ///< answers not called ok that the check confirms
@@ -85,7 +89,7 @@ struct SimulationOptions {
   /// s), if its island does.
   double closed_gap = 1e-9;
   double approach = 1e-13;  ///< an event needs u_n < -approach * (|g| h + |v| + |w x arm| of the pair); also an island
-  int event_cap = 1000;     ///< events in one step; beyond: event_stall
+  int event_cap = 1000;     ///< times of contact of one pair (or joint limit) in one step; beyond: event_stall
   /// Seed of a new order of each event's contacts, which should change nothing but round-off; 0: as they are found.
   std::uint64_t shuffle = 0;
   double blowup_factor = 1e6;  ///< kinetic energy over the largest energy that was put in: energy_blowup
@@ -140,7 +144,9 @@ class Simulation {
   bool solve_event(Lap& lap);
   bool patch_spins();
   double first_contact(double horizon, double reach);
-  double first_limit(double horizon) const;
+  double first_limit(double horizon);
+  bool arrive(double dt);
+  void observe_bounces(double remaining);
   void advance_positions(double dt);
   double displacement_bound(double horizon);
   void fail(Status status, std::string reason);
@@ -180,6 +186,9 @@ class Simulation {
   double joint_speed_ = 0;                          // largest |qdd| h of the step
   Drift drift_;
   Overlap overlap_;
+
+  Bounces bounces_;
+  Bounces::Pair arriving_;  // what the first time of contact is of: shapes; or -1 - tree, joint
 
   // Collision: what the step looks at.
   BroadPhase broad_phase_;
