@@ -184,7 +184,7 @@ void Simulation::observe_bounces(double remaining) {
     record_.bounce_speed = std::max(record_.bounce_speed, speed);
     record_.bounce_distance = std::max(record_.bounce_distance, speed * remaining);
   }
-  if (impact) bounces_.impact();
+  if (impact) bounces_.impact(state_.t);
 }
 
 void Simulation::fail(Status status, std::string reason) {
@@ -527,14 +527,23 @@ double Simulation::first_contact(double horizon, double reach) {
       ++left_out_.contact_times;
       continue;
     }
+    const double wait = bounces_.any() ? bounce_wait(i, j, horizon) : 0;
+    if (wait >= first) continue;
     const double time = time_of_contact(scenario_.shapes[i], motions_[i], scenario_.shapes[j], motions_[j],
                                         std::min(tolerance_[i], tolerance_[j]), first);
     if (time >= first) continue;
-    first = time;
+    first = std::max(time, wait);
     arriving_ = {i, j};
   }
   if (!scenario_.model.trees.empty()) first = first_limit(first);
   return first;
+}
+
+// s, until which a pair whose bounces pile up is left alone; travel_ as in first_contact.
+double Simulation::bounce_wait(int i, int j, double horizon) const {
+  const double size = std::min(tolerance_[i], tolerance_[j]) / options_.closed_gap;
+  const double e = scenario_.pairs.find(i, j)->restitution;
+  return bounces_.wait({i, j}, e, state_.t, options_.step, size, (travel_[i] + travel_[j]) / horizon);
 }
 
 void Simulation::advance_positions(double dt) {

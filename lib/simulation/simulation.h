@@ -145,6 +145,7 @@ class Simulation {
   bool patch_spins();
   double first_contact(double horizon, double reach);
   double first_limit(double horizon);
+  double bounce_wait(int i, int j, double horizon) const;
   bool arrive(double dt);
   void observe_bounces(double remaining);
   void advance_positions(double dt);

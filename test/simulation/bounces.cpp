@@ -48,17 +48,31 @@ Seen look(const Scenario& s, const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("elastic balls of masses 1 and 100^k at a wall meet as often as the digits of pi say, within one step") {
+TEST_CASE("elastic balls of masses 1 and 100^k at a wall meet as often as the digits of pi say") {
   // Galperin (2003): in the plane of sqrt(m) x the pair is a point in a wedge of angle atan(sqrt(m / M)), and unfolds
-  // to a straight line through floor(pi / angle) of its walls.
-  for (const auto& [heavy, meetings] : {std::pair(1.0, 3), std::pair(1e2, 31), std::pair(1e4, 314)}) {
-    const Seen seen = look(squeezed(heavy, 1, 10, 10), "ap");
+  // to a straight line through floor(pi / angle) of its walls. 3 and 31 of them in one step.
+  struct Case {
+    double heavy;
+    int meetings;
+    double step;
+  };
+  for (const auto& [heavy, meetings, step] : {Case{1, 3, 10}, {1e2, 31, 10}, {1e4, 314, 1e-3}}) {
+    const Seen seen = look(squeezed(heavy, 1, step, 10), "ap");
     CHECK(seen.status == Status::ok);
     CHECK(seen.events == meetings);
     CHECK(seen.left_out == 0);
     const double v = seen.state.v[1], V = seen.state.v[7];
     CHECK((v * v + heavy * V * V) / (heavy * speed * speed) == Approx(1).epsilon(1e-12));
   }
+}
+
+TEST_CASE("an elastic pair that meets more than a thousand times in a step ends the run as a stall that names it") {
+  const Scenario s = squeezed(1e8, 1, 1, 1);
+  SimulationOptions options;
+  options.step = options.duration = 1;
+  Simulation simulation(s, options, find_method("ap")->make({}), Law::anitescu_potra);
+  CHECK(simulation.step().status == Status::event_stall);
+  CHECK(simulation.reason().find(" and body1 come together more than 1000 times") != std::string::npos);
 }
 
 TEST_CASE("a ball squeezed between a heavy one and the ground ends in contact with both, whatever the restitution") {
@@ -106,18 +120,37 @@ TEST_CASE("bounces are over when e^n is spent, each pair for itself") {
   const Bounces::Pair a{0, 1}, b{0, 2};
   for (int n = 1; n <= 9; ++n) {
     CHECK(bounces.arrive(a) == n);
-    bounces.impact();
+    bounces.impact(n);
   }
   CHECK_FALSE(bounces.over(a, 0.5));  // 0.5^9 = 1.95e-3
   CHECK(bounces.over(a, 0.4));
   CHECK(bounces.arrive(b) == 1);
-  bounces.impact();
+  bounces.impact(1);
   bounces.arrive(a);
-  bounces.impact();
+  bounces.impact(1);
   CHECK(bounces.over(a, 0.5));  // 9.8e-4
   CHECK_FALSE(bounces.over(b, 0.5));
   CHECK_FALSE(bounces.over(a, 1));  // nothing is lost
   CHECK_FALSE(bounces.over(a, 0));  // nothing is left out
   bounces.clear();
   CHECK_FALSE(bounces.over(a, 0.5));
+}
+
+TEST_CASE("the times of contact of a pair are a hundredth of the step apart once a hundred were without restitution") {
+  Bounces bounces;
+  const double h = 1e-3, size = 0.1;
+  for (int n = 1; n <= 100; ++n) {
+    bounces.arrive({0, 1});
+    CHECK(bounces.wait({0, 1}, 0, 0, h, size, 1) == 0);
+    bounces.impact(1e-6 * n);
+  }
+  CHECK(bounces.wait({0, 1}, 0, 1e-4, h, size, 1) == Approx(h / 100));
+  CHECK(bounces.wait({0, 1}, 0, 1.04e-4, h, size, 1) == Approx(0.6 * h / 100));
+  CHECK(bounces.wait({0, 1}, 0, 2e-4, h, size, 1) == 0);
+  CHECK(bounces.wait({0, 2}, 0, 1e-4, h, size, 1) == 0);
+  // So fast that it would be deeper than a hundredth of its size by then.
+  CHECK(bounces.wait({0, 1}, 0, 1e-4, h, size, 1e3) == Approx(1e-3 / 1e3));
+  // With restitution 1/2 there were ten bounces among them, elastic ones are never over.
+  CHECK(bounces.wait({0, 1}, 0.5, 1e-4, h, size, 1) == 0);
+  CHECK(bounces.wait({0, 1}, 1, 1e-4, h, size, 1) == 0);
 }
