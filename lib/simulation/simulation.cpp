@@ -22,6 +22,7 @@
 #include "contact/feasibility.h"
 #include "geometry/box_box.h"
 #include "linalg/stop.h"
+#include "simulation/explicit_step.h"
 
 namespace cb {
 
@@ -71,6 +72,8 @@ Simulation::Simulation(const Scenario& scenario, const SimulationOptions& option
     controllers_.push_back(spec.row->make(scenario_.model, spec));
   torque_.assign(state_.qd.size(), 0.0);
   joint_force_ = qdd_ = torque_;
+  step_damping_ = implicit_damping(scenario_);
+  for (double& d : step_damping_) d *= options_.step;
   // What springs hold is there too.
   energy_input_ = kinetic_energy(scenario_.model, state_) + potential_energy(scenario_.model, state_, Vec3::Zero());
   update_motions();
@@ -226,7 +229,8 @@ void Simulation::accelerate_trees(const Vec3& gravity) {
       energy_input_ +=
           std::abs(external_[joint.body].dot(Vec3(&state_.v[6 * static_cast<std::size_t>(joint.body)]))) * h;
     const auto at = static_cast<std::size_t>(tree.v), nv = static_cast<std::size_t>(tree.nv);
-    articulated_body_.forward_dynamics(model, tree, state_, external_, {&joint_force_[at], nv}, {&qdd_[at], nv});
+    articulated_body_.forward_dynamics(model, tree, state_, external_, {&joint_force_[at], nv}, {&qdd_[at], nv},
+                                       {&step_damping_[at], nv});
     for (std::size_t i = at; i < at + nv; ++i) {
       state_.qd[i] += h * qdd_[i];
       joint_speed_ = std::max(joint_speed_, h * std::abs(qdd_[i]));

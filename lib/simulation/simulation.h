@@ -183,6 +183,7 @@ class Simulation {
   std::vector<Controller> controllers_;
   ArticulatedBody articulated_body_;
   std::vector<double> torque_, joint_force_, qdd_;  // as State::qd
+  std::vector<double> step_damping_;                // as State::qd: h times the damping that is implicit
   std::vector<double> twists_;                      // State::v before a change
   double joint_speed_ = 0;                          // largest |qdd| h of the step
   Drift drift_;

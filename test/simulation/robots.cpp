@@ -162,11 +162,11 @@ TEST_CASE("the energy of a robot that nothing touches holds to the order of the 
   CHECK(error[1] / error[2] == Approx(2).epsilon(0.15));
 }
 
-TEST_CASE("viscous friction in a joint takes the spin away as 1 - h d / I a step, and the motor's limit holds") {
+TEST_CASE("viscous friction in a joint takes the spin away as 1 / (1 + h d / I) a step, and the motor's limit holds") {
   const Scenario s = scene(pendulum("velocity=\"2\" damping=\"0.5\""), "", 1e-3, 0.5, "0 0 0");
   Simulation simulation(s, options_of(s), method("ap"), find_method("ap")->law);
   while (simulation.step_index() < simulation.steps_total()) simulation.step();
-  CHECK(simulation.state().qd[0] == Approx(2 * std::pow(1 - 1e-3 * 0.5, 500)).epsilon(1e-12));
+  CHECK(simulation.state().qd[0] == Approx(2 * std::pow(1 + 1e-3 * 0.5, -500)).epsilon(1e-12));
 
   // A motor of at most 0.25 N m that should accelerate 1 kg m^2 by 3 rad/s^2.
   const Scenario weak = scene(pendulum("torque_limit=\"0.25\""),
@@ -281,6 +281,19 @@ TEST_CASE("the largest stable step of springs and dampers is that of the lineari
     while (ending == Status::ok && simulation.step_index() < simulation.steps_total())
       ending = simulation.step().status;
     CHECK(ending == (factor < 1 ? Status::ok : Status::energy_blowup));
+  }
+}
+
+TEST_CASE("a damper far too strong for an explicit step brings its joint to rest and never drives it", "[robots]") {
+  // h d / I = 100, where the explicit step would multiply the rate by -99.
+  const Scenario s = scene(pendulum("velocity=\"2\" damping=\"1e5\""), "", 1e-3, 0.01, "0 0 0");
+  CHECK(*largest_stable_step(s) > 1);
+  Simulation simulation(s, options_of(s), method("ap"), find_method("ap")->law);
+  double rate = 2;
+  while (simulation.step_index() < simulation.steps_total()) {
+    CHECK(simulation.step().status == Status::ok);
+    CHECK(simulation.state().qd[0] == Approx(rate / 101).epsilon(1e-10));
+    rate = simulation.state().qd[0];
   }
 }
 
