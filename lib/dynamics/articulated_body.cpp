@@ -33,7 +33,7 @@ void add_to_parent(const Mat6& I, const Vec6& p, const Vec3& r, Mat6& parent_I, 
 
 void ArticulatedBody::forward_dynamics(const Model& model, const Tree& tree, const State& state,
                                        std::span<const Vec3> force, std::span<const double> tau, std::span<double> qdd,
-                                       std::span<const double> added) {
+                                       std::span<const double> added, bool turning) {
   const std::size_t n = tree.joints.size();
   link_frames(model, tree, state, frames_);
   links_.resize(n);
@@ -46,8 +46,13 @@ void ArticulatedBody::forward_dynamics(const Model& model, const Tree& tree, con
     link.I.bottomRightCorner<3, 3>() = frames_[i].inertia;
     link.p.head<3>().setZero();
     if (!force.empty()) link.p.head<3>() = -force[joint.body];
-    link.p.tail<3>() = w.cross(frames_[i].inertia * w);
-    link.bias = bias_acceleration(joint, frames_[i], state);
+    if (turning) {
+      link.p.tail<3>() = w.cross(frames_[i].inertia * w);
+      link.bias = bias_acceleration(joint, frames_[i], state);
+    } else {
+      link.p.tail<3>().setZero();
+      link.bias.setZero();
+    }
   }
 
   // Inward: articulated inertias.

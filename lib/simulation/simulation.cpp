@@ -22,6 +22,7 @@
 #include "contact/feasibility.h"
 #include "geometry/box_box.h"
 #include "linalg/stop.h"
+#include "simulation/displacement.h"
 #include "simulation/explicit_step.h"
 
 namespace cb {
@@ -72,6 +73,7 @@ Simulation::Simulation(const Scenario& scenario, const SimulationOptions& option
     controllers_.push_back(spec.row->make(scenario_.model, spec));
   torque_.assign(state_.qd.size(), 0.0);
   joint_force_ = qdd_ = torque_;
+  lent_.resize(scenario_.model.trees.size());
   step_damping_ = implicit_damping(scenario_);
   for (double& d : step_damping_) d *= options_.step;
   // What springs hold is there too.
@@ -118,12 +120,8 @@ const StepRecord& Simulation::step() {
     const double dt = first_contact(remaining, reach);
     moved_ += reach;
     lap.add_to(record_.times.collision_s);
-    advance_positions(dt);
+    move(dt, lap);
     remaining -= dt;
-    if (!scenario_.model.trees.empty()) {
-      lap.add_to(record_.times.dynamics_s);
-      drift_.remove(scenario_, motions_, contacts_, tolerance_, options_.closed_gap, radius_, *pairs_, dt, state_);
-    }
     update_motions();
     if (remaining <= 0 || !arrive(dt)) break;
     find_contacts();
@@ -228,15 +226,8 @@ void Simulation::accelerate_trees(const Vec3& gravity) {
     for (const Joint& joint : tree.joints)
       energy_input_ +=
           std::abs(external_[joint.body].dot(Vec3(&state_.v[6 * static_cast<std::size_t>(joint.body)]))) * h;
-    const auto at = static_cast<std::size_t>(tree.v), nv = static_cast<std::size_t>(tree.nv);
-    articulated_body_.forward_dynamics(model, tree, state_, external_, {&joint_force_[at], nv}, {&qdd_[at], nv},
-                                       {&step_damping_[at], nv});
-    for (std::size_t i = at; i < at + nv; ++i) {
-      state_.qd[i] += h * qdd_[i];
-      joint_speed_ = std::max(joint_speed_, h * std::abs(qdd_[i]));
-    }
     twists_ = state_.v;
-    link_twists(model, tree, state_);
+    kick(tree, lent_[&tree - model.trees.data()]);
     for (const Joint& joint : tree.joints) {
       const Body& body = model.bodies[joint.body];
       const auto b = 6 * static_cast<std::size_t>(joint.body);
@@ -244,6 +235,51 @@ void Simulation::accelerate_trees(const Vec3& gravity) {
       energy_input_ += 0.5 * body.mass * dv.squaredNorm() + 0.5 * body.inertia.maxCoeff() * dw.squaredNorm();
     }
   }
+}
+
+// Rates of a tree from the forces of a step, h M^-1 (tau - bias). Centrifugal, Coriolis and gyroscopic forces do no
+// work: what they give the rates, the change of inertia takes back as the tree moves. It is lent until then.
+void Simulation::kick(const Tree& tree, Lent& lent) {
+  const Model& model = scenario_.model;
+  const auto at = static_cast<std::size_t>(tree.v), nv = static_cast<std::size_t>(tree.nv);
+  const std::span<double> qd(&state_.qd[at], nv), qdd(&qdd_[at], nv);
+  const std::span<const double> force(&joint_force_[at], nv), damping(&step_damping_[at], nv);
+  before_.assign(qd.begin(), qd.end());
+  const auto accelerate = [&](bool turning) {
+    articulated_body_.forward_dynamics(model, tree, state_, external_, force, qdd, damping, turning);
+  };
+  const auto add = [&] {
+    for (std::size_t i = 0; i < nv; ++i) qd[i] = before_[i] + options_.step * qdd[i];
+  };
+  accelerate(true);
+  after_.assign(qdd.begin(), qdd.end());
+  accelerate(false);
+  add();
+  link_twists(model, tree, state_);
+  const double own = tree_energy(model, tree, state_);
+  std::copy(after_.begin(), after_.end(), qdd.begin());
+  add();
+  link_twists(model, tree, state_);
+  const double all = tree_energy(model, tree, state_);
+  lent = {all - own, all > 0 ? own / all : 1};
+  for (const double a : qdd) joint_speed_ = std::max(joint_speed_, options_.step * std::abs(a));
+}
+
+// Moves everything by dt. A tree keeps its kinetic energy, but for what was lent to it.
+void Simulation::move(double dt, Lap& lap) {
+  const std::vector<Tree>& trees = scenario_.model.trees;
+  if (trees.empty()) return advance_positions(dt);
+  kept_.clear();
+  for (std::size_t t = 0; t < trees.size(); ++t) {
+    const double has = tree_energy(scenario_.model, trees[t], state_);
+    // An event may have stopped it: no more is given back than it had a share in, and no more taken than it has.
+    kept_.push_back(std::max(0.0, std::min(has - lent_[t].energy, has * lent_[t].share)));
+    lent_[t] = {};
+  }
+  advance_positions(dt);
+  lap.add_to(record_.times.dynamics_s);
+  drift_.remove(scenario_, motions_, contacts_, tolerance_, options_.closed_gap, radius_, *pairs_, dt, state_);
+  for (std::size_t t = 0; t < trees.size(); ++t) set_tree_energy(scenario_.model, trees[t], kept_[t], state_);
 }
 
 void Simulation::update_motions() {

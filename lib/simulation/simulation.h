@@ -131,6 +131,9 @@ class Simulation {
   class Lap;
   void apply_forces();
   void accelerate_trees(const Vec3& gravity);
+  struct Lent;
+  void kick(const Tree& tree, Lent& lent);
+  void move(double dt, Lap& lap);
   void update_motions();
   bool pairs_hold() const;
   void find_pairs(double horizon, double margin);
@@ -185,7 +188,15 @@ class Simulation {
   std::vector<double> torque_, joint_force_, qdd_;  // as State::qd
   std::vector<double> step_damping_;                // as State::qd: h times the damping that is implicit
   std::vector<double> twists_;                      // State::v before a change
-  double joint_speed_ = 0;                          // largest |qdd| h of the step
+  /// What velocity-product forces gave a tree's rates at the start of the step, until it moves.
+  struct Lent {
+    double energy = 0;  // J
+    double share = 1;   // -: of what it had with it, what it had without
+  };
+  std::vector<Lent> lent_;              // per tree
+  std::vector<double> kept_;            // per tree, J: kinetic energy after a move
+  std::vector<double> before_, after_;  // of a tree: rates before a kick; accelerations
+  double joint_speed_ = 0;              // largest |qdd| h of the step
   Drift drift_;
   Overlap overlap_;
 
