@@ -94,7 +94,6 @@ const StepRecord& Simulation::step() {
   bool moved_on = false;  // has a time of contact split this step?
   while (record_.status == Status::ok || record_.status == Status::inaccurate) {
     poll_stop();
-    const bool old_pairs = !moved_on && pairs_hold();
     if (!contacts_known_) {
       update_motions();
       find_pairs(remaining, margin_);
@@ -112,10 +111,11 @@ const StepRecord& Simulation::step() {
     }
     update_motions();
     const double reach = displacement_bound(remaining);
-    // Velocities changed: the pairs found before may no longer be all, unless hardly anything moves.
-    if ((!moved_on && !old_pairs) || ((event || old_pairs) && moved_ + reach > 0.5 * margin_))
+    // The pairs found before are all that can meet while velocities stay as they were then, or hardly anything moves.
+    const bool far = moved_ + reach > 0.5 * margin_;
+    if (moved_on ? event && far : far || !keeps_pairs())
       find_pairs(remaining, margin_);
-    else if (old_pairs)
+    else if (!moved_on)
       ++left_out_.pair_searches;
     const double dt = first_contact(remaining, reach);
     moved_ += reach;
@@ -297,9 +297,9 @@ double Simulation::displacement_bound(double horizon) {
   return bound;
 }
 
-// Are the pairs of an earlier step still all that can touch now?
-bool Simulation::pairs_hold() const {
-  return options_.prune.pair_searches && scenario_.model.trees.empty() && pairs_ != nullptr && moved_ <= 0.25 * margin_;
+// May the pairs of an earlier step serve? Links are moved without a velocity too.
+bool Simulation::keeps_pairs() const {
+  return options_.prune.pair_searches && scenario_.model.trees.empty() && pairs_ != nullptr;
 }
 
 void Simulation::find_pairs(double horizon, double margin) {

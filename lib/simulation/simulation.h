@@ -68,8 +68,8 @@ struct StepPruning {
   bool coplanar_points = true;
   /// Times of contact of pairs that move by less than a quarter of the tolerance before the step ends.
   bool contact_times = true;
-  /// Searches for pairs of shapes that can meet, while everything has moved by less than a quarter of the margin since
-  /// the last one. Not with robots, whose links are moved without a velocity too (drift.h).
+  /// Searches for pairs of shapes that can meet, while everything has moved by less than half of the margin since the
+  /// last one. Not with robots, whose links are moved without a velocity too (drift.h).
   bool pair_searches = true;
 };
 
@@ -135,7 +135,7 @@ class Simulation {
   void kick(const Tree& tree, Lent& lent);
   void move(double dt, Lap& lap);
   void update_motions();
-  bool pairs_hold() const;
+  bool keeps_pairs() const;
   void find_pairs(double horizon, double margin);
   void find_contacts();
   bool approaching();
