@@ -104,9 +104,9 @@ const StepRecord& Simulation::step() {
     if (event) {
       ++record_.events;
       if (moved_on) observe_bounces(remaining);
-      const bool solved = solve_event(lap);
+      record_.unsolved = !solve_event(lap);
       lap = Lap();  // the referee's check is no part of any of them
-      if (!solved) break;
+      if (record_.unsolved) break;
       left_out_.coplanar_points += points_left_out_;
     }
     update_motions();

@@ -56,6 +56,7 @@ struct StepRecord {
   double kinetic_energy = 0, potential_energy = 0;  ///< J
   int false_claims = 0;                             ///< answers called ok that the check refutes
   int doubted = 0;                                  ///< answers not called ok that the check confirms
+  bool unsolved = false;                            ///< an event that no answer was found to ended the run
   StepTimes times;
 };
 
