@@ -108,6 +108,8 @@ std::string Referee::refusal(const Residuals& residuals, double tolerance) {
                                                         : fmt::format(", at contact {} of island {}",
                                                                       residuals.worst_contact, residuals.worst_island);
   if (!residuals.gap) return fmt::format("checked residual {:.3g}, beyond {:g}{}", residuals.model, tolerance, where);
+  if (!std::isfinite(residuals.island_gap) || !std::isfinite(residuals.allowed_gap))
+    return "energies beyond the largest number: nothing can be said of the gap";
   return fmt::format("checked gap {:.3g} J (allowed: {:.3g}), infeasibility {:.3g} (allowed: {:g}){}",
                      residuals.island_gap, residuals.allowed_gap, residuals.infeasibility.value_or(HUGE_VAL), accepted,
                      where);
