@@ -92,7 +92,7 @@ class Copy:
 
     def __init__(self, folder, jobs):
         self.tree, self.build, self.jobs = folder / "tree", folder / "build", str(jobs)
-        listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True).stdout.decode().split("\0")
+        listed = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=ROOT, capture_output=True, check=True).stdout.decode().split("\0")
         self.files = [f for f in listed if f and (ROOT / f).is_file() and not f.startswith("results/")]
         for name in self.files:
             target = self.tree / name
@@ -139,7 +139,7 @@ class Copy:
     def programs(self, name):
         """Targets that a test needs."""
         command = " ".join(self.tests[name]["command"])
-        own = re.findall(r"/bin/(test_\w+|contactbench)\b", command)
+        own = re.findall(r"/bin/(\w+)", command.partition(str(self.build))[2])
         if "test_program" in own:
             own.append("contactbench")
         return own or (["contactbench_wrong"] if name == "wrong_methods" else ["contactbench"])
@@ -188,7 +188,7 @@ def order(copy, fault, nearest_only):
         near = [test for prefix, test in sorted(SCRIPTS.items(), key=lambda row: -len(row[0])) if file.startswith(prefix)][:1]
     else:
         can = [name for name in copy.tests if name not in stand_in]
-        near = ["program"] if room == "app" else [room]
+        near = {"app": ["program"], "contact": ["contact", "second_referee"]}.get(room, [room])
     near = [name for name in near if name in can]
     if nearest_only:
         return near
