@@ -70,14 +70,14 @@ def written(path=TABLE):
 
 
 def plant(tree, fault):
-    """Writes the fault into the tree; returns what puts the file right again. A row that no longer fits is an error."""
+    """Writes the fault into the tree; returns what puts the file right again; None where its text is not there just once."""
     path = tree / fault["file"]
     text = path.read_text()
     at = [i for i in range(len(text)) if text.startswith(fault["from"], i)]
     if "offset" in fault:
         at = [i for i in at if i == fault["offset"]]
     if len(at) != 1:
-        raise SystemExit(f"{TABLE.name}: {fault['id']}: its text is {len(at)} times in {fault['file']}; it must be there once")
+        return None
     path.write_text(text[: at[0]] + fault["to"] + text[at[0] + len(fault["from"]) :])
     return lambda: path.write_text(text)
 
@@ -202,6 +202,8 @@ def judge(copy, fault, tests):
     for name in tests:
         copy.time(name)
     restore = plant(copy.tree, fault)
+    if restore is None:
+        return "stale", ""
     try:
         for name in tests:
             if copy.make(*copy.programs(name)):
@@ -238,7 +240,7 @@ def stands(row, fault, copy, of_file):
 def table(rows):
     lines = ["| room | planted | killed | survived | explained | share killed |", "|---|---|---|---|---|---|"]
     for room in [*sorted({row["room"] for row in rows}), "all"]:
-        of = [row for row in rows if room in (row["room"], "all") and row["outcome"] != "invalid"]
+        of = [row for row in rows if room in (row["room"], "all") and row["outcome"] not in ("invalid", "stale")]
         killed = sum(row["outcome"] == "killed" for row in of)
         explained = sum(row["outcome"] != "killed" and bool(row["equivalent"]) for row in of)
         counted = len(of) - explained
@@ -254,7 +256,7 @@ def report(rows, done, folder):
         writer.writerows({**done, **{row["id"]: row for row in rows}}.values())
     lines = ["# Planted faults", "", *table(rows), "", "## Survived", ""]
     for row in rows:
-        if row["outcome"] not in ("killed", "invalid"):
+        if row["outcome"] not in ("killed", "invalid", "stale"):
             lines.append(f"* `{row['id']}` {row['file']}: {row['what']}" + (f": {row['equivalent']}" if row["equivalent"] else ""))
     (folder / "mutants.md").write_text("\n".join(lines) + "\n")
 
@@ -302,12 +304,12 @@ def main():
         rows.append(row)
         report(rows, done, options.folder)
     print("\n".join(table(rows)))
-    bad = [row for row in rows if (row["outcome"] in ("survived", "passed")) != bool(row["equivalent"]) and row["outcome"] != "invalid"]
+    bad = [row for row in rows if (row["outcome"] in ("survived", "passed")) != bool(row["equivalent"]) and row["outcome"] not in ("invalid", "stale")]
     for row in bad:
         print(f"{row['outcome']}: {row['id']}: {row['what']}" + (f" (called equivalent: {row['equivalent']})" if row["equivalent"] else ""))
-    broken = [row for row in rows if row["outcome"] == "invalid" and not row["id"].startswith("drawn-")]
+    broken = [row for row in rows if row["outcome"] == "stale" or (row["outcome"] == "invalid" and not row["id"].startswith("drawn-"))]
     for row in broken:
-        print(f"does not compile: {row['id']}")
+        print(f"{row['outcome']}: {row['id']}: its text is not there just once, or what takes its place does not compile")
     return 1 if bad or broken else 0
 
 
