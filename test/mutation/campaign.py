@@ -164,7 +164,8 @@ class Copy:
         if code is None:
             return f"{name}: does not come back"
         case = re.search(r"^-{60,}\n(.+)\n(?:  .*\n)*-{60,}$", said, re.MULTILINE) or re.search(r"^(?:FAIL|ERROR): (\w+)", said, re.MULTILINE)
-        return f"{name}: {case[1].strip() if case else f'exit code {code}'}"
+        case = case or re.search(r"^(?:.*\.cpp:\d+: FAILED|.*: first and second referee differ)", said, re.MULTILINE)
+        return f"{name}: {(case[1] if case.groups() else case[0]).strip()}" if case else f"{name}: exit code {code}"
 
     def time(self, name):
         """Runs the test without a fault, once; it must pass."""
