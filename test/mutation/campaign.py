@@ -163,7 +163,7 @@ class Copy:
             return None
         if code is None:
             return f"{name}: does not come back"
-        case = re.search(r"^-{60,}\n(.+)\n(?:  .*\n)*-{60,}$", said, re.MULTILINE) or re.search(r"^(?:FAIL|ERROR): (\w+)", said, re.MULTILINE)
+        case = re.search(r"^-{60,}\n(.+)\n(?:.+\n)*?-{60,}$", said, re.MULTILINE) or re.search(r"^(?:FAIL|ERROR): (\w+)", said, re.MULTILINE)
         case = case or re.search(r"^(?:.*\.cpp:\d+: FAILED|.*: first and second referee differ)", said, re.MULTILINE)
         return f"{name}: {(case[1] if case.groups() else case[0]).strip()}" if case else f"{name}: exit code {code}"
 
