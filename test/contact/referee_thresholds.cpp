@@ -379,3 +379,16 @@ TEST_CASE(
   s.impulse = {4, 2, 0};
   CHECK(Referee().check(p, s, Law::newton, v_plus).energy_gain == Approx(16 + 4 - 25));
 }
+
+TEST_CASE("the momentum that rounding of a large velocity loses is measured, over the root of the mass") {
+  ContactProblem p;
+  add_body(p, 3, Vector3d::Constant(1.2), {1e9 / 7, -1, 0});
+  add_contact(p, 0, {0, 0, 0}, -1, {}, ground_axes(), 0.5);
+  ContactSolution s;
+  s.impulse = {1, 0.3, 0};
+  std::vector<double> v_plus;
+  const Residuals out = Referee().check(p, s, Law::newton, v_plus);
+  const double missing = std::abs(3 * (v_plus[0] - p.v_minus[0]) - 0.3);
+  REQUIRE(missing > 1e-10);
+  CHECK(out.momentum == Approx(missing / std::sqrt(3)).epsilon(1e-6));
+}
