@@ -392,3 +392,30 @@ TEST_CASE("the momentum that rounding of a large velocity loses is measured, ove
   REQUIRE(missing > 1e-10);
   CHECK(out.momentum == Approx(missing / std::sqrt(3)).epsilon(1e-6));
 }
+
+TEST_CASE("where nothing moves and nothing is exerted, a claim of anything is refused") {
+  ContactProblem p;
+  add_body(p, 2, Vector3d::Constant(0.8), Vector3d::Zero());
+  add_contact(p, 0, {0, -1, 0}, -1, {}, ground_axes(), 0.5);
+  ContactSolution nothing;
+  nothing.impulse = {0, 0, 0};
+  nothing.k = 4;
+  nothing.z.assign(6, 0.0);
+  nothing.compression_work = nothing.restitution_work = nothing.friction_work = {0};
+  nothing.bounded = true;
+  nothing.eta = nothing.frictionless = {0};
+  nothing.kappa_dual.assign(6, 0.0);
+  for (const Law law : {Law::newton, Law::mirtich, Law::anitescu_potra, Law::convex})
+    CHECK(held({"nothing", law, p, nothing, {}}));
+  const auto refused = [&](Law law, const auto& claim) {
+    Exact exact{"something", law, p, nothing, {}};
+    claim(exact.solution);
+    CHECK_FALSE(held(exact));
+  };
+  for (const int i : {0, 1}) refused(Law::anitescu_potra, [i](ContactSolution& s) { s.z[i] = 1e-30; });
+  refused(Law::anitescu_potra, [](ContactSolution& s) { s.z[5] = -1e-30; });
+  refused(Law::mirtich, [](ContactSolution& s) { s.restitution_work[0] = 1e-30; });
+  refused(Law::mirtich, [](ContactSolution& s) { s.friction_work[0] = 1e-30; });
+  refused(Law::mirtich, [](ContactSolution& s) { s.friction_work[0] = -1e-30; });
+  refused(Law::convex, [](ContactSolution& s) { s.eta[0] = -1e-30; });
+}
