@@ -156,7 +156,7 @@ class Copy:
                 env.update(entry.split("=", 1) for entry in item["value"])
         if re.search(r"/bin/test_\w+$", command[0]):
             command.append("--abort")
-        elif command[0].endswith("scripts/run.sh"):
+        elif command[0].endswith("test/scripts/run.sh"):
             command.insert(1, "--failfast")
         code, said = self.call(command, timeout, env, limited=True)
         if code in (0, 77):
