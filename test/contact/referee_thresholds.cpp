@@ -419,3 +419,24 @@ TEST_CASE("where nothing moves and nothing is exerted, a claim of anything is re
   refused(Law::mirtich, [](ContactSolution& s) { s.friction_work[0] = -1e-30; });
   refused(Law::convex, [](ContactSolution& s) { s.eta[0] = -1e-30; });
 }
+
+TEST_CASE("multipliers however large excuse no gap beyond 1e-9 of what the island is about") {
+  // Two smooth spheres of a common velocity of 1e6 m/s part by half of what its last bits leave open; nothing happens,
+  // and eta u_n is the gap. The bound's multiplier takes y back into the dual cone, and costs nothing: kappa = 0.
+  const double V = 1e6, rho = 128 * std::numeric_limits<double>::epsilon() * 2 * V, w = 2 * weight(1);
+  Exact spheres{"spheres that part", Law::convex, {}, {}, {}};
+  add_body(spheres.problem, 1, Vector3d::Constant(0.4), {0, V + rho / 2, 0});
+  add_body(spheres.problem, 1, Vector3d::Constant(0.4), {0, V, 0});
+  add_contact(spheres.problem, 0, {0, -1, 0}, 1, {0, 1, 0}, ground_axes(), 0);
+  const double u_n = spheres.problem.v_minus[1] - spheres.problem.v_minus[7];
+  ContactSolution& s = spheres.solution;
+  s.impulse = {0, 0, 0};
+  s.bounded = true;
+  s.frictionless = {0};
+  s.kappa_dual.assign(12, 0.0);
+  const double largest = accepted * std::pow(rho / accepted, 2) / w / u_n;  // S = rho / (1e-9 sqrt(w))
+  for (const double part : {below, above}) {
+    s.eta = {part * largest};
+    CHECK(held(spheres) == (part < 1));
+  }
+}
