@@ -39,7 +39,7 @@ import generate
 
 ROOT = Path(__file__).resolve().parents[2]
 TABLE = Path(__file__).with_name("mutants.toml")
-COLUMNS = ["id", "room", "file", "what", "outcome", "killed_by", "seconds", "equivalent", "from", "to", "of_file", "of_tree"]
+COLUMNS = ["id", "room", "file", "what", "outcome", "killed_by", "seconds", "equivalent", "from", "to", "of_file", "of_tests"]
 PATIENCE = 4           # times what a test takes undisturbed: a fault that makes it hang longer is killed
 LEAST_PATIENCE = 20    # s
 DRAWN = 180           # faults that nobody chose
@@ -147,6 +147,11 @@ class Copy:
     def of_programs(self, name):
         return digest_of(*((self.build / "bin" / p).read_bytes() for p in self.programs(name)))
 
+    def of_tests(self, names):
+        """Digest of the sources of some rooms' tests."""
+        files = [f for f in sorted(self.files) if f.startswith(tuple(f"test/{name}/" for name in names))]
+        return digest_of(*((self.tree / f).read_bytes() for f in files))
+
     def run(self, name, timeout):
         """Why the test fails, None where it passes."""
         test = self.tests[name]
@@ -231,11 +236,11 @@ def faults_of(options, files):
     return [f for f in faults if (not options.room or f["room"] in options.room) and (not options.id or f["id"] in options.id)]
 
 
-def stands(row, fault, copy, of_file):
+def stands(row, fault, of_file, of_tests):
     """Is an earlier result still one?"""
     if row is None or (row["from"], row["to"], row["of_file"]) != (fault["from"], fault["to"], of_file):
         return False
-    return row["outcome"] in ("killed", "invalid") or (row["outcome"] == "survived" and row["of_tree"] == copy.digest)
+    return row["outcome"] in ("killed", "invalid") or row["of_tests"] == of_tests
 
 
 def table(rows):
@@ -293,13 +298,15 @@ def main():
     for number, fault in enumerate(faults, 1):
         row = done.get(fault["id"])
         of_file = digest_of((copy.tree / fault["file"]).read_bytes())
-        if options.afresh or not (stands(row, fault, copy, of_file) or (options.nearest and row and row["outcome"] == "passed")):
+        tests = order(copy, fault, options.nearest)
+        of_tests = copy.of_tests(tests) if options.nearest else copy.digest
+        if options.afresh or not stands(row, fault, of_file, of_tests):
             begun = time.monotonic()
-            outcome, killer = judge(copy, fault, order(copy, fault, options.nearest))
+            outcome, killer = judge(copy, fault, tests)
             if options.nearest and outcome == "survived":
                 outcome = "passed"
             row = {**{key: fault.get(key, "") for key in COLUMNS}, "outcome": outcome, "killed_by": killer, "of_file": of_file,
-                   "of_tree": copy.digest, "seconds": f"{time.monotonic() - begun:.1f}"}
+                   "of_tests": of_tests, "seconds": f"{time.monotonic() - begun:.1f}"}
             print(f"{number:4}/{len(faults)} {row['outcome']:9} {row['id']:36} {row['seconds']:>6} s  {row['killed_by'] or row['what']}", flush=True)
         row["equivalent"] = fault["equivalent"]
         rows.append(row)
