@@ -108,6 +108,23 @@ std::map<std::string, double> named(const SceneErrors& errors, std::string_view 
 
 }  // namespace
 
+TEST_CASE("Only a robot that is free, alone, level and alike on both sides has one that never slips to compare with") {
+  const Scenario robot = two_wheels(0.1);
+  REQUIRE(wheeled_robot(robot).has_value());
+  const auto refused = [&](const auto& change) {
+    Scenario other = robot;
+    change(other);
+    return !wheeled_robot(other).has_value();
+  };
+  CHECK(refused([](Scenario& s) { s.model.trees[0].joints[0].kind = JointKind::fixed; }));
+  CHECK(refused([](Scenario& s) { s.model.bodies.push_back({"another", 1, Vec3::Constant(1)}); }));
+  CHECK(refused([](Scenario& s) { s.controllers.clear(); }));
+  const auto wheel = [](Scenario& s) -> Joint& { return s.model.trees[0].joints[s.controllers[0].joints[0].joint]; };
+  CHECK(refused([&](Scenario& s) { wheel(s).damping += 1; }));
+  CHECK(refused([&](Scenario& s) { wheel(s).torque_limit = 7; }));
+  CHECK(refused([&](Scenario& s) { s.model.bodies[wheel(s).body].inertia *= 1.001; }));
+}
+
 TEST_CASE("A robot without motors and with its mass on the axle coasts round a circle") {
   WheeledRobot robot = *wheeled_robot(two_wheels(0));
   CHECK(robot.forward_moment == Approx(0).margin(1e-15));
