@@ -5,21 +5,27 @@
 #   scripts/test.sh --long       besides, the tests marked [.long], the scenes against their exact answers, error against
 #                                run time, the reproduction
 #   scripts/test.sh --tidy       besides, clang-tidy over the sources (needs clang-tidy)
+#   scripts/test.sh --mutants    instead, one planted fault at a time in a copy: do the tests notice? (test/mutation/campaign.py; hours)
 #   scripts/test.sh --no-setup   without looking for missing packages
 set -euo pipefail
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 cd "$root"
 
-folder=build long=no tidy=no build=(--tests)
+folder=build long=no tidy=no mutants=no build=(--tests)
 for flag in "$@"; do
   case "$flag" in
     --sanitize) folder=build-sanitize build+=(--sanitize) ;;
     --long) long=yes ;;
     --tidy) tidy=yes ;;
+    --mutants) mutants=yes ;;
     --no-setup) build+=(--no-setup) ;;
-    *) sed -n '2,8p' "$0" | sed 's/^# \{0,1\}//'; exit 2 ;;
+    *) sed -n '2,9p' "$0" | sed 's/^# \{0,1\}//'; exit 2 ;;
   esac
 done
+
+if [ "$mutants" = yes ]; then
+  exec python3 -B test/mutation/campaign.py --jobs "$(jobs)"
+fi
 
 scripts/build.sh "${build[@]}"
 

@@ -3,6 +3,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "control/controller.h"
+
 using namespace cb;
 
 namespace {
@@ -37,6 +39,9 @@ TEST_CASE("the figure eight starts at the origin and crosses it again half a tur
   const FigureEight path;
   const double turn = 2 * M_PI / path.rate;
   for (const double t : {0.0, turn / 2, turn}) CHECK(std::hypot(path.at(t).x, path.at(t).z) < 1e-13);
+  // X = -4 cos s, Z = 4 sin 2s from s = 3 pi/2 on: it sets out towards negative x and z.
+  CHECK(path.at(0).vx == Approx(-4 * path.rate).epsilon(1e-14));
+  CHECK(path.at(0).vz == Approx(-8 * path.rate).epsilon(1e-14));
   CHECK(std::abs(path.at(turn / 4).x) == Approx(4).epsilon(1e-14));
   CHECK(std::abs(path.at(turn / 8).z) == Approx(4).epsilon(1e-14));
 }
@@ -52,4 +57,54 @@ TEST_CASE("wheels turned at the wanted speeds move the robot by what the errors 
   CHECK(path.wheel_radius * (wheels.left + wheels.right) / 2 ==
         Approx(-std::sin(heading) * e_x - std::cos(heading) * e_z).epsilon(1e-13));
   CHECK(path.wheel_radius * (wheels.right - wheels.left) / path.axle == Approx(e_turn).epsilon(1e-13));
+}
+
+TEST_CASE("the controller drives by the point between the wheels, where that is and how it moves") {
+  // A base that turns, with its centre of mass off the axle, and wheels 0.8 m apart.
+  Model model;
+  Tree tree;
+  tree.nv = 8;
+  const Vec3 base(0.3, 0.1, -0.2), v(0.4, 0, 0.1), w(0, 0.7, 0);
+  const double heading = 0.5;
+  const Vec3 across(std::cos(heading), 0, -std::sin(heading));  // to the right; forward is y x across
+  const Vec3 middle = base + Vec3(0.05, -0.1, 0.2);
+  State state;
+  state.t = 1.7;
+  state.v.assign(18, 0.0);
+  state.qd.assign(8, 0.0);
+  for (int b = 0; b < 3; ++b) {
+    model.bodies.push_back({"link", 1, Vec3::Constant(1), 0});
+    state.pose.push_back({b == 0 ? base : Vec3(middle + (b == 1 ? -0.4 : 0.4) * across), Quat::Identity()});
+    Joint joint;
+    joint.kind = b == 0 ? JointKind::free : JointKind::revolute;
+    joint.body = b;
+    joint.parent = b == 0 ? -1 : 0;
+    joint.up = b == 0 ? -1 : 0;
+    joint.v = b == 0 ? 0 : 5 + b;
+    tree.joints.push_back(joint);
+  }
+  for (int i = 0; i < 3; ++i) {
+    state.v[i] = v[i];
+    state.v[3 + i] = w[i];
+  }
+  state.qd[6] = 1.1;
+  state.qd[7] = -0.6;
+  model.trees = {tree};
+
+  const FigureEight law;
+  ControllerSpec spec;
+  spec.row = find_controller("figure_eight");
+  const double kv = 2.5;
+  spec.gains = {kv,       law.x_amplitude,   law.z_amplitude,  law.rate,
+                law.gain, law.velocity_gain, law.wheel_radius, law.axle};
+  spec.joints = {{0, 1, {}}, {1, 2, {}}};
+  std::vector<double> tau(8, 0.0);
+  spec.row->make(model, spec)(model, state, Vec3(0, -9.8, 0), tau);
+
+  const Vec3 velocity = v + w.cross(middle - base);
+  const FigureEight::WheelSpeeds wanted =
+      law.wheel_speeds(1.7, middle.x(), middle.z(), heading, velocity.x(), velocity.z(), w.y());
+  CHECK(tau[6] == Approx(kv * (wanted.left - 1.1)).epsilon(1e-12));
+  CHECK(tau[7] == Approx(kv * (wanted.right + 0.6)).epsilon(1e-12));
+  for (int i = 0; i < 6; ++i) CHECK(tau[i] == 0);
 }

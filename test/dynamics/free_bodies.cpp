@@ -107,6 +107,18 @@ TEST_CASE("the direction of a tumbling body's momentum is right to first order i
 TEST_CASE("a body that turns by more than fifty radians a step keeps the spin it has in its own axes") {
   Turning t(1e8);
   const double energy = kinetic_energy(t.model, t.state);
+  const Vec3 spin(&t.state.v[3]);  // the axes of the body are the world's at first
   t.go(1e-2, 1e-3, Gyroscopic::implicit);
   CHECK(std::abs(kinetic_energy(t.model, t.state) / energy - 1) < 1e-6);
+  CHECK((t.state.pose[0].q.conjugate() * Vec3(&t.state.v[3]) - spin).norm() < 1e-9 * spin.norm());
+}
+
+TEST_CASE("a body that turns steadily has turned by rate times time, to the last bits of small and large angles") {
+  const Vec3 axis = Vec3(1, -2, 3).normalized();
+  for (const double angle : {0.0, 1e-9, 1e-4, 0.02, 0.06, 0.0632, 0.0633, 0.5, 3.0}) {
+    const Pose pose = advance(Pose{}, Vec3::Zero(), 10 * angle * axis, 0.1);
+    INFO(angle << " rad");
+    CHECK(std::abs(pose.q.w() - std::cos(angle / 2)) < 3e-16);
+    CHECK((pose.q.vec() - std::sin(angle / 2) * axis).norm() < 3e-16 + 1e-15 * angle);
+  }
 }

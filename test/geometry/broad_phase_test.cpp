@@ -136,3 +136,23 @@ TEST_CASE("The answer does not depend on what the broad phase saw before") {
           fresh.pairs(scene.shapes, scene.motions, 0.01, 0.1, all));
   }
 }
+
+TEST_CASE(
+    "A rod whose tip turns up to a sphere within the horizon is paired with it, and not with one beyond its reach") {
+  Shape rod;
+  rod.kind = ShapeKind::box;
+  rod.half_extents = {1, 0.01, 0.01};
+  Shape ball;
+  ball.kind = ShapeKind::sphere;
+  ball.radius = 0.01;
+  // At 50 rad/s the tip rises by 0.05 m in a millisecond.
+  for (const double height : {0.05, 0.2}) {
+    Scene scene;
+    scene.add(rod, Pose{}, Vec3::Zero(), {0, 0, 50});
+    Pose above;
+    above.p = {1, height, 0};
+    scene.add(ball, above);
+    BroadPhase broad_phase;
+    CHECK(broad_phase.pairs(scene.shapes, scene.motions, 1e-6, 1e-3, all).size() == (height < 0.1 ? 1 : 0));
+  }
+}

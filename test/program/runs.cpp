@@ -401,6 +401,7 @@ TEST_CASE("list names what is here", "[program]") {
     // The plain form has a line for each.
     const Result plain = run(directory.path(), {"list", topic});
     for (const std::string& name : out) CHECK(plain.out.find(name) != std::string::npos);
+    CHECK(plain.out.find("unavailable: )") == std::string::npos);  // not without a reason
     return out;
   };
   const auto has = [](const std::set<std::string>& all, std::initializer_list<const char*> some) {

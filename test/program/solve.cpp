@@ -163,6 +163,8 @@ TEST_CASE("wrong flags of solve are named, with the fix", "[program]") {
   solve_refused({"--kind", "lcp", "--matrix", "M.mtx"}, {"--vector"});
   solve_refused({"M.mtx", "--kind", "lcp"}, {"M.mtx", "--vector"});
   solve_refused({lcp, "--kind", "lcp", "--matrix", "M.mtx", "--vector", "q.mtx"}, {"--matrix"});
+  for (const char* part : {"--matrix", "--vector"})
+    solve_refused({lcp, "--kind", "lcp", part, "M.mtx"}, {"leave one or the other out"});
   solve_refused({contact, "--kind", "contact"}, {"--method is missing"});
   solve_refused({contact, "--kind", "contact", "--method", "covnex"}, {"covnex", "did you mean \"convex\""});
   solve_refused({contact, "--kind", "contact", "--method", "convex", "--k", "8"}, {"--k 8", "no use"});

@@ -1,0 +1,144 @@
+// What assembly hands to a method, against velocities of points and energies that are computed without it.
+#include "contact/assemble.h"
+
+#include <catch2/catch.hpp>
+
+#include "contact/islands.h"
+#include "dynamics/free_bodies.h"
+#include "dynamics/random_tree.h"
+#include "problems.h"
+
+using namespace cb;
+
+namespace {
+
+/// Two free bodies, the world, and a robot of five links; each has a shape of the same index, the world's is the last.
+struct World {
+  RandomTree robot;
+  std::vector<Shape> shapes;
+  int tree_bodies;
+  explicit World(unsigned seed, bool floating) : robot(seed, 5, floating), tree_bodies(5) {
+    Model& model = robot.model;
+    State& state = robot.state;
+    for (Body& body : model.bodies) body.tree = 0;
+    link_twists(model, model.trees[0], state);
+    for (int b = 0; b < 2; ++b) {
+      model.bodies.push_back({"free", 2.0 + b, {0.3, 0.5, 0.7 + b}, -1});
+      state.pose.push_back({robot.vector(1), robot.turn()});
+      const std::vector<double> v = robot.numbers(6, 2);
+      state.v.insert(state.v.end(), v.begin(), v.end());
+    }
+    for (int b = 0; b <= static_cast<int>(model.bodies.size()); ++b) {
+      Shape shape;
+      shape.body = b < static_cast<int>(model.bodies.size()) ? b : -1;
+      shape.radius = 1;
+      shapes.push_back(shape);
+    }
+  }
+  Vec3 velocity(int shape, const Vec3& point) const {
+    const int b = shapes[shape].body;
+    if (b < 0) return Vec3::Zero();
+    const Vec3 v(&robot.state.v[6 * b]), w(&robot.state.v[6 * b + 3]);
+    return v + w.cross(point - robot.state.pose[b].p);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("the Jacobian's rows are the velocity of a's point less that of b's along normal and tangents") {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    World world(seed, seed % 2 == 0);
+    const std::vector<std::pair<int, int>> touching = {{5, 6}, {6, 5}, {5, 7}, {7, 6}, {0, 5},
+                                                       {6, 3}, {1, 4}, {4, 7}, {7, 2}};
+    std::vector<ContactPoint> contacts;
+    for (const auto& [a, b] : touching)
+      contacts.push_back({world.robot.vector(2), world.robot.vector(1).normalized(), 0, a, b});
+    const double turn = 0.3;
+    ContactProblem p;
+    std::vector<BlockOwner> owners;
+    const std::vector<double> mu(contacts.size(), 0.5), e(contacts.size(), 0.1);
+    Assembler().assemble(world.robot.model, world.robot.state, world.shapes, contacts, {}, mu, e, turn, p, owners);
+    REQUIRE(p.nc() == static_cast<int>(contacts.size()));
+    CHECK(p.mu == mu);
+    CHECK(p.restitution == e);
+    std::vector<double> u;
+    contact_velocity(p, p.v_minus, u);
+    for (int c = 0; c < p.nc(); ++c) {
+      INFO("seed " << seed << ", contact " << c);
+      const ContactPoint& contact = contacts[c];
+      const Vec3 relative =
+          world.velocity(contact.shape_a, contact.position) - world.velocity(contact.shape_b, contact.position);
+      // t1 is the world's x axis on the plane, turned about -n; t2 = n x t1.
+      const Vec3& n = contact.normal;
+      const Vec3 x = (Vec3::UnitX() - n.x() * n).normalized();
+      const Vec3 t1 = Eigen::AngleAxisd(turn, -n) * x, t2 = n.cross(t1);
+      CHECK(u[3 * c] == Approx(n.dot(relative)).margin(1e-12));
+      CHECK(u[3 * c + 1] == Approx(t1.dot(relative)).margin(1e-12));
+      CHECK(u[3 * c + 2] == Approx(t2.dot(relative)).margin(1e-12));
+    }
+    // M is what kinetic energy is made of.
+    CHECK(0.5 * quadratic_form(p.M, p.v_minus) ==
+          Approx(kinetic_energy(world.robot.model, world.robot.state)).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("a joint at its limit approaches it with its rate less the limit's own, from either side") {
+  World world(3, false);
+  Tree& tree = world.robot.model.trees[0];
+  std::vector<LimitContact> limits;
+  for (std::size_t j = 0; j < tree.joints.size(); ++j) {
+    if (tree.joints[j].nv() != 1) continue;
+    tree.joints[j].limit_rate = 0.3 + static_cast<double>(j);
+    for (const double sign : {1.0, -1.0}) limits.push_back({0, static_cast<int>(j), sign, 0});
+  }
+  ContactProblem p;
+  std::vector<BlockOwner> owners;
+  Assembler().assemble(world.robot.model, world.robot.state, world.shapes, {}, limits, {}, {}, 0, p, owners);
+  std::vector<double> u;
+  contact_velocity(p, p.v_minus, u);
+  REQUIRE(p.nc() == static_cast<int>(limits.size()));
+  for (int c = 0; c < p.nc(); ++c) {
+    const Joint& joint = tree.joints[limits[c].joint];
+    CHECK(u[3 * c] == Approx(limits[c].sign * (world.robot.state.qd[joint.v] - joint.limit_rate)).margin(1e-14));
+    CHECK(u[3 * c + 1] == 0);
+    CHECK(u[3 * c + 2] == 0);
+    CHECK(is_limit(p, c));
+  }
+}
+
+TEST_CASE("an island as a problem of its own has the contacts, bodies and velocities that it has in the whole") {
+  ContactProblem p;
+  for (int b = 0; b < 5; ++b) test::add_body(p, 1 + b, Vec3::Constant(1 + b), Vec3(b, -1, 0.1 * b), Vec3(0.2, b, 1));
+  // 0 and 3 touch, 1 and 4; each contact has numbers of its own.
+  const std::vector<std::pair<int, int>> touching = {{3, -1}, {4, 1}, {0, 3}, {1, -1}};
+  for (std::size_t c = 0; c < touching.size(); ++c) {
+    const double k = static_cast<double>(c + 1);
+    test::add_contact(p, touching[c].first, Vec3(0.1 * k, -1, 0), touching[c].second, Vec3(0, 1, 0.2 * k),
+                      test::ground_axes(0.1 * k), 0.1 * k, 0.2 * k);
+    for (int i = 0; i < 3; ++i) p.offset[3 * c + i] = k + 10 * i;
+  }
+  std::vector<double> u, u_island;
+  contact_velocity(p, p.v_minus, u);
+  for (const std::vector<int>& island : {std::vector<int>{0, 2}, std::vector<int>{1, 3}})
+    for (const int asked : island) {
+      const ContactProblem alone = island_of(p, asked);
+      REQUIRE(alone.nc() == 2);
+      REQUIRE(alone.M.blocks() == 2);
+      contact_velocity(alone, alone.v_minus, u_island);
+      BlockCholesky factor, factor_alone;
+      REQUIRE((factor.factor(p.M) && factor_alone.factor(alone.M)));
+      std::vector<Eigen::Matrix3d> W, W_alone;
+      diagonal_blocks(p, factor, W);
+      diagonal_blocks(alone, factor_alone, W_alone);
+      for (int i = 0; i < 2; ++i) {
+        const int c = island[static_cast<std::size_t>(i)];
+        CHECK(alone.mu[i] == p.mu[c]);
+        CHECK(alone.restitution[i] == p.restitution[c]);
+        CHECK(W_alone[i] == W[c]);
+        for (int row = 0; row < 3; ++row) {
+          CHECK(alone.offset[3 * i + row] == p.offset[3 * c + row]);
+          CHECK(u_island[3 * i + row] == u[3 * c + row]);
+        }
+      }
+    }
+}

@@ -1,0 +1,442 @@
+// The referee's thresholds, from both sides: an error a little below what is accepted holds, one a little above does
+// not.
+#include <catch2/catch.hpp>
+
+#include "contact/exact_answers.h"
+
+using namespace cb;
+using namespace cb::test;
+
+namespace {
+
+constexpr double accepted = 1e-9, below = 0.99, above = 1.01;
+
+bool held(const Exact& exact) {
+  std::vector<double> v_plus;
+  return Referee::holds(Referee().check(exact.problem, exact.solution, exact.law, v_plus), exact.solution, exact.law,
+                        accepted);
+}
+
+/// `spoil` adds an error of `factor` times what is accepted to an exact answer.
+void from_both_sides(const Exact& exact, const std::function<void(ContactSolution&, double factor)>& spoil) {
+  INFO(exact.name);
+  Exact wrong = exact;
+  spoil(wrong.solution, below);
+  CHECK(held(wrong));
+  wrong = exact;
+  spoil(wrong.solution, above);
+  CHECK_FALSE(held(wrong));
+}
+
+/// w_i of a solid sphere, 1/kg: (1 + 3.5 + 3.5) / (3 m).
+double weight(double m) { return 8 / (3 * m); }
+
+double norm(const double* x) { return Vector3d(x[0], x[1], x[2]).norm(); }
+
+/// Of a single sphere, sqrt(J): larger before than after.
+double size_of(const Exact& sphere) {
+  const double root = std::sqrt(weight(sphere.problem.M.block(0)(0, 0)));
+  std::vector<double> u;
+  contact_velocity(sphere.problem, sphere.problem.v_minus, u);
+  return std::max(root * norm(sphere.solution.impulse.data()), norm(u.data()) / root);
+}
+
+/// A solid sphere of 2 kg that leaves the ground at 3 m/s and slips at 5 m/s; nothing happens to it.
+Exact parting_sphere(Law law, double mu) {
+  Exact out{"a sphere that parts", law, {}, {}, {}};
+  add_body(out.problem, 2, Vector3d::Constant(0.8), aslant(-3, 5));
+  add_contact(out.problem, 0, {0, -1, 0}, -1, {}, ground_axes(), mu);
+  out.solution.impulse = {0, 0, 0};
+  out.solution.eta = {0};
+  out.solution.compression_work = out.solution.restitution_work = out.solution.friction_work = {0};
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("an approach that is left counts from 1e-9 of the larger of impulse and velocity, in energy's root") {
+  const double m = 2, v = 3;
+  for (const Law law : {Law::newton, Law::convex}) {
+    Exact sphere{"a sphere that stops", law, {}, {}, {}};
+    add_body(sphere.problem, m, Vector3d::Constant(0.4 * m), {0, -v, 0});
+    // With restitution convex is judged by its feasibility; a second sphere away from it makes it so.
+    add_body(sphere.problem, m, Vector3d::Constant(0.4 * m), {0, 1, 0});
+    for (int b = 0; b < 2; ++b) add_contact(sphere.problem, b, {0, -1, 0}, -1, {}, ground_axes(), 0.5, 0.5 * b);
+    sphere.solution.impulse = {m * v, 0, 0, 0, 0, 0};
+    from_both_sides(sphere, [&](ContactSolution& s, double factor) {
+      // u_n = -d v against sqrt(w) m v: d (v / sqrt(w)) / (sqrt(w) m v) = 3 d / 8
+      s.impulse[0] *= 1 - factor * accepted * 8 / 3;
+    });
+  }
+}
+
+TEST_CASE("friction beyond the cone counts from 1e-9 of the contact's size") {
+  const Exact sphere = newton_sphere();
+  const double w = weight(sphere.problem.M.block(0)(0, 0)), size = size_of(sphere);
+  from_both_sides(sphere, [&](ContactSolution& s, double factor) {
+    double* r = s.impulse.data();
+    const double beyond = factor * accepted * size / std::sqrt(w) / std::hypot(r[1], r[2]);
+    for (int i = 1; i < 3; ++i) r[i] *= 1 + beyond;
+  });
+}
+
+TEST_CASE("an impulse that pulls counts from 1e-9 of what its contact is about") {
+  for (const Law law : {Law::newton, Law::mirtich, Law::convex}) {
+    const Exact sphere = parting_sphere(law, 0);
+    from_both_sides(sphere, [&](ContactSolution& s, double factor) {
+      const double speed = std::hypot(3.0, 5.0);
+      s.impulse[0] = -factor * accepted * speed / weight(2);
+      s.epsilon = 1;
+    });
+  }
+}
+
+TEST_CASE("a rebound counts from 1e-9 of the contact's size, to either side") {
+  for (const double sign : {-1.0, 1.0}) {
+    Exact sphere = newton_sphere();
+    const double m = sphere.problem.M.block(0)(0, 0), w = weight(m), size = size_of(sphere);
+    from_both_sides(sphere, [&](ContactSolution& s, double factor) {
+      const double change = sign * factor * accepted * size * std::sqrt(w) * m;
+      s.impulse[0] += change;
+      for (int i = 1; i < 3; ++i) s.impulse[i] *= 1 + change / s.impulse[0];  // stays on the cone
+    });
+  }
+}
+
+TEST_CASE("the polygon's errors count from 1e-9 of the contact's size, all rows of a contact together") {
+  const Exact sphere = polygon_sphere(0);
+  const double size = norm(sphere.solution.impulse.data());  // sqrt(w) r = 1.63 r_n beats |u|/sqrt(w)
+  const double w = weight(2), u = std::hypot(2.0, 5.0);
+  REQUIRE(std::sqrt(w) * size < u / std::sqrt(w));
+  const double about = u / w;  // in impulses
+  // Rows of idle directions: c_t of a direction across the slip, balanced by its opposite, is off by itself twice;
+  // lam's row by their sum; what they add up to is zero.
+  from_both_sides(sphere, [&](ContactSolution& s, double factor) {
+    const double each = factor * accepted * about / std::sqrt(1 + 1 + 4);
+    s.z[1 + 2] += each;
+    s.z[1 + 6] += each;
+  });
+  // z has more normal impulse than r: the row of the comparison, and mu times it in lam's row, lam being positive.
+  from_both_sides(sphere, [&](ContactSolution& s, double factor) {
+    s.z[0] += factor * accepted * about / std::sqrt(1 + 0.1 * 0.1);
+  });
+  // A slip bound that is too large: in the row of the direction that has friction.
+  from_both_sides(sphere, [&](ContactSolution& s, double factor) { s.z[9] += factor * accepted * about * w; });
+  // Friction in z and r alike that is short of its bound, lam in step with it: lam's row alone.
+  from_both_sides(sphere, [&](ContactSolution& s, double factor) {
+    const double change = factor * accepted * about;
+    s.z[1 + 4] -= change;
+    s.impulse[1] += change;
+    s.z[9] += 3.5 / 2 * change;
+  });
+}
+
+TEST_CASE(
+    "a slip bound without slip, and an impulse where friction has none, are found in the row that alone shows them") {
+  const double speed = 0.01;
+  Exact box = polygon_box();
+  box.solution.z[36] = 1e-6 * speed;  // lam = 0 is all that friction that is not used up leaves
+  CHECK_FALSE(held(box));
+  box = polygon_box();
+  box.solution.z[36] = -1e-6 * speed;
+  CHECK_FALSE(held(box));
+
+  // Without friction lam is anything that is not less than the slip, and every row of friction is met; the tangential
+  // impulse is then compared with z alone.
+  for (const int i : {1, 2}) {
+    Exact smooth{"a sphere without friction", Law::anitescu_potra, {}, {}, {}};
+    add_body(smooth.problem, 2, Vector3d::Constant(0.8), {1, -2, 1});
+    add_contact(smooth.problem, 0, {0, -1, 0}, -1, {}, ground_axes(), 0);
+    smooth.solution.k = 4;
+    smooth.solution.z = {4, 0, 0, 0, 0, 10};
+    smooth.solution.impulse = {4, 0, 0};
+    CHECK(held(smooth));
+    smooth.solution.impulse[i] = 4e-6;
+    CHECK_FALSE(held(smooth));
+  }
+}
+
+TEST_CASE("each work of Stronge's law counts from 1e-9 of the island's energy") {
+  const Exact spheres = mirtich_spheres();
+  // The size of the first island: the largest of r.w.r, u+.u+/w, u-.u-/w.
+  std::vector<double> u_minus, u_plus, v_plus;
+  BlockCholesky factor;
+  REQUIRE(factor.factor(spheres.problem.M));
+  apply_impulse(spheres.problem, factor, spheres.solution.impulse, v_plus);
+  contact_velocity(spheres.problem, spheres.problem.v_minus, u_minus);
+  contact_velocity(spheres.problem, v_plus, u_plus);
+  const double w = weight(2), r = norm(spheres.solution.impulse.data());
+  const double energy =
+      std::max({w * r * r, std::pow(norm(u_minus.data()), 2) / w, std::pow(norm(u_plus.data()), 2) / w});
+
+  // Restitution off e^2 of compression, made up for by friction.
+  for (const double sign : {-1.0, 1.0})
+    from_both_sides(spheres, [&](ContactSolution& s, double f) {
+      s.restitution_work[0] += sign * f * accepted * energy;
+      s.friction_work[0] -= sign * f * accepted * energy;
+    });
+  // The sum alone.
+  for (const double sign : {-1.0, 1.0})
+    from_both_sides(spheres, [&](ContactSolution& s, double f) { s.friction_work[0] += sign * f * accepted * energy; });
+}
+
+TEST_CASE("friction that gives energy is refused though all works add up") {
+  // Compression and restitution 4 : 1 as e = 0.5 has them, larger than they were, and friction pays for it.
+  Exact spheres = mirtich_spheres();
+  ContactSolution& s = spheres.solution;
+  const double total = s.compression_work[0] + s.restitution_work[0] + s.friction_work[0];
+  const double friction = 1e-3 * std::abs(s.compression_work[0]), stored = (total - friction) / 0.75;
+  s.compression_work[0] = stored;
+  s.restitution_work[0] = -0.25 * stored;
+  s.friction_work[0] = friction;
+  CHECK_FALSE(held(spheres));
+  s.friction_work[0] = 0;
+  s.compression_work[0] = total / 0.75;
+  s.restitution_work[0] = -0.25 * total / 0.75;
+  CHECK(held(spheres));
+}
+
+TEST_CASE("an energy gain with restitution counts from 1e-9 of the energy before, unless a limit is driven") {
+  Exact sphere{"a sphere that rebounds without loss", Law::convex, {}, {}, {}};
+  const double m = 2, v = 3;
+  add_body(sphere.problem, m, Vector3d::Constant(0.4 * m), {0, -v, 0});
+  add_contact(sphere.problem, 0, {0, -1, 0}, -1, {}, ground_axes(), 0.5, 1);
+  sphere.solution.impulse = {2 * m * v, 0, 0};
+  // v+ = (1 + 2 d) v has (1 + 4 d) of the energy.
+  from_both_sides(sphere, [](ContactSolution& s, double factor) { s.impulse[0] *= 1 + factor * accepted / 4; });
+  sphere.problem.offset[0] = 1e-12;
+  sphere.solution.impulse[0] *= 1 + 1e-3;
+  CHECK(held(sphere));
+}
+
+TEST_CASE("a gap counts from the island's share of epsilon, and islands without impulses have none") {
+  // Boxes that slide with friction one per cent too weak: feasible, y.r = s (mu r_n - |r_t|) is the gap.
+  const double approach = 0.01, mu = 0.1, less = 0.99 * mu;
+  const double slip = 0.05 - less * approach, gap = (mu - less) * approach * slip;
+  for (const int boxes : {1, 2})
+    for (const bool idle : {false, true}) {
+      Exact out{"boxes", Law::convex, {}, {}, {}};
+      ContactSolution& s = out.solution;
+      s.bounded = true;
+      for (int b = 0; b < boxes; ++b) {
+        add_body(out.problem, 1, Vector3d::Constant(1.0 / 6), {0.03, -approach, 0.04});
+        for (const double x : {-0.5, 0.5})
+          for (const double z : {-0.5, 0.5}) add_contact(out.problem, b, {x, -0.5, z}, -1, {}, ground_axes(), mu);
+        const std::vector<double> r = box_impulses(approach, less, 0.6, 0.8);
+        s.impulse.insert(s.impulse.end(), r.begin(), r.end());
+        s.frictionless.insert(s.frictionless.end(), 4, approach / 4);
+        s.kappa_dual.insert(s.kappa_dual.end(), {0, 1, 0, 0, 0, 0});
+      }
+      if (idle) {
+        add_body(out.problem, 1, Vector3d::Constant(1.0 / 6), {0, 1, 0});
+        add_contact(out.problem, boxes, {0, -0.5, 0}, -1, {}, ground_axes(), mu);
+        s.impulse.insert(s.impulse.end(), 3, 0.0);
+        s.frictionless.push_back(0);
+        s.kappa_dual.insert(s.kappa_dual.end(), 6, 0.0);
+      }
+      s.eta.assign(s.frictionless.size(), 0.0);
+      INFO(boxes << " boxes" << (idle ? " and one that parts" : ""));
+      s.epsilon = above * boxes * gap;
+      CHECK(held(out));
+      s.epsilon = below * boxes * gap;
+      CHECK_FALSE(held(out));
+    }
+}
+
+TEST_CASE("multipliers of normal velocities enter the gap with the velocities that they forbid") {
+  // A smooth sphere that parts: eta u_n is the gap.
+  Exact sphere = parting_sphere(Law::convex, 0);
+  const double eta = 1e-3, u_n = 3;
+  sphere.solution.eta = {eta};
+  // y_n = u_n - eta / m stays positive.
+  sphere.solution.epsilon = above * eta * u_n;
+  CHECK(held(sphere));
+  sphere.solution.epsilon = below * eta * u_n;
+  CHECK_FALSE(held(sphere));
+}
+
+TEST_CASE("infeasible impulses do not hold however large a gap is allowed") {
+  for (const Exact& exact : {convex_box(), convex_corner(), convex_sphere()}) {
+    INFO(exact.name);
+    Exact other = exact;
+    other.solution.epsilon = 1e6;
+    CHECK(held(other));
+    for (const Part& part : parts(other)) {
+      if (part.name.rfind("impulse", 0) != 0 || part.name == "impulse 1" || part.name == "impulse 2") continue;
+      const double before = *part.value;
+      *part.value -= 10 * std::abs(before) + part.size;  // pulls, or leaves its cone
+      INFO(part.name);
+      CHECK_FALSE(held(other));
+      *part.value = before;
+    }
+  }
+}
+
+TEST_CASE("the dual cone without the bound, multipliers below zero, and the bound itself count from 1e-9") {
+  const Exact sphere = convex_sphere();
+  const double m = sphere.problem.M.block(0)(0, 0), w = weight(m), size = size_of(sphere);
+  // A negative eta takes y_n up, so that only its own sign shows.
+  from_both_sides(sphere, [&](ContactSolution& s, double factor) {
+    s.epsilon = 1;
+    s.eta[0] = -factor * accepted * size / std::sqrt(w);
+  });
+  // A positive one takes y_n = u_n - eta / m, which was on the cone, out of it.
+  from_both_sides(sphere, [&](ContactSolution& s, double factor) {
+    s.epsilon = 1;
+    s.eta[0] = factor * accepted * size * std::sqrt(w) * m;
+  });
+  // All impulses of the box larger by d: it parts, in its cones, and their sum is d kappa beyond the bound.
+  const Exact box = convex_box();
+  from_both_sides(box, [&](ContactSolution& s, double factor) {
+    s.epsilon = 1;
+    // K = max(kappa, sum |u_n-| / w) with w of a corner: W_nn = 1 + 6 (1/4 + 1/4) = 4, W_tt = 1 + 6 / 4 + 6 / 4 ... = 4
+    const double K = std::max(0.01, 4 * 0.01 / ((4.0 + 4.0 + 4.0) / 3));
+    for (double& r : s.impulse) r *= 1 + factor * accepted * K / 0.01;
+  });
+}
+
+TEST_CASE(
+    "what the last bits of large velocities leave open counts as 1e-9, and what is ten per cent beyond it does not") {
+  // Two smooth spheres with a common velocity of 1e6 m/s along the normal meet at 1 mm/s.
+  const double V = 1e6, approach = 1e-3, m = 1;
+  Exact spheres{"spheres that meet", Law::newton, {}, {}, {}};
+  add_body(spheres.problem, m, Vector3d::Constant(0.4 * m), {0, V - approach, 0});
+  add_body(spheres.problem, m, Vector3d::Constant(0.4 * m), {0, V, 0});
+  add_contact(spheres.problem, 0, {0, -1, 0}, 1, {0, 1, 0}, ground_axes(), 0);
+  const double approached = spheres.problem.v_minus[7] - spheres.problem.v_minus[1];  // as rounded
+  spheres.solution.impulse = {m * approached / 2, 0, 0};
+  CHECK(held(spheres));
+  // |J| |v-| = 2 V along the normal; impulses change nothing of that size.
+  const double rho = 128 * std::numeric_limits<double>::epsilon() * 2 * V;
+  for (const double sign : {-1.0, 1.0})
+    for (const double part : {0.9, 1.1}) {
+      INFO(part << " of the rounding, " << sign);
+      Exact off = spheres;
+      off.solution.impulse[0] += sign * part * rho * m / 2;
+      CHECK(held(off) == (part < 1));
+    }
+}
+
+TEST_CASE("a limit's rounding is its own: it excuses no contact of its island, and theirs not it") {
+  // One tree of two rates: the first is a limit's, fast; the second a contact's along its normal.
+  for (const bool limit_fast : {true, false})
+    for (const bool limit_wrong : {true, false}) {
+      Exact out{"a joint at its limit beside a contact", Law::newton, {}, {}, {}};
+      ContactProblem& p = out.problem;
+      const int b = p.M.add_block(4);
+      p.M.block(b).setIdentity();
+      const double fast = 1e6, slow = 1e-3;
+      // Rates 0, 1: the limit's is their difference; 2, 3: the contact's normal velocity is theirs.
+      const double limit_scale = limit_fast ? fast : 0, contact_scale = limit_fast ? 0 : fast;
+      p.v_minus = {limit_scale, limit_scale + slow, contact_scale, contact_scale + slow};
+      for (const int first : {2, 0}) {
+        p.J.add_band();
+        auto J = p.J.entry(p.J.add_entry(b, 4));
+        J(0, first) = 1;
+        J(0, first + 1) = -1;
+        if (first == 2) J(1, 0) = 1e-12;  // a contact has tangents
+        p.offset.insert(p.offset.end(), 3, 0.0);
+        p.mu.push_back(0);
+        p.restitution.push_back(0);
+      }
+      const double u_contact = p.v_minus[2] - p.v_minus[3], u_limit = p.v_minus[0] - p.v_minus[1];
+      out.solution.impulse = {-u_contact / 2, 0, 0, -u_limit / 2, 0, 0};
+      CHECK(held(out));
+      out.solution.impulse[limit_wrong ? 3 : 0] *= 1 - 1e-6;
+      INFO((limit_fast ? "limit" : "contact") << " fast, " << (limit_wrong ? "limit" : "contact") << " wrong");
+      CHECK(held(out) == (limit_fast == limit_wrong));
+    }
+}
+
+TEST_CASE(
+    "what is true of any answer is measured: approach, distance from the cone, friction's failing, energy, momentum") {
+  // m = 2 kg at (3, -4) m/s on smooth ground pulled by r = (-1, 0, 0), then pushed aside by 2 N s.
+  ContactProblem p;
+  add_body(p, 2, Vector3d::Constant(0.8), {3, -4, 0});
+  add_contact(p, 0, {0, 0, 0}, -1, {}, ground_axes(), 0.75);
+  ContactSolution s;
+  s.impulse = {4, 2, 0};
+  std::vector<double> v_plus;
+  Residuals out = Referee().check(p, s, Law::newton, v_plus);
+  CHECK(v_plus[0] == Approx(4));
+  CHECK(v_plus[1] == Approx(-2));
+  CHECK(out.approach == Approx(2));
+  CHECK(out.cone_violation == 0);
+  CHECK(out.dissipation_gap == Approx(0.75 * 4 * 4 + 2 * 4));
+  CHECK(out.energy_before == Approx(25));
+  CHECK(out.energy_gain == Approx(16 + 4 - 25));
+  s.impulse = {1, 2, 0};  // |r_t| = 2 beyond mu r_n = 0.75: distance (2 - 0.75) cos(atan mu) = 1.25 * 0.8
+  out = Referee().check(p, s, Law::newton, v_plus);
+  CHECK(out.cone_violation == Approx(1));
+  s.impulse = {-3, 1, 0};  // beyond the polar cone: mu |r_t| <= -r_n
+  out = Referee().check(p, s, Law::newton, v_plus);
+  CHECK(out.cone_violation == Approx(std::sqrt(10)));
+  s.impulse = {-3, 0, 4.5};  // not yet: mu 4.5 = 3.375 > 3
+  out = Referee().check(p, s, Law::newton, v_plus);
+  CHECK(out.cone_violation < std::sqrt(9 + 4.5 * 4.5));
+  // A driven row's velocity is its own: the offset does no work on the body.
+  p.offset = {0.5, 0, 0};
+  s.impulse = {4, 2, 0};
+  CHECK(Referee().check(p, s, Law::newton, v_plus).energy_gain == Approx(16 + 4 - 25));
+}
+
+TEST_CASE("the momentum that rounding of a large velocity loses is measured, over the root of the mass") {
+  ContactProblem p;
+  add_body(p, 3, Vector3d::Constant(1.2), {1e9 / 7, -1, 0});
+  add_contact(p, 0, {0, 0, 0}, -1, {}, ground_axes(), 0.5);
+  ContactSolution s;
+  s.impulse = {1, 0.3, 0};
+  std::vector<double> v_plus;
+  const Residuals out = Referee().check(p, s, Law::newton, v_plus);
+  const double missing = std::abs(3 * (v_plus[0] - p.v_minus[0]) - 0.3);
+  REQUIRE(missing > 1e-10);
+  CHECK(out.momentum == Approx(missing / std::sqrt(3)).epsilon(1e-6));
+}
+
+TEST_CASE("where nothing moves and nothing is exerted, a claim of anything is refused") {
+  ContactProblem p;
+  add_body(p, 2, Vector3d::Constant(0.8), Vector3d::Zero());
+  add_contact(p, 0, {0, -1, 0}, -1, {}, ground_axes(), 0.5);
+  ContactSolution nothing;
+  nothing.impulse = {0, 0, 0};
+  nothing.k = 4;
+  nothing.z.assign(6, 0.0);
+  nothing.compression_work = nothing.restitution_work = nothing.friction_work = {0};
+  nothing.bounded = true;
+  nothing.eta = nothing.frictionless = {0};
+  nothing.kappa_dual.assign(6, 0.0);
+  for (const Law law : {Law::newton, Law::mirtich, Law::anitescu_potra, Law::convex})
+    CHECK(held({"nothing", law, p, nothing, {}}));
+  const auto refused = [&](Law law, const auto& claim) {
+    Exact exact{"something", law, p, nothing, {}};
+    claim(exact.solution);
+    CHECK_FALSE(held(exact));
+  };
+  for (const int i : {0, 1}) refused(Law::anitescu_potra, [i](ContactSolution& s) { s.z[i] = 1e-30; });
+  refused(Law::anitescu_potra, [](ContactSolution& s) { s.z[5] = -1e-30; });
+  refused(Law::mirtich, [](ContactSolution& s) { s.restitution_work[0] = 1e-30; });
+  refused(Law::mirtich, [](ContactSolution& s) { s.friction_work[0] = 1e-30; });
+  refused(Law::mirtich, [](ContactSolution& s) { s.friction_work[0] = -1e-30; });
+  refused(Law::convex, [](ContactSolution& s) { s.eta[0] = -1e-30; });
+}
+
+TEST_CASE("multipliers however large excuse no gap beyond 1e-9 of what the island is about") {
+  // Two smooth spheres of a common velocity of 1e6 m/s part by half of what its last bits leave open; nothing happens,
+  // and eta u_n is the gap. The bound's multiplier takes y back into the dual cone, and costs nothing: kappa = 0.
+  const double V = 1e6, rho = 128 * std::numeric_limits<double>::epsilon() * 2 * V, w = 2 * weight(1);
+  Exact spheres{"spheres that part", Law::convex, {}, {}, {}};
+  add_body(spheres.problem, 1, Vector3d::Constant(0.4), {0, V + rho / 2, 0});
+  add_body(spheres.problem, 1, Vector3d::Constant(0.4), {0, V, 0});
+  add_contact(spheres.problem, 0, {0, -1, 0}, 1, {0, 1, 0}, ground_axes(), 0);
+  const double u_n = spheres.problem.v_minus[1] - spheres.problem.v_minus[7];
+  ContactSolution& s = spheres.solution;
+  s.impulse = {0, 0, 0};
+  s.bounded = true;
+  s.frictionless = {0};
+  s.kappa_dual.assign(12, 0.0);
+  const double largest = accepted * std::pow(rho / accepted, 2) / w / u_n;  // S = rho / (1e-9 sqrt(w))
+  for (const double part : {below, above}) {
+    s.eta = {part * largest};
+    CHECK(held(spheres) == (part < 1));
+  }
+}

@@ -1,0 +1,90 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "control/controller.h"
+#include "dynamics/articulated_body.h"
+#include "dynamics/random_tree.h"
+
+using namespace cb;
+
+namespace {
+
+const Vec3 gravity(0.5, -9.8, 1);
+constexpr int tracking = 0, closing = 1;  // roles
+
+/// An arm of joints that turn and slide, all damped; some follow sinusoids, the last closes.
+struct Arm {
+  RandomTree robot;
+  ControllerSpec spec;
+  std::vector<double> wanted, error, error_rate;  // rad/s^2, rad, rad/s (m) of each joint, at the state's time
+
+  Arm(unsigned seed, bool computed) : robot(seed, 5, false) {
+    robot.state.t = 0.7;
+    spec.row = find_controller("computed_torque");
+    spec.gains = {30, 7};
+    spec.words = {computed ? 0 : 1};
+    Tree& tree = robot.model.trees[0];
+    for (std::size_t j = 0; j < tree.joints.size(); ++j) {
+      Joint& joint = tree.joints[j];
+      if (joint.nv() != 1) continue;
+      joint.damping = robot.number(0.1, 1);
+      const double q = robot.state.q[joint.q], qd = robot.state.qd[joint.v];
+      if (joint.v + 1 == tree.nv) {
+        spec.joints.push_back({closing, static_cast<int>(j), {-1.5}});
+        wanted.push_back(-1.5);
+        error.push_back(0);
+        error_rate.push_back(0);
+        continue;
+      }
+      const double offset = 0.3, amplitude = 0.8, frequency = 3, phase = 0.4, angle = frequency * 0.7 + phase;
+      spec.joints.push_back({tracking, static_cast<int>(j), {offset, amplitude, frequency, phase, 40, 9}});
+      wanted.push_back(-amplitude * frequency * frequency * std::sin(angle));
+      error.push_back(offset + amplitude * std::sin(angle) - q);
+      error_rate.push_back(amplitude * frequency * std::cos(angle) - qd);
+    }
+  }
+  /// The accelerations that follow from the controller's torques, less `taken` of each.
+  std::vector<double> accelerations(const std::vector<double>& taken) {
+    link_twists(robot.model, robot.tree(), robot.state);
+    const auto nv = static_cast<std::size_t>(robot.tree().nv);
+    std::vector<double> tau(nv, 0.0), qdd(nv);
+    const Controller controller = spec.row->make(robot.model, spec);
+    controller(robot.model, robot.state, gravity, tau);
+    for (const Joint& joint : robot.tree().joints)
+      if (joint.nv() == 1)
+        tau[joint.v] += joint.passive_torque(robot.state.q[joint.q], robot.state.qd[joint.v]) - taken[joint.v];
+    std::vector<Vec3> weight;
+    for (const Body& body : robot.model.bodies) weight.push_back(body.mass * gravity);
+    ArticulatedBody().forward_dynamics(robot.model, robot.tree(), robot.state, weight, tau, qdd);
+    return qdd;
+  }
+};
+
+}  // namespace
+
+TEST_CASE(
+    "computed torque gives the accelerations asked for, corrected by the errors, whatever gravity and damping do") {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    Arm arm(seed, true);
+    const std::vector<double> qdd = arm.accelerations(std::vector<double>(arm.wanted.size(), 0.0));
+    REQUIRE(qdd.size() == arm.wanted.size());
+    for (std::size_t i = 0; i < qdd.size(); ++i) {
+      const double asked = arm.wanted[i] + 30 * arm.error[i] + 7 * arm.error_rate[i];
+      CHECK(qdd[i] == Approx(asked).epsilon(1e-9).margin(1e-9));
+    }
+  }
+}
+
+TEST_CASE("with gains that are torques the errors ask for torques, beside what the wanted accelerations need") {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    Arm arm(seed, false);
+    std::vector<double> correction;
+    for (const ControllerSpec::ControlledJoint& part : arm.spec.joints) {
+      const Joint& joint = arm.robot.tree().joints[part.joint];
+      const std::size_t i = correction.size();
+      correction.push_back(part.role == closing ? 0 : 40 * arm.error[i] + (9 + joint.damping) * arm.error_rate[i]);
+    }
+    const std::vector<double> qdd = arm.accelerations(correction);
+    for (std::size_t i = 0; i < qdd.size(); ++i) CHECK(qdd[i] == Approx(arm.wanted[i]).epsilon(1e-9).margin(1e-9));
+  }
+}

@@ -1,0 +1,413 @@
+#!/usr/bin/env python3
+"""A second referee, by the formulas of docs/judging.md alone and without code of the first: dense matrices, numpy. It judges the
+problems and answers that second_referee_answers prints (answers.cpp), and where it finds anything else than the first one did, but
+for rounding, the test has failed.
+
+  second_referee.py PROGRAM                  stored problems, 1000 random answers, every event of three runs
+  second_referee.py PROGRAM random 1000 7    only what PROGRAM prints for these arguments
+"""
+import dataclasses
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "scripts"))
+import interpreter  # noqa: E402
+
+interpreter.need("numpy", otherwise=77)
+import numpy as np  # noqa: E402
+
+ACCEPTED = 1e-9
+FIRST_LOOK = 1e-12
+UNITS = 128
+EPS = 2.0**-52
+# What the two may differ by, in parts of the 128 roundings that are excused.
+NEAR = 0.1
+RANDOM = ("random", "1000", "7")
+RUNS = [("run", str(ROOT / "scenarios/sliding_box.xml"), "ap", "200"), ("run", str(ROOT / "scenarios/stack.xml"), "convex", "60"),
+        ("run", str(ROOT / "scenarios/impacting_sphere.xml"), "mirtich", "1000")]
+
+
+def over(error, size):
+    """An error as a ratio, elementwise."""
+    error, size = np.broadcast_arrays(np.asarray(error, float), np.asarray(size, float))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(error > 0, np.where(size > 0, error / np.where(size > 0, size, 1), np.inf), 0.0)
+
+
+def largest(*ratios):
+    return max((float(np.max(r)) for r in ratios if np.size(r)), default=0.0)
+
+
+class Problem:
+    def __init__(self, line):
+        self.name = line["problem"]
+        sizes = [math.isqrt(len(block)) for block in line["M"]]
+        first = np.concatenate([[0], np.cumsum(sizes)]).astype(int)
+        self.nv, self.nc = int(first[-1]), len(line["mu"])
+        self.M = np.zeros((self.nv, self.nv))
+        for b, block in enumerate(line["M"]):
+            self.M[first[b] : first[b + 1], first[b] : first[b + 1]] = np.reshape(block, (sizes[b], sizes[b]), order="F")
+        self.J = np.zeros((3 * self.nc, self.nv))
+        touched = [[] for _ in range(self.nc)]
+        for entry in line["J"]:
+            c, b = entry["contact"], entry["block"]
+            self.J[3 * c : 3 * c + 3, first[b] : first[b + 1]] = np.reshape(entry["columns"], (3, sizes[b]), order="F")
+            touched[c].append(b)
+        self.v, self.w = np.array(line["v"]), np.array(line["w"])
+        self.mu, self.e = np.array(line["mu"]), np.array(line["e"])
+        self.MiJt = np.zeros((self.nv, 3 * self.nc))
+        for b in range(len(sizes)):
+            rows = slice(first[b], first[b + 1])
+            self.MiJt[rows] = np.linalg.solve(self.M[rows, rows], self.J[:, rows].T)
+        self.W = self.J @ self.MiJt
+        J3 = self.J.reshape(self.nc, 3, self.nv)
+        self.limit = ~np.any(J3[:, 1:, :] != 0, axis=(1, 2))
+        diagonal = np.diag(self.W).reshape(self.nc, 3)
+        self.weight = np.where(self.limit, diagonal[:, 0], diagonal.mean(axis=1))
+        self.u_minus = (self.J @ self.v + self.w).reshape(self.nc, 3)
+        self.island = islands(touched, len(sizes))
+        self.islands = max(self.island, default=-1) + 1
+
+    def sums(self, values):
+        return np.bincount(self.island, weights=values, minlength=self.islands)
+
+    def most(self, values, least=0.0):
+        out = np.full(self.islands, float(least))
+        np.maximum.at(out, self.island, values)
+        return out
+
+
+def islands(touched, blocks):
+    """Of each contact; contacts are joined by the blocks that they touch."""
+    parent = list(range(blocks))
+
+    def root(b):
+        while parent[b] != b:
+            b = parent[b]
+        return b
+
+    for group in touched:
+        for b in group[1:]:
+            parent[root(b)] = root(group[0])
+    numbers = {}
+    return [numbers.setdefault(root(group[0]), len(numbers)) for group in touched]
+
+
+def norm(x):
+    return np.sqrt(np.sum(np.square(x), axis=1))
+
+
+@dataclasses.dataclass
+class Look:
+    """What is found with the sizes of one look, and what the last bits may make of it."""
+
+    model: float = math.inf
+    tolerance: float = 0.0        # of ratios
+    model_tolerance: float = 0.0  # of what gaps add to `model`
+    infeasibility: float | None = None
+    gap: float | None = None
+    gap_tolerance: float = 0.0    # J
+    holds: bool = False
+    near: bool = False            # does `holds` hang on the last bits?
+
+
+class Judgement:
+    """One answer to one problem. `looks`: what is found with the sizes of the first look, and of the second."""
+
+    def __init__(self, p, answer):
+        self.p, self.answer, self.looks = p, answer, []
+        r = self.vector("r", 3 * p.nc)
+        self.finite = r is not None
+        if not self.finite:
+            return
+        self.r = r.reshape(p.nc, 3)
+        self.v_plus = p.v + p.MiJt @ r
+        self.u = (p.J @ self.v_plus + p.w).reshape(p.nc, 3)
+        self.root = np.sqrt(p.weight)
+        self.elastic = bool(np.any(p.e != 0))
+        self.find_terms()
+        self.first_sizes()
+        self.observe()
+        self.looks.append(self.judge())
+        self.second_sizes()
+        self.looks.append(self.judge())
+
+    def expected(self):
+        """The look that counts; both where it hangs on the last bits whether there is a second one."""
+        look = self.looks[0]
+        limit = ACCEPTED if look.gap is not None else FIRST_LOOK
+        value = look.model if look.gap is None else look.infeasibility
+        near = abs(value - limit) <= look.tolerance or look.near
+        passes = look.holds if look.gap is not None else look.model <= FIRST_LOOK
+        return self.looks if near else self.looks[:1] if passes else self.looks[1:]
+
+    def vector(self, name, count):
+        values = self.answer[name]
+        if len(values) != count or any(x is None for x in values):
+            return None
+        return np.array(values, float)
+
+    def observe(self):
+        """What is true of any answer."""
+        p, r, u = self.p, self.r, self.u
+        slip = norm(u[:, 1:])
+        self.approach = largest(-u[:, 0], 0.0)
+        self.cone_violation = largest(norm(r - on_cone(r, p.mu)), 0.0)
+        self.dissipation_gap = largest(p.mu * r[:, 0] * slip + np.sum(r[:, 1:] * u[:, 1:], axis=1), 0.0)
+        w = p.w.reshape(p.nc, 3)
+        self.energy_gain = float(np.sum(r * (u + p.u_minus - 2 * w)) / 2)
+        self.energy_before = float(p.v @ p.M @ p.v / 2)
+        self.law = None
+        if not self.elastic:
+            changed = u.copy()
+            changed[:, 0] += p.mu * slip
+            e = r - on_cone(r - changed / p.weight[:, None], p.mu)
+            self.law_tolerance = self.noise(self.S_g[p.island]) * math.sqrt(p.nc)
+            self.law = largest(over(np.sqrt(p.sums(p.weight * norm(e) ** 2)), self.S_g))
+
+    def find_terms(self):
+        """What velocities are sums of, and what their rounding leaves open of them."""
+        p = self.p
+        loads = np.abs(self.r)
+        f = self.answer["f"]
+        if len(f) == p.nc:
+            loads[:, 0] += [abs(x) if x is not None else 0.0 for x in f]
+        self.d = (np.abs(p.J) @ (np.abs(p.MiJt) @ loads.ravel())).reshape(p.nc, 3)
+        rho = UNITS * EPS * norm(self.d + (np.abs(p.J) @ np.abs(p.v) + np.abs(p.w)).reshape(p.nc, 3))
+        self.terms_rho = np.where(p.limit, rho, p.most(np.where(p.limit, 0.0, rho))[p.island])
+
+    def first_sizes(self):
+        p = self.p
+        parts = [self.root * norm(self.r), norm(self.u) / self.root, norm(p.u_minus) / self.root]
+        self.S = np.maximum.reduce(parts)
+        self.S_g = np.sqrt(np.maximum.reduce([p.sums(part**2) for part in parts]))
+        self.Q_g = np.sqrt(p.sums(parts[2] ** 2))
+        self.rho = np.zeros(p.nc)
+
+    def second_sizes(self):
+        p = self.p
+        self.rho = self.terms_rho
+        F = self.rho / (ACCEPTED * self.root)
+        U = p.most(np.maximum(norm(self.u), norm(p.u_minus)))
+        self.S = np.maximum.reduce([self.S, norm(self.d) / self.root, np.minimum(self.S_g[p.island], U[p.island] / self.root), F])
+        floor = np.sqrt(p.sums(F**2))
+        self.S_g, self.Q_g = np.maximum(self.S_g, floor), np.maximum(self.Q_g, floor)
+
+    def noise(self, *sizes):
+        """What rounding may make of a ratio: some roundings of a velocity over the size of its contact."""
+        base = NEAR * (1 + self.p.mu) * self.terms_rho / self.root
+        return largest(*(over(base, size) for size in sizes))
+
+    def judge(self):
+        law = self.answer["law"]
+        if law == "convex" and not self.elastic:
+            return self.convex()
+        look = Look(model=self.polygon() if law == "ap" else self.impact(law), tolerance=self.noise(self.S))
+        look.holds = look.model <= ACCEPTED
+        look.near = abs(look.model - ACCEPTED) <= look.tolerance
+        return look
+
+    def impact(self, law):
+        p, r, u = self.p, self.r, self.u
+        out = largest(over(-u[:, 0] / self.root, self.S), over(-r[:, 0] * self.root, self.S),
+                      over((norm(r[:, 1:]) - p.mu * r[:, 0]) * self.root, self.S))
+        if law == "newton" and p.nc == 1 and p.u_minus[0, 0] < 0:
+            out = largest(out, over(abs(u[:, 0] + p.e * p.u_minus[:, 0]) / self.root, self.S))
+        if law == "convex" and not np.any(p.w != 0):
+            out = largest(out, over(self.energy_gain, self.energy_before))
+        if law == "mirtich":
+            stored, returned, friction = (self.vector(part, p.nc) for part in ("compression", "restitution", "friction"))
+            if stored is None or returned is None or friction is None:
+                return math.inf
+            energy = self.S_g**2
+            balance = stored + returned + friction - np.sum(r * (u + p.u_minus), axis=1) / 2
+            out = largest(out, over(np.abs(returned + p.e**2 * stored), energy[p.island]), over(friction, energy[p.island]),
+                          over(np.abs(p.sums(balance)), energy))
+        return out
+
+    def polygon(self):
+        p, k = self.p, self.answer["k"]
+        unknowns = (k + 2) * p.nc
+        z = self.vector("z", unknowns * (2 if self.elastic else 1))
+        if z is None:
+            return math.inf
+        angles = 2 * math.pi * np.arange(k) / k
+        d = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        given_back, total, squares = np.zeros(p.nc), np.zeros((p.nc, 3)), np.zeros(p.nc)
+        phases = z.reshape(-1, unknowns)
+        for i, phase in enumerate(phases):
+            c_n, c_t, lam = phase[: p.nc], phase[p.nc : (k + 1) * p.nc].reshape(p.nc, k), phase[(k + 1) * p.nc :]
+            total[:, 0] += c_n + given_back
+            total[:, 1:] += c_t @ d
+            u = self.u if i == len(phases) - 1 else (p.J @ (p.v + p.MiJt @ total.ravel()) + p.w).reshape(p.nc, 3)
+            w = p.weight
+            squares += np.minimum(c_n, u[:, 0] / w) ** 2
+            squares += np.sum(np.minimum(c_t, (u[:, 1:] @ d.T + lam[:, None]) / w[:, None]) ** 2, axis=1)
+            squares += np.minimum(lam / w, p.mu * (c_n + given_back) - c_t.sum(axis=1)) ** 2
+            given_back = p.e * c_n
+        squares += np.sum((total - self.r) ** 2, axis=1)
+        return largest(over(self.root * np.sqrt(squares), self.S))
+
+    def convex(self):
+        p, r, u, root, bounded = self.p, self.r, self.u, self.root, self.answer["bounded"]
+        eta = self.vector("eta", p.nc)
+        if eta is None:
+            return Look(model=math.inf, infeasibility=math.inf, gap=math.inf)
+        S = self.S_g[p.island]
+        y = u - (p.W[:, ::3] @ eta).reshape(p.nc, 3)
+        short_of = p.mu * norm(y[:, 1:]) - y[:, 0]
+        ratios = [over(-u[:, 0] / root, S), over(-r[:, 0] * root, S), over((norm(r[:, 1:]) - p.mu * r[:, 0]) * root, S), over(-eta * root, S)]
+        free = ~p.limit & bounded  # where the bound's multiplier helps
+        F = self.rho / (ACCEPTED * root)
+        ratios.append(over(np.where(free, 0, short_of / root), np.maximum(S, (1 + p.mu) * F)))
+        s = p.most(np.where(free, short_of, 0.0))
+        kappa = np.zeros(p.islands)
+        if bounded:
+            kappa, proof = self.least_sum()
+            ratios += proof
+        gaps = p.sums(eta * u[:, 0] + np.sum(r * y, axis=1)) + s * kappa
+        s_c = np.where(p.limit, 0.0, s[p.island])
+
+        def rounding(rho):
+            return p.sums(rho * (norm(r) + np.abs(eta) + (norm(y) + s_c) / p.weight)) + p.most((1 + p.mu) * rho) * np.abs(kappa)
+
+        carrying = len({g for g, row in zip(p.island, r) if np.any(row != 0)})
+        energy = self.S_g**2
+        allowed = self.answer["epsilon"] / max(1, carrying) + np.minimum(rounding(self.rho), ACCEPTED * energy)
+        noise = NEAR * rounding(self.terms_rho)  # of a gap
+        look = Look(infeasibility=largest(*ratios), gap=float(np.sum(gaps)), gap_tolerance=float(np.sum(noise)))
+        look.tolerance = self.noise(S, self.Q_g[p.island]) + self.proof_noise() if bounded else self.noise(S)
+        look.model = largest(look.infeasibility, over(np.abs(gaps), energy))
+        look.model_tolerance = largest(over(noise, energy))
+        look.holds = look.infeasibility <= ACCEPTED and bool(np.all(np.abs(gaps) <= allowed))
+        look.near = abs(look.infeasibility - ACCEPTED) <= look.tolerance or bool(
+            np.any(np.abs(np.abs(gaps) - allowed) <= 1e-6 * allowed + noise))
+        return look
+
+    def proof_noise(self):
+        """Of N z, which is about 1."""
+        z = self.vector("kappa_dual", self.p.nv)
+        return 0.0 if z is None else NEAR * UNITS * EPS * largest(np.abs(self.p.J[::3]) @ np.abs(z), 1.0)
+
+    def least_sum(self):
+        """kappa of each island, and the errors of its proof."""
+        p, root = self.p, self.root
+        f, z = self.vector("f", p.nc), self.vector("kappa_dual", p.nv)
+        if f is None or z is None:
+            return np.zeros(p.islands), [np.inf]
+        u_f = (p.u_minus + (p.W[:, ::3] @ f).reshape(p.nc, 3))[:, 0] / root
+        load, a, one, Q = f * root, (p.J @ z)[::3], np.where(p.limit, 0.0, 1.0), self.Q_g[p.island]
+        touches = ACCEPTED * Q
+        if np.any(self.rho > 0):
+            miss = p.most(np.maximum(-u_f, np.minimum(load, u_f)))
+            touches = np.minimum(touches, self.rho / root + miss[p.island])
+        kappa = p.sums(one * f)
+        K = np.maximum(np.abs(kappa), p.sums((np.abs(p.u_minus[:, 0]) + self.rho / ACCEPTED) / p.weight))
+        K[K == 0] = 1
+        total = p.sums(one * self.r[:, 0])
+        return kappa, [over(-load, Q), over(-u_f, Q), over(np.minimum(load, u_f), Q), over(np.minimum((one - a) * Q, load), Q),
+                       over(np.where(u_f <= touches, a - one, 0), 1), over(total - kappa, K)]
+
+
+def on_cone(x, mu):
+    """Projection on |x_t| <= mu x_n, row by row."""
+    n, t = x[:, 0], norm(x[:, 1:])
+    out = x.copy()
+    along = (n + mu * t) / (1 + mu**2)
+    outside, polar = t > mu * n, mu * t <= -n
+    out[outside, 0] = along[outside]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shrink = np.where(t > 0, mu * along / t, 0)
+    out[outside, 1:] = x[outside, 1:] * shrink[outside, None]
+    out[outside & polar] = 0
+    return out
+
+
+def same(a, b, relative, absolute=0.0):
+    a, b = (math.inf if x is None or math.isnan(x) else x for x in (a, b))
+    return a == b or abs(a - b) <= relative * max(abs(a), abs(b)) + absolute
+
+
+def unlike(look, first):
+    """What of a look the first referee found differently."""
+    out = []
+    for name in ("gap", "infeasibility"):
+        if (first[name] == "none") != (getattr(look, name) is None):
+            return [f"{name} is not given by both"]
+    if not same(first["model"], look.model, 1e-6, look.tolerance + look.model_tolerance):
+        out.append(f"residual {first['model']} and {look.model}")
+    if look.gap is not None:
+        if not same(first["gap"], look.gap, 1e-6, look.gap_tolerance):
+            out.append(f"gap {first['gap']} and {look.gap}")
+        if not same(first["infeasibility"], look.infeasibility, 1e-6, look.tolerance):
+            out.append(f"infeasibility {first['infeasibility']} and {look.infeasibility}")
+    return out
+
+
+def differences(judgement, first):
+    """What the two find differently, and whether a verdict hangs on the last bits."""
+    if first["finite"] != judgement.finite:
+        return ["finite"], False
+    if not judgement.finite:
+        return (["holds"] if first["holds"] else []), False
+    out = min((unlike(look, first) for look in judgement.expected()), key=len)
+    holds = any(look.holds for look in judgement.looks)  # sizes of a second look excuse more, not less
+    near = any(look.near for look in judgement.looks)
+    if first["holds"] != holds and not near:
+        out.append(f"holds: {first['holds']} and {holds}")
+    p, rho = judgement.p, NEAR * judgement.terms_rho
+    work = float(np.sum(rho * norm(judgement.r) * (1 + p.mu)))
+    for name, rounding in {"approach": np.max(rho), "cone_violation": UNITS * EPS * np.max(np.abs(judgement.r)), "dissipation_gap": work, "energy_gain": work,
+                           "energy_before": 0.0}.items():
+        if math.isfinite(rounding) and not same(first[name], getattr(judgement, name), 1e-9, rounding):
+            out.append(f"{name} {first[name]} and {getattr(judgement, name)}")
+    if (judgement.law is None) != (first["law"] == "none"):
+        out.append("law residual is not given by both")
+    elif judgement.law is not None and not same(first["law"], judgement.law, 1e-6, judgement.law_tolerance):
+        out.append(f"law residual {first['law']} and {judgement.law}")
+    return out, first["holds"] != holds and near
+
+
+def compare(program, arguments, counts):
+    process = subprocess.Popen([program, *arguments], stdout=subprocess.PIPE, text=True)
+    problem = None
+    for text in process.stdout:
+        line = json.loads(text)
+        if "problem" in line:
+            problem = Problem(line)
+            continue
+        judgement = Judgement(problem, line)
+        found, near = differences(judgement, line["first"])
+        counts["answers"] += 1
+        counts["right"] += bool(line["first"]["holds"])
+        counts["at the threshold"] += near
+        if found:
+            counts["different"] += 1
+            print(f"{problem.name}: {line['answer']}: first and second referee differ: " + "; ".join(found))
+    if process.wait() != 0:
+        counts["different"] += 1
+        print(f"{program} {' '.join(arguments)}: exit code {process.returncode}")
+
+
+def main():
+    np.seterr(over="ignore", invalid="ignore")  # an answer may be anything
+    program, asked = sys.argv[1], tuple(sys.argv[2:])
+    files = sorted(str(f) for folder in ("test/data", "scenarios/stress/problems") for f in (ROOT / folder).rglob("*")
+                   if f.suffix in (".hdf5", ".dat") and "broken" not in f.parts)
+    status = 0
+    for arguments in [asked] if asked else [("stored", *files), RANDOM, *RUNS]:
+        counts = dict.fromkeys(("answers", "right", "at the threshold", "different"), 0)
+        compare(program, arguments, counts)
+        what = f"stored ({len(files)} files)" if arguments[0] == "stored" else " ".join(Path(a).name for a in arguments)
+        print(f"{what}: " + ", ".join(f"{value} {name}" for name, value in counts.items()))
+        if counts["different"] or not counts["answers"] or counts["at the threshold"] > counts["answers"] / 50:
+            status = 1
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())
