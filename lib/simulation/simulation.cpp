@@ -119,13 +119,11 @@ const StepRecord& Simulation::step() {
       ++left_out_.pair_searches;
     const double dt = first_contact(remaining, reach);
     moved_ += reach;
-    lap.add_to(record_.times.collision_s);
     move(dt, lap);
     remaining -= dt;
     update_motions();
     if (remaining <= 0 || !arrive(dt)) break;
     find_contacts();
-    lap.add_to(record_.times.collision_s);
     moved_on = true;
   }
   if (record_.status == Status::ok || record_.status == Status::inaccurate) {
@@ -268,7 +266,8 @@ void Simulation::kick(const Tree& tree, Lent& lent) {
 // Moves everything by dt. A tree keeps its kinetic energy, but for what was lent to it.
 void Simulation::move(double dt, Lap& lap) {
   const std::vector<Tree>& trees = scenario_.model.trees;
-  if (trees.empty()) return advance_positions(dt);
+  if (trees.empty()) return advance_positions(dt);  // too short to read the clock for: it counts as collision
+  lap.add_to(record_.times.collision_s);
   kept_.clear();
   for (std::size_t t = 0; t < trees.size(); ++t) {
     const double has = tree_energy(scenario_.model, trees[t], state_);
