@@ -33,6 +33,9 @@ class Bounces {
   /// Has any pair come to a time of contact in this step?
   bool any() const { return !seen_.empty(); }
   const Pair& last() const { return seen_[last_].pair; }
+  /// Impacts of a pair with restitution e until its bounces are over: the least n >= 0 with e^n < spent; infinite
+  /// for 1.
+  static double until_over(double e);
   /// Is this the end of the bounces of a pair with restitution e?
   bool over(const Pair& pair, double e) const;
   /// s after time t: the next time of contact of a pair with restitution e is no earlier. h: s, the step; size: m, the

@@ -90,7 +90,7 @@ struct SimulationOptions {
   /// s), if its island does.
   double closed_gap = 1e-9;
   double approach = 1e-13;  ///< an event needs u_n < -approach * (|g| h + |v| + |w x arm| of the pair); also an island
-  int event_cap = 1000;     ///< times of contact of one pair (or joint limit) in one step; beyond: event_stall
+  int event_cap = 1000;     ///< times of contact of one pair in one step, its bounces apart; more: event_stall
   /// Seed of a new order of each event's contacts, which should change nothing but round-off; 0: as they are found.
   std::uint64_t shuffle = 0;
   double blowup_factor = 1e6;  ///< kinetic energy over the largest energy that was put in: energy_blowup
