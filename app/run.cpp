@@ -365,7 +365,7 @@ void go(const RunPlan& plan, Simulation& simulation, RunFiles& files, Limits& li
     if (last) {
       summary.status = record.status;
       summary.reason = simulation.reason();
-      keep_last(simulation, left_out, record, hard);
+      if (record.unsolved) keep_last(simulation, left_out, record, hard);
       break;
     }
     if (!files.ok()) break;

@@ -25,6 +25,7 @@ import hashlib
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -453,7 +454,8 @@ def main():
           + f"; {len(cells)} runs in {time.monotonic() - began:.0f} s")
     if not options.only and not options.method:
         options.out.mkdir(parents=True, exist_ok=True)
-        version = subprocess.run(["git", "-C", str(ROOT), "describe", "--always", "--dirty"], capture_output=True, text=True).stdout.strip()
+        said = subprocess.run([str(options.program), "--version"], capture_output=True, text=True).stdout
+        version = next(iter(re.findall(r"git ([^;)]*)", said)), "a program that said nothing of itself")
         cpu = next((line.split(":", 1)[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")), "unknown")
         manifest = {"git": version, "program": hashlib.sha256(Path(options.program).read_bytes()).hexdigest()[:16], "cpu": cpu,
                     "made": time.strftime("%Y-%m-%d", time.gmtime()), "runs": len(cells), "quick": options.quick, "time_limit_s": options.time_limit,

@@ -22,7 +22,7 @@ constexpr std::array<StatusText, status_count> status_texts{{
     {"penetration", "bodies interpenetrate beyond the limit"},
     {"interrupted", "stopped by the user or by a signal"},
     {"write_failed", "a file could not be written (a full disk, most often)"},
-    {"event_stall", "too many contact events within one step"},
+    {"event_stall", "two shapes come together too often within one step"},
     {"time_limit", "the time limit was reached"},
     {"memory_limit", "the memory limit was reached"},
     {"crash", "the program failed"},

@@ -32,8 +32,8 @@ void add_to_parent(const Mat6& I, const Vec6& p, const Vec3& r, Mat6& parent_I, 
 }  // namespace
 
 void ArticulatedBody::forward_dynamics(const Model& model, const Tree& tree, const State& state,
-                                       std::span<const Vec3> force, std::span<const double> tau,
-                                       std::span<double> qdd) {
+                                       std::span<const Vec3> force, std::span<const double> tau, std::span<double> qdd,
+                                       std::span<const double> added, bool turning) {
   const std::size_t n = tree.joints.size();
   link_frames(model, tree, state, frames_);
   links_.resize(n);
@@ -46,8 +46,13 @@ void ArticulatedBody::forward_dynamics(const Model& model, const Tree& tree, con
     link.I.bottomRightCorner<3, 3>() = frames_[i].inertia;
     link.p.head<3>().setZero();
     if (!force.empty()) link.p.head<3>() = -force[joint.body];
-    link.p.tail<3>() = w.cross(frames_[i].inertia * w);
-    link.bias = bias_acceleration(joint, frames_[i], state);
+    if (turning) {
+      link.p.tail<3>() = w.cross(frames_[i].inertia * w);
+      link.bias = bias_acceleration(joint, frames_[i], state);
+    } else {
+      link.p.tail<3>().setZero();
+      link.bias.setZero();
+    }
   }
 
   // Inward: articulated inertias.
@@ -60,7 +65,7 @@ void ArticulatedBody::forward_dynamics(const Model& model, const Tree& tree, con
     if (joint.v >= 0) {
       const Vec6& S = frames_[i].S;
       link.U.noalias() = link.I * S;
-      link.D = S.dot(link.U);
+      link.D = S.dot(link.U) + (added.empty() ? 0 : added[joint.v - tree.v]);
       link.u = tau[joint.v - tree.v] - S.dot(link.p);
       I.noalias() -= link.U * (link.U.transpose() / link.D);
       p += link.U * ((link.u - link.U.dot(link.bias)) / link.D);

@@ -11,9 +11,12 @@ class ArticulatedBody {
  public:
   /// `tau`: generalised forces at the joints, `qdd`: result; both of this tree, tree.nv (units and meaning as in
   /// NewtonEuler). `force`: on each body of the model at its centre of mass, N, world; empty: none. Poses and twists of
-  /// the links must be those of q and qd.
+  /// the links must be those of q and qd. `added`: of each rate, kg m^2 or kg, to the diagonal of M; empty: none. With
+  /// h d there a damper's torque -d qd counts as that of the rates at the end of a step h. `turning`: with centrifugal,
+  /// Coriolis and gyroscopic forces?
   void forward_dynamics(const Model& model, const Tree& tree, const State& state, std::span<const Vec3> force,
-                        std::span<const double> tau, std::span<double> qdd);
+                        std::span<const double> tau, std::span<double> qdd, std::span<const double> added = {},
+                        bool turning = true);
 
  private:
   struct Link {
@@ -21,7 +24,7 @@ class ArticulatedBody {
     Vec6 p;     // wrench that it needs at rest: bias and forces
     Vec6 bias;  // acceleration quadratic in the velocities
     Vec6 U;     // I S
-    double D;   // S . I S
+    double D;   // S . I S, and what is added
     double u;   // tau - S . p
     Vec6 a;     // acceleration
   };

@@ -126,6 +126,12 @@ void DenseTableau::multiply(const Eigen::VectorXd& z, Eigen::VectorXd& w) const 
     if (z[j] != 0) w.noalias() += M_->col(j) * z[j];
 }
 
+void DenseTableau::magnitudes(const Eigen::VectorXd& z, Eigen::VectorXd& terms) const {
+  terms.setZero(n_);
+  for (int j = 0; j < n_; ++j)
+    if (z[j] != 0) terms += M_->col(j).cwiseAbs() * z[j];
+}
+
 void DenseTableau::set_cover(const Eigen::VectorXd& cover) {
   transform(cover.data(), table_.data() + std::size_t(slot_[2 * n_]) * padded_);
 }

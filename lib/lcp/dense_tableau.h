@@ -21,6 +21,8 @@ class DenseTableau {
   void restart();
   /// w = M z, in the problem's own units.
   void multiply(const Eigen::VectorXd& z, Eigen::VectorXd& w) const;
+  /// |M| z for z >= 0: the sizes of the terms that w is the sum of.
+  void magnitudes(const Eigen::VectorXd& z, Eigen::VectorXd& terms) const;
 
   int n() const { return n_; }
   /// Rows including the padding, whose entries stay zero; a multiple of lanes.
@@ -50,6 +52,7 @@ class DenseTableau {
   void solve_active(const std::vector<int>& active, double* x, double* scratch) const;
 
   static constexpr int lanes = 8;
+  static constexpr int column_solves = 0;  ///< that column() takes
 
  private:
   const Eigen::MatrixXd* M_ = nullptr;

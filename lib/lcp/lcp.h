@@ -13,6 +13,17 @@ namespace cb {
 
 using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
 
+/// Pairs that are about one thing (a contact). Where a problem has groups its answers are judged group by group too
+/// (complementary_path.h), and what is heavy or fast hides nothing that is light or slow.
+struct LcpGroups {
+  std::vector<int> of_pair;  ///< n: number of the group; empty: there are none
+  Eigen::VectorXd size;      ///< groups: what each is about whatever the answer, unit sqrt(z w)
+  Eigen::VectorXd root;      ///< n: s_i, so that z_i s_i and w_i / s_i of a group's pairs can be compared, sqrt(z w)
+  /// n: is w_i in a unit that such rows share (m/s)? Their z determine each other, and so does the rounding of what
+  /// their w are the sums of.
+  std::vector<char> shares;
+};
+
 /// Linear complementarity problem: find z >= 0 with w = M z + q >= 0 and z.w = 0. Two forms:
 ///   dense     w = M z + q
 ///   expanded  0 = A x + B z + a,   w = C x + D z + q,   x free, A invertible
@@ -26,6 +37,7 @@ struct LcpProblem {
   /// What the problem is about, unit sqrt(z w); residuals are fractions of it or of max |q_i| / sqrt(rho_i), whichever
   /// is larger (natural_residual). Known where loads that q does not show must be carried: a heavy body on a light one.
   double size = 0;
+  LcpGroups groups;
 
   int n() const { return static_cast<int>(q.size()); }
   int nx() const { return expanded ? static_cast<int>(a.size()) : 0; }
@@ -51,7 +63,8 @@ struct LcpSolution {
   Eigen::VectorXd x;   ///< nx, the free unknowns (expanded form)
   int pivots = 0;      ///< pivots or iterations, summed over restarts
   int factorisations = 0;
-  double residual = std::numeric_limits<double>::infinity();  ///< natural residual (below) as the solver finds it
+  /// Natural residual (below) as the solver finds it; by groups, where the problem has them and that is more.
+  double residual = std::numeric_limits<double>::infinity();
   double peak_memory_mb = 0;  ///< of the solver's own tables, where it measures them (ynl)
 };
 
@@ -84,7 +97,6 @@ struct LcpSolverRow {
   std::string_view source;
   std::string_view unavailable;  ///< why it cannot be used here; empty where it can
   LcpSolver (*make)(const LcpOptions& options);
-  bool wants_expanded = false;  ///< better served by the expanded form whatever the size
 };
 
 /// All LCP solvers: the one table that `ap`, `solve`, `list` and the tests read.

@@ -15,13 +15,16 @@
 //     generically no two ratios agree, so no basis comes back (Cottle, Pang, Stone, sec. 4.9). p > 0 matters: pairs
 //     whose q_i = 0 (idle friction) become strictly slack and never enter, and 16 cubes at rest take 45 pivots.
 //  3. The answer is recomputed for the unperturbed q at the basis reached, with iterative refinement on the original
-//     data. Where that vertex is infeasible by more than round-off, Lemke goes on from this very basis with a covering
-//     vector under which the basic values of this basis all grow (cover_vertex): the exact vertex is near, and q need
-//     not be perturbed on the way. Contacts that are all but redundant make bases all but singular, where the pivots
-//     carried out before have left no digits: where the first such path does not do, the next ones, of a few pivots,
-//     take each basis from the original matrix.
-//  4. Ratio test in two passes after Harris (complementary_path.h); z_0 wins whenever it is among those that block.
-//  5. A ray is believed only if its direction is a ray of the original data. On any failure the ladder below restarts
+//     data. Where that vertex is not exact, group by group (complementary_path.h), Lemke goes on from this very basis
+//     with p as covering vector: the vertex is that of q + delta p, so the path is followed from z_0 = delta back to
+//     z_0 = 0 (take_perturbation_back). p > 0, and an almost complementary path passes a basis in one direction, that
+//     of the sign of its determinant: what came to the basis from the slacks goes on towards a solution, and for A-P's
+//     matrix cannot end in a ray. It takes a few pivots.
+//  4. Contacts that are all but redundant make bases all but singular, where the pivots carried out before have left no
+//     digits. Where the path of 3 does not do, a covering vector is made under which the basic values of the best
+//     vertex all grow (cover_vertex), and each basis on its path is taken from the original matrix.
+//  5. Ratio test in two passes after Harris (complementary_path.h); z_0 wins whenever it is among those that block.
+//  6. A ray is believed only if its direction is a ray of the original data. On any failure the ladder below restarts
 //     with other perturbations and covering vectors; `reason` names each rung that was used.
 //
 // Returns: solved (residual at most the tolerance), ray, nonconverged (pivot limit), singular (pivots too
@@ -46,10 +49,13 @@ namespace {
 struct LemkeOptions : LcpOptions {
   /// An entry that blocks must be larger than this, -; looser: round-off grows, stricter: real blocks are missed.
   double pivot_tolerance = 1e-9;
-  double harris = 1e-12;       ///< least allowance of the ratio test (RatioTest), -
+  double harris = 1e-12;       ///< least allowance of the ratio test (RatioTest) on the way to a rung's first vertex, -
+  double harris_back = 3e-13;  ///< the same where its perturbation is taken back; after that none but rounding, -
   double perturbation = 1e-7;  ///< delta of q, -; smaller: ties drown in round-off, larger: more repairs
   int repairs = 4;             ///< paths from the vertices of one rung to the exact one, at most
-  /// A basic value above minus this counts as zero at the unperturbed vertex and is clipped, -; within `tolerance`.
+  /// Where an answer holds already, a path that leaves more than this of its error was the last, -: rounding is left.
+  double repair_gain = 0.5;
+  /// Judgement::beyond_rounding up to which a vertex is exact, -; larger: vertices near the exact one are kept.
   double vertex_tolerance = 1e-12;
 };
 
@@ -81,9 +87,13 @@ class Lemke {
   template <class Table>
   PathEnd attempt(Table& table, const Rung& rung, LcpSolution& solution);
   template <class Table>
+  double exact_vertex(Table& table, const Rung& rung, Eigen::VectorXd& z);
+  template <class Table>
   PathEnd follow_path(Table& table, bool afresh);
   template <class Table>
-  bool cover_vertex(Table& table, bool afresh);
+  PathEnd take_perturbation_back(Table& table);
+  template <class Table>
+  bool cover_vertex(Table& table);
   template <class Table>
   int list_basis(const Table& table, std::vector<int>& active) const;
   int first_row(const double* cover, const double* rhs) const;
@@ -154,45 +164,59 @@ PathEnd Lemke::attempt(Table& table, const Rung& rung, LcpSolution& solution) {
     base_[i] = rung.random_cover ? 0.5 + draw(rung.seed + 100, static_cast<unsigned>(i)) : 1.0;
   table.set_cover(base_);
 
-  PathEnd end = follow_path(table, false);
+  const PathEnd end = follow_path(table, false);
   if (end != PathEnd::solution) return end;
-  double below = judge_.vertex(table, load_, solution.z, solution.residual), best = HUGE_VAL;
-  for (int repair = 1; below > o_.vertex_tolerance && repair <= o_.repairs; ++repair) {
-    if (solution.residual < best) {
-      best = solution.residual;
-      best_ = solution.z;
-      list_basis(table, best_active_);
-    }
-    if (best == HUGE_VAL) break;  // a basis that cannot be factorised
-    set_noise(rung.seed + 1000 * static_cast<unsigned>(repair));
-    const bool afresh = repair > 1;
-    end = cover_vertex(table, afresh) ? follow_path(table, afresh) : PathEnd::bad_pivot;
-    below = HUGE_VAL;
-    if (end == PathEnd::solution) below = judge_.vertex(table, load_, solution.z, solution.residual);
-    if (end == PathEnd::pivot_limit) break;
-  }
-  if (solution.residual > best || end != PathEnd::solution) {
-    solution.residual = best;
-    solution.z = best_;
-  }
+  solution.residual = exact_vertex(table, rung, solution.z);
   return PathEnd::solution;
 }
 
-// Takes up the best vertex so far with a covering vector of its own, c = w_d - M z_d: z_d and w_d are p for what is
-// basic there and zero elsewhere. So its basic values are y + p z_0, feasible from some z_0 > 0 on, where the lowest
-// leaves, and at z_0 = 0 nothing is perturbed any more. Not `afresh`: that vertex is the basis in hand. False where its
-// basis is singular.
+// From the vertex in hand to one that is exact, or the best on the way: z, and its residual.
 template <class Table>
-bool Lemke::cover_vertex(Table& table, bool afresh) {
-  perturbed_.setZero();
-  for (const int i : best_active_) perturbed_[i] = noise_[i] * load_.scales.columns[i];
-  table.multiply(perturbed_, base_);
-  base_ = noise_ - base_.cwiseProduct(load_.scales.rows);
-  for (const int i : best_active_) base_[i] -= noise_[i];
-  if (afresh) return table.renew(best_active_, -1, load_.q, base_);
+double Lemke::exact_vertex(Table& table, const Rung& rung, Eigen::VectorXd& z) {
+  Judgement found = judge_.vertex(table, load_, z), best;
+  for (int repair = 1; found.beyond_rounding > o_.vertex_tolerance || found.residual > o_.tolerance; ++repair) {
+    const bool better = found.residual < best.residual;
+    const bool gained = found.beyond_rounding < o_.repair_gain * best.beyond_rounding;
+    if (better) {
+      best = found;
+      best_ = z;
+      list_basis(table, best_active_);
+    }
+    const bool stuck = found.residual < HUGE_VAL && !gained && best.residual <= o_.tolerance;
+    if (best.residual == HUGE_VAL || repair > o_.repairs || stuck) break;  // HUGE_VAL: it cannot be factorised
+    PathEnd end;
+    // Contacts that approach at 1e-11 beside others at 1 have values of 1e-12 that decide which of them carries.
+    follower_.ratio.harris = repair == 1 ? o_.harris_back : 0;
+    if (repair == 1) {
+      end = take_perturbation_back(table);
+    } else {
+      set_noise(rung.seed + 1000 * static_cast<unsigned>(repair));
+      end = cover_vertex(table) ? follow_path(table, true) : PathEnd::bad_pivot;
+    }
+    found = end == PathEnd::solution ? judge_.vertex(table, load_, z) : Judgement{};
+    if (end == PathEnd::pivot_limit) break;
+  }
+  if (found.residual <= best.residual) return found.residual;
+  z = best_;
+  return best.residual;
+}
+
+// The vertex in hand is that of q + delta p, so with c = p it is feasible from z_0 = delta on. Back from there to z_0 =
+// 0: c > 0, as at the start, and a path that comes to a vertex of one orientation leaves it on the other side.
+template <class Table>
+PathEnd Lemke::take_perturbation_back(Table& table) {
+  base_ = noise_;
   table.set_cover(base_);
   table.set_load(load_.q);
-  return true;
+  return follow_path(table, false);
+}
+
+// Takes up the best vertex so far with a covering vector of its own: its basic values are y + p z_0, feasible from some
+// z_0 > 0 on, where the lowest leaves, and at z_0 = 0 nothing is perturbed any more. False where its basis is singular.
+template <class Table>
+bool Lemke::cover_vertex(Table& table) {
+  set_own_cover(table, load_, best_active_, noise_, perturbed_, base_);
+  return table.renew(best_active_, -1, load_.q, base_);
 }
 
 // Pairs whose z is basic, and (returned) the pair that is out, -1 where z_0 is not basic.
@@ -260,8 +284,7 @@ void Lemke::solve(const LcpProblem& problem, LcpSolution& solution) {
   }
   load_.original = sparse ? sparse_.condensed_load() : form->q;
   pair_scales(*form, load_.scales);
-  load_.about = problem.size;
-  if (!load_.set() || (!sparse && !form->M.allFinite()))
+  if (!load_.set(problem) || (!sparse && !finite(*form)))
     return refuse(LcpStatus::not_finite, "the data are not finite");
 
   if (sparse) {

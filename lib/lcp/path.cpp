@@ -33,14 +33,19 @@
 //     The proximal term enters in later rungs only.
 //  5. The crash's point and the answer are vertices of bases; the answer is recomputed from the original data with
 //     iterative refinement and checked there.
-//  6. The last rungs start on the ray x = -(|q| + 1), without a crash (as the library does when all else fails): c > 0
-//     there, and the path is the one that Lemke's method follows.
+//  6. Two rungs start on the ray x = -(|q| + 1), without a crash (as the library does when all else fails): c > 0
+//     there, and the path is the one that Lemke's method follows. Proximal steps, which cost most, come last.
+//  7. Where each asks for a solve a crash tries `crash_tries` exchanges a pair at most; of redundant contacts most have
+//     no pivot.
+//  8. Where a path ends in a ray, z_0 is taken out and the vertex judged: of data that are rounded a problem may have
+//     rays close to its answer.
 //
 // Returns: solved (residual at most the tolerance), ray (a start with c > 0 ended in a ray that the original data bear
 // out), nonconverged (limits, paths that turn back or end in other rays), singular (no usable pivot),
 // inaccurate (a vertex whose residual stays above the tolerance), not_finite. `reason` names each rung that was used.
 
 #include <array>
+#include <climits>
 #include <cmath>
 #include <memory>
 
@@ -57,7 +62,6 @@ namespace {
 /// Numbers of the method. All act on the scaled problem: |M_ii| ~ 1, max |q_i| ~ 1.
 struct PathOptions : LcpOptions {
   double pivot_tolerance = 1e-9;  ///< an entry that blocks must be larger than this, -
-  double harris = 1e-12;          ///< least allowance of the ratio test (RatioTest), -
   int crash_steps = 20;           ///< projected Newton steps at most, before each path
   double decrease = 1e-4;         ///< part of the linear decrease of the merit that a step must reach, -
   int memory = 5;                 ///< merits that the largest is taken of; 1: monotone
@@ -65,6 +69,9 @@ struct PathOptions : LcpOptions {
   double converged = 1e-13;       ///< merit at which the crash ends, -
   /// An exchange of the crash needs a pivot above these, pass by pass, -; smaller: near-singular bases are entered.
   std::array<double, 2> crash_pivots{1e-2, 1e-7};
+  /// Exchanges a pair that a crash may try, where each asks for a solve, -; more: bases of redundant contacts cost it
+  /// many times what the path does.
+  int crash_tries = 1;
   int block_exchanges = 4;      ///< exchanges of two pairs at once between fresh factorisations
   int watchdog = 2;             ///< steps that may fail to lower the merit
   int major_limit = 8;          ///< paths of one rung at most
@@ -80,12 +87,13 @@ struct Rung {
   double noise;           ///< of the start, -
   unsigned seed;
   double pivot_tolerance;  ///< as a multiple of the option
+  double harris;           ///< least allowance of the ratio test (RatioTest), -; 0: rounding alone
 };
-constexpr std::array<Rung, 5> ladder{{{"crash from zero", false, true, 0, 1e-3, 1, 1},
-                                      {"crash from zero, other noise", false, true, 0, 1e-1, 2, 1e-2},
-                                      {"proximal steps", true, true, 1e-2, 1e-3, 3, 1e-2},
-                                      {"start on the ray", false, false, 0, 1, 4, 1},
-                                      {"start on another ray", false, false, 0, 1, 5, 1e-2}}};
+constexpr std::array<Rung, 5> ladder{{{"crash from zero", false, true, 0, 1e-3, 1, 1, 1e-12},
+                                      {"start on the ray", false, false, 0, 1, 4, 1, 0},
+                                      {"crash from zero, other noise", false, true, 0, 1e-1, 2, 1e-2, 0},
+                                      {"start on another ray", false, false, 0, 1, 5, 1e-2, 1e-12},
+                                      {"proximal steps", true, true, 1e-2, 1e-3, 3, 1e-2, 1e-12}}};
 
 class Path {
  public:
@@ -121,7 +129,8 @@ class Path {
   PathFollower follower_;
   PathJudge judge_;
   int n_ = 0, pivot_limit_ = 0, blocks_ = 0, factorisations_ = 0;
-  bool covered_ = false;  // c > 0 on the last path
+  int tried_ = 0, tries_ = INT_MAX;  // columns looked at in a crash, and at most
+  bool covered_ = false;             // c > 0 on the last path
   double best_merit_ = 0;
   Eigen::VectorXd z_, F_, trial_, target_, product_, cover_, q_proximal_, best_, lowest_, answer_;  // n
   Eigen::VectorXd values_, falling_;                                                                // padded
@@ -185,7 +194,8 @@ void Path::reach(Table& table) {
   if (table.is_basic(2 * n_)) table.restart();
   const auto out_of_budget = [&] {
     poll_stop();
-    return follower_.pivots >= follower_.pivot_limit;
+    tried_ += Table::column_solves;
+    return follower_.pivots >= follower_.pivot_limit || tried_ > tries_;
   };
   const auto pending = [&](int i) { return table.is_basic(n_ + i) != bool(want_[i]); };
   waiting_.clear();
@@ -327,7 +337,7 @@ SparseBasis& Path::proximal(const SparseBasis&, double eps) {
 template <class Table>
 PathEnd Path::attempt(Table& table, const Rung& rung, LcpSolution& solution) {
   follower_.ratio.pivot_tolerance = o_.pivot_tolerance * rung.pivot_tolerance;
-  follower_.ratio.harris = o_.harris;
+  follower_.ratio.harris = rung.harris;
   follower_.pivot_limit = follower_.pivots + (pivot_limit_ - follower_.pivots) / 2;
   table.restart();
   if (rung.from_best)
@@ -347,16 +357,21 @@ PathEnd Path::attempt(Table& table, const Rung& rung, LcpSolution& solution) {
       if (rung.crash) crash(near, q_proximal_);
       path_search(near, q_proximal_, rung, seed + 500);
     } else if (rung.crash) {
+      tried_ = 0;
+      tries_ = o_.crash_tries * n_;
       crash(table, load_.q);
+      tries_ = INT_MAX;
     }
     end = path_search(table, load_.q, rung, seed);
-    if (end == PathEnd::solution) {
-      judge_.vertex(table, load_, trial_, solution.residual);
+    const bool ray = end == PathEnd::ray || end == PathEnd::doubtful_ray;
+    if (end == PathEnd::solution || (ray && follower_.drop_artificial(table, n_))) {
+      solution.residual = judge_.vertex(table, load_, trial_).residual;
+      if (ray && solution.residual > o_.tolerance) solution.residual = HUGE_VAL;
       if (solution.residual < least) {
         least = solution.residual;
         solution.z = trial_;
       }
-      if (least <= o_.tolerance) return end;
+      if (least <= o_.tolerance) return PathEnd::solution;
     }
     if (end == PathEnd::pivot_limit) break;
 
@@ -433,8 +448,7 @@ void Path::solve(const LcpProblem& problem, LcpSolution& solution) {
   }
   load_.original = sparse ? sparse_.condensed_load() : problem_->q;
   pair_scales(*problem_, load_.scales);
-  load_.about = problem_->size;
-  if (!load_.set() || (!sparse && !problem_->M.allFinite()))
+  if (!load_.set(problem) || (!sparse && !finite(*problem_)))
     return refuse(LcpStatus::not_finite, "the data are not finite");
 
   if (sparse) {

@@ -60,6 +60,16 @@ void SparseBasis::multiply(const Eigen::VectorXd& z, Eigen::VectorXd& w) {
   w.noalias() -= p.C * residual_x_;
 }
 
+// |D| z + |C| |A^-1 |B| z|, z >= 0: what A^-1 cancels is not seen.
+void SparseBasis::magnitudes(const Eigen::VectorXd& z, Eigen::VectorXd& terms) {
+  const auto& p = *problem_;
+  residual_x_.noalias() = p.B.cwiseAbs() * z;
+  solve_free(residual_x_);
+  residual_x_ = residual_x_.cwiseAbs();
+  terms.noalias() = p.D.cwiseAbs() * z;
+  terms.noalias() += p.C.cwiseAbs() * residual_x_;
+}
+
 void SparseBasis::set_scales(const Eigen::VectorXd& pair_rows, const Eigen::VectorXd& pair_columns) {
   const auto& p = *problem_;
   x_scale_.resize(nx_);

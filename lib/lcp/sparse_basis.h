@@ -33,10 +33,12 @@ class SparseBasis {
   void set_load(const Eigen::VectorXd& q);
   void set_cover(const Eigen::VectorXd& cover) { cover_ = cover; }
   const double* column(int variable);
+  static constexpr int column_solves = 1;  ///< that column() takes, at most
   bool pivot(int row, int entering);
   void transform(const double* q, double* out);
   void solve_active(const std::vector<int>& active, double* x, double* scratch);
   void multiply(const Eigen::VectorXd& z, Eigen::VectorXd& w);
+  void magnitudes(const Eigen::VectorXd& z, Eigen::VectorXd& terms);
   /// Factorises the present basis afresh. False where that fails.
   bool refresh() { return refactor(); }
   /// Takes up a basis for a load and a covering vector, as DenseTableau does.

@@ -6,9 +6,9 @@
 // sequence of bases; wrong choices cycle, meet a basis that cannot be factorised, or drift out of the feasible region.
 //
 // Sources: K. Yamane, Y. Nakamura, A numerically robust LCP solver for simulating articulated rigid bodies in contact,
-// Robotics: Science and Systems 2008 (nothing is carried from pivot to pivot but the set of basic variables; all
-// candidates of a pivot are kept and searched); J. E. Lloyd, Fast implementation of Lemke's algorithm for rigid body
-// contact simulation, ICRA 2005 (bases have the size of the bodies: basis_system.cpp). The sequence that a
+// Robotics: Science and Systems 2008 (all candidates of a pivot are kept and searched; bases come from the original
+// matrix, so that round-off does not add up); J. E. Lloyd, Fast implementation of Lemke's algorithm for rigid body
+// contact simulation, ICRA 2005 (bases have the size of the bodies: sparse_basis.cpp). The sequence that a
 // lexicographic rule would take is among those searched: at each of its bases its choice is one of the tied candidates.
 //
 // Differences from the sources:
@@ -17,13 +17,18 @@
 //  2. Order of the search: the candidate with the largest pivot is followed; the others wait. After a dead end the
 //     waiting state with the fewest second choices behind it comes next, the youngest of those first.
 //  3. Pairs are scaled symmetrically by powers of two (scaling.h).
-//  4. Each basis is solved with iterative refinement. A basis whose values fall below -feasible is a dead end.
-//  5. An end where z_0 has left counts only if the natural residual on the original data is within the tolerance.
-//  6. An end that has a variable below zero by more than rounding is near the exact one: a search of its own goes from
-//     its basis (polish) to one whose signs are right. Where it finds none, an end within the tolerance stands, and the
-//     search goes on from any other.
-//  7. When all sequences from c of ones end dead, or half of the pivots are spent, the search is repeated with two
-//     other covering vectors, whose entries differ so that few candidates tie; q itself is never perturbed.
+//  4. Along a sequence the dictionary is carried from pivot to pivot, as Lemke's is; factorising each basis took most
+//  of
+//     the time. It is taken from the original matrix where a sequence begins, every `renew_every` pivots, and before a
+//     dead end is believed: a basis whose values fall below -feasible, that cannot be factorised, or that nothing
+//     blocks.
+//  5. An end where z_0 has left is solved for and judged on the original data, as Lemke's vertices are.
+//  6. An end that is not exact, group by group (complementary_path.h), is near the exact one: a search of its own goes
+//     from its basis (polish) to one that is. Where it finds none, an end within the tolerance stands, and the search
+//     goes on from any other.
+//  7. The search begins with c of ones. One that takes more than its share of pivots is given up for another covering
+//     vector, whose entries differ so that few candidates tie, with twice the share, and so is one whose sequences all
+//     end dead, up to `exhausted_searches` times; q itself is never perturbed.
 //
 // Returns: solved; nonconverged (pivot limit), memory_limit: the search was cut off; where it was not:
 // inaccurate (ends whose residual stays above the tolerance: the best of them), ray (some sequence ended in a ray that
@@ -36,10 +41,12 @@
 #include <cstdint>
 #include <memory>
 
-#include "lcp/basis_system.h"
 #include "lcp/complementary_path.h"
+#include "lcp/dense_tableau.h"
 #include "lcp/lcp.h"
 #include "lcp/scaling.h"
+#include "lcp/sparse_basis.h"
+#include "linalg/finite.h"
 #include "linalg/stop.h"
 
 namespace cb {
@@ -57,13 +64,16 @@ struct YnlOptions : LcpOptions {
   /// sequence is given up.
   double feasible = 1e-8;
   double roundings = 100;
-  /// A variable of an end above minus this is zero but for rounding, -; looser: ends near the exact one are kept.
+  /// Judgement::beyond_rounding up to which an end is exact, -; looser: ends near the exact one are kept.
   double vertex_tolerance = 1e-12;
+  /// Pivots that a dictionary is carried on at most; more: round-off grows, fewer: each costs as many pivots again as
+  /// there are basic z.
+  int renew_every = 100;
+  int first_search = 4;        ///< pivots a pair of the first search; each further one may take twice those of the last
+  int exhausted_searches = 3;  ///< searches that all end dead, after which there is no answer
   /// A ray's direction may violate its equations by this much of its largest entry, -.
   double ray_tolerance = 1e-9;
 };
-
-constexpr std::array<std::string_view, 3> covers{"cover of ones", "second cover", "third cover"};
 
 std::uint64_t mix(std::uint64_t x) {  // splitmix64
   x += 0x9e3779b97f4a7c15ULL;
@@ -178,12 +188,14 @@ class Waiting {
   std::vector<int> free_;
 };
 
-/// A variable that blocks: z_i or w_i (or z_0: pair -1), with the size of its pivot.
+/// A variable that blocks, with the size of its pivot.
 struct Candidate {
-  int pair;
-  bool is_z;
+  int variable, row;
   double pivot;
 };
+
+/// What a state leads to: on, or one of the dead ends.
+enum class Look { on, ray, doubtful_ray, singular, infeasible };
 
 enum class End { solved, exhausted, pivot_limit, memory_limit };
 
@@ -198,23 +210,39 @@ class Ynl {
     int rays = 0, doubtful_rays = 0, singular = 0, infeasible = 0, seen = 0, refused = 0;
   };
 
-  End search(const LcpProblem& problem, LcpSolution& solution);
-  End follow(const LcpProblem& problem, LcpSolution& solution);
-  bool polish(const LcpProblem& problem, LcpSolution& solution);
-  bool follow_own_cover(const LcpProblem& problem, LcpSolution& solution);
+  // A Table is the dictionary of the scaled problem at a basis: DenseTableau or SparseBasis.
+  template <class Table>
+  void try_covers(Table& table, LcpSolution& solution);
+  template <class Table>
+  End search(Table& table, LcpSolution& solution);
+  template <class Table>
+  End follow(Table& table, LcpSolution& solution);
+  template <class Table>
+  bool polish(Table& table, const State& end, LcpSolution& solution);
+  template <class Table>
+  bool follow_own_cover(Table& table, const State& end, LcpSolution& solution);
+  template <class Table>
+  bool expand(Table& table, State& state, LcpSolution& solution);
+  template <class Table>
+  Look look(Table& table, const State& state);
+  template <class Table>
+  bool take_up(Table& table, const State& state);
+  template <class Table>
+  bool vertex(Table& table, const State& state, LcpSolution& solution);
   void start(State& state, double near_tie);
-  bool expand(State& state, const LcpProblem& problem, LcpSolution& solution);
-  void find_candidates(const State& state);
-  bool ray_holds(double left) const;
-  bool vertex(const State& state, const LcpProblem& problem, LcpSolution& solution);
+  void find_candidates(const double* change, const double* value);
+  bool dead(Look look);
   bool push(const State& state);
   bool room(std::size_t more);
-  void list_active(const State& state);
+  void conclude(End end, const std::string& covers_used, LcpSolution& solution);
   std::string dead_ends() const;
 
   YnlOptions o_;
-  BasisSystem system_;
-  PairScales scales_;
+  DenseTableau dense_;
+  SparseBasis sparse_;
+  LcpProblem condensed_;
+  ScaledLoad load_;
+  PathJudge judge_;
   Seen seen_;
   Waiting waiting_;
   Dead dead_;
@@ -222,20 +250,17 @@ class Ynl {
   Seen seen_aside_;  // of the search that an end's own cover interrupts
   Waiting waiting_aside_;
   std::vector<Candidate> candidates_aside_;
-  std::vector<int> active_;
+  std::vector<int> active_, basic_;  // pairs whose z is basic; n: the variable of each row of the table in hand
   State child_;
-  int n_ = 0, pivots_ = 0, pivot_limit_ = 0, cover_limit_ = 0;
+  int n_ = 0, pivots_ = 0, pivot_limit_ = 0, cover_limit_ = 0, renewals_ = 0;
+  int worn_ = 0;                   // pivots since the table was taken from the original matrix
+  bool at_hand_ = false;           // is the table at the state in hand?
   double near_tie_ = 0, tie_ = 0;  // width of ties, -: of the search in hand; of the basis in hand
   bool polishing_ = false, polished_ = false;
   std::size_t peak_bytes_ = 0;
   bool memory_full_ = false, solved_ = false;
-  double q_scale_ = 1;                   // largest scaled load once x is eliminated
-  double judged_ = 1;                    // what residuals are fractions of, over q_scale_
-  Eigen::VectorXd load_, cover_, zero_;  // n: condensed and scaled; c; nx of zeros: x counts from A^-1 a
-  Eigen::VectorXd z_value_, w_value_;    // n: values at the basis in hand
-  Eigen::VectorXd z_change_, w_change_;  // n: their changes per unit of the entering variable
-  Eigen::VectorXd free_column_, pair_column_, answer_;
-  double z0_value_ = 0, z0_change_ = 0;
+  Eigen::VectorXd cover_, own_cover_, in_use_;  // n: c of the search; of an end; the one at hand
+  Eigen::VectorXd ones_, z_ones_, answer_;      // n
 };
 
 bool Ynl::room(std::size_t more) {
@@ -255,126 +280,102 @@ bool Ynl::push(const State& state) {
   return room(0);
 }
 
-void Ynl::list_active(const State& state) {
+// The state's dictionary from the original matrix.
+template <class Table>
+bool Ynl::take_up(Table& table, const State& state) {
   active_.clear();
   for (int i = 0; i < n_; ++i)
     if (state.has(i)) active_.push_back(i);
+  ++renewals_;
+  worn_ = 0;
+  at_hand_ = table.renew(active_, state.out, load_.q, in_use_);
+  return at_hand_;
 }
 
-// Is the direction in hand a ray of w = M z + q + c z_0? All of it >= 0, and its equations hold.
-bool Ynl::ray_holds(double left) const {
-  const double largest =
-      std::max({1.0, z_change_.lpNorm<Eigen::Infinity>(), w_change_.lpNorm<Eigen::Infinity>(), std::abs(z0_change_)});
-  const double lowest = std::min({z0_change_, z_change_.minCoeff(), w_change_.minCoeff()});
-  return lowest >= -o_.ray_tolerance * largest && left <= o_.ray_tolerance * largest;
-}
-
-// The answer at a complementary basis, computed from the original data and checked on them.
-bool Ynl::vertex(const State& state, const LcpProblem& problem, LcpSolution& solution) {
-  list_active(state);
-  ++solution.factorisations;
-  if (!system_.factor(active_, -1)) {
+// The answer at the complementary basis in hand, from the original data and judged on them.
+template <class Table>
+bool Ynl::vertex(Table& table, const State& state, LcpSolution& solution) {
+  const Judgement found = judge_.vertex(table, load_, answer_);
+  if (found.residual == HUGE_VAL) {
     ++dead_.singular;
     return false;
   }
-  system_.solve(zero_, load_);
-  const double end_below =
-      below_zero(std::min(system_.z().minCoeff(), system_.w().minCoeff()), system_.z().maxCoeff()) / judged_;
-  answer_ = (system_.z().cwiseProduct(scales_.columns) * q_scale_).cwiseMax(0.0);
-  const double residual = answer_.allFinite() ? natural_residual(problem, answer_) : HUGE_VAL;
-  const bool better = residual < solution.residual;
+  const bool better = found.residual < solution.residual;
   if (better) {
-    solution.residual = residual;
+    solution.residual = found.residual;
     solution.z = answer_;
   }
-  const bool exact = end_below <= o_.vertex_tolerance;
-  if (residual <= o_.tolerance && exact) return solved_ = true;
-  if (!polishing_ && better && !exact && polish(problem, solution)) return true;
-  if (residual <= o_.tolerance && !polishing_) return solved_ = true;
+  const bool good = found.residual <= o_.tolerance, exact = found.beyond_rounding <= o_.vertex_tolerance;
+  if (good && exact) return solved_ = true;
+  if (!polishing_ && better && polish(table, state, solution)) return true;
+  if (good && !polishing_) return solved_ = true;
   ++dead_.refused;
   return false;
 }
 
-// All variables that block the entering one within near_tie, the largest pivot first; z_0 before all.
-void Ynl::find_candidates(const State& state) {
+// All rows that block the entering variable within a tie, the largest pivot first; z_0 before all.
+void Ynl::find_candidates(const double* change, const double* value) {
   candidates_.clear();
   double bound = HUGE_VAL;
-  const auto shorten = [&](double value, double change) {
-    if (change < -o_.pivot_tolerance) bound = std::min(bound, std::max(value, 0.0) / -change);
-  };
-  const auto note = [&](int pair, bool is_z, double value, double change) {
-    if (change < -o_.pivot_tolerance && value + change * bound <= tie_)
-      candidates_.push_back({pair, is_z, pair < 0 ? HUGE_VAL : -change});
-  };
-  const auto each = [&](auto&& visit) {
-    visit(-1, true, z0_value_, z0_change_);
-    for (int i = 0; i < n_; ++i) {
-      if (i == state.out) continue;
-      if (state.has(i))
-        visit(i, true, z_value_[i], z_change_[i]);
-      else
-        visit(i, false, w_value_[i], w_change_[i]);
-    }
-  };
-  each([&](int, bool, double value, double change) { shorten(value, change); });
+  for (int i = 0; i < n_; ++i)
+    if (change[i] < -o_.pivot_tolerance) bound = std::min(bound, std::max(value[i], 0.0) / -change[i]);
   if (!(bound < HUGE_VAL)) return;
-  each(note);
-  std::stable_sort(candidates_.begin(), candidates_.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.pivot > b.pivot; });
+  for (int i = 0; i < n_; ++i)
+    if (change[i] < -o_.pivot_tolerance && value[i] + change[i] * bound <= tie_)
+      candidates_.push_back({basic_[i], i, basic_[i] == 2 * n_ ? HUGE_VAL : -change[i]});
+  // By variable where pivots are alike: rows are in the order of the pivots before.
+  std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
+    return a.pivot != b.pivot ? a.pivot > b.pivot : a.variable < b.variable;
+  });
 }
 
-// One state: its basis from the original matrix, the candidates, and what follows from each. True where `state` has
-// become the next one of the sequence.
-bool Ynl::expand(State& state, const LcpProblem& problem, LcpSolution& solution) {
-  list_active(state);
-  ++solution.factorisations;
-  if (!system_.factor(active_, state.out)) {
-    ++dead_.singular;
-    return false;
+// Where does the state lead, whose dictionary is in hand? Fills candidates_.
+template <class Table>
+Look Ynl::look(Table& table, const State& state) {
+  const double* value = table.rhs();
+  double lowest = 0, largest = 0;
+  for (int i = 0; i < n_; ++i) {
+    basic_[i] = table.basic(i);
+    lowest = std::min(lowest, value[i]);
+    largest = std::max(largest, value[i]);
   }
-  system_.solve(zero_, load_);
-  if (!system_.finite()) {
-    ++dead_.singular;
-    return false;
-  }
-  z_value_ = system_.z();
-  w_value_ = system_.w();
-  z0_value_ = system_.z0();
   // What a sum of the largest values cannot tell from zero is a tie, whatever the width.
-  const double rounding = round_off * std::max({z0_value_, z_value_.maxCoeff(), w_value_.maxCoeff()});
+  const double rounding = round_off * largest;
   tie_ = std::max(near_tie_, rounding);
-  const double lowest = std::min({z0_value_, z_value_.minCoeff(), w_value_.minCoeff()});
-  if (lowest < -std::max(o_.feasible, o_.roundings * rounding)) {
-    ++dead_.infeasible;
-    return false;
-  }
+  if (lowest < -std::max(o_.feasible, o_.roundings * rounding)) return Look::infeasible;
+  const int entering = state.z_enters ? n_ + state.out : state.out;
+  const double* change = table.column(entering);
+  if (!all_finite({value, std::size_t(n_)}) || !all_finite({change, std::size_t(n_)})) return Look::singular;
+  find_candidates(change, value);
+  if (!candidates_.empty()) return Look::on;
+  return judge_.ray_holds(table, load_, in_use_, entering) ? Look::ray : Look::doubtful_ray;
+}
 
-  double left = 0;
-  if (state.z_enters) {
-    system_.column(state.out, free_column_, pair_column_);
-    left = system_.solve(free_column_, pair_column_);
-  } else {
-    pair_column_.setZero(n_);
-    pair_column_[state.out] = -1;
-    left = system_.solve(zero_, pair_column_);
-  }
-  if (!system_.finite()) {
-    ++dead_.singular;
-    return false;
-  }
-  z_change_ = system_.z();
-  w_change_ = system_.w();
-  z0_change_ = system_.z0();
+// Notes a dead end.
+bool Ynl::dead(Look look) {
+  if (look == Look::on) return false;
+  ++(look == Look::ray            ? dead_.rays
+     : look == Look::doubtful_ray ? dead_.doubtful_rays
+     : look == Look::singular     ? dead_.singular
+                                  : dead_.infeasible);
+  return true;
+}
 
-  find_candidates(state);
-  if (candidates_.empty()) {
-    ++(ray_holds(left) ? dead_.rays : dead_.doubtful_rays);
-    return false;
-  }
+// One state: the candidates of its basis, and what follows from each. True where `state` has become the next one of the
+// sequence. A dead end is believed only of a basis taken from the original matrix.
+template <class Table>
+bool Ynl::expand(Table& table, State& state, LcpSolution& solution) {
+  Look found = at_hand_ && worn_ < o_.renew_every ? look(table, state) : Look::singular;
+  if (found != Look::on && (!at_hand_ || worn_ > 0))
+    found = take_up(table, state) ? look(table, state) : Look::singular;
+  if (dead(found)) return at_hand_ = false;
+
+  const int entering = state.z_enters ? n_ + state.out : state.out;
   if (state.z_enters) state.flip(state.out);
   std::size_t first = 0;
-  if (candidates_[0].pair < 0) {
-    if (vertex(state, problem, solution)) return false;
+  if (candidates_[0].variable == 2 * n_) {
+    at_hand_ = false;
+    if (table.pivot(candidates_[0].row, entering) && vertex(table, state, solution)) return false;
     ++first;
   }
   if (candidates_.size() == first) return false;
@@ -382,15 +383,17 @@ bool Ynl::expand(State& state, const LcpProblem& problem, LcpSolution& solution)
   // The largest pivot is followed, the others wait.
   const int choices = state.second_choices;
   for (std::size_t i = candidates_.size(); i-- > first;) {
-    const Candidate& c = candidates_[i];
+    const int variable = candidates_[i].variable, pair = variable % n_;
     State& next = i > first ? child_ : state;
     if (i > first) child_ = state;
-    if (c.is_z) next.flip(c.pair);
-    next.out = c.pair;
-    next.z_enters = !c.is_z;
+    if (variable >= n_) next.flip(pair);
+    next.out = pair;
+    next.z_enters = variable < n_;
     next.second_choices = choices + (i > first ? 1 : 0);
     if (i > first && !push(next)) return false;
   }
+  at_hand_ = at_hand_ && table.pivot(candidates_[first].row, entering);
+  ++worn_;
   return true;
 }
 
@@ -401,32 +404,40 @@ void Ynl::start(State& state, double near_tie) {
   waiting_.clear(words);
   state.basic.assign(words, 0);
   near_tie_ = near_tie;
-  solved_ = false;
+  solved_ = at_hand_ = false;
 }
 
 // From the slack basis: all sequences, until one ends in a checked solution.
-End Ynl::search(const LcpProblem& problem, LcpSolution& solution) {
+template <class Table>
+End Ynl::search(Table& table, LcpSolution& solution) {
   State state;
   start(state, o_.near_tie);
-  if (load_.minCoeff() >= -o_.feasible && vertex(state, problem, solution)) return End::solved;
+  const auto& q = load_.q;
+  if (q.minCoeff() >= -o_.feasible) {
+    table.restart();
+    table.set_load(q);
+    if (vertex(table, state, solution)) return End::solved;
+  }
 
   // z_0 enters; whatever needs most of it leaves. The first of the list is to be the youngest.
   double need = 0;
-  for (int i = 0; i < n_; ++i) need = std::max(need, -load_[i] / cover_[i]);
+  for (int i = 0; i < n_; ++i) need = std::max(need, -q[i] / cover_[i]);
   for (int i = n_ - 1; i >= 0; --i) {
-    if (load_[i] + cover_[i] * need > near_tie_) continue;
+    if (q[i] + cover_[i] * need > near_tie_) continue;
     state.out = i;
     if (!push(state)) return End::memory_limit;
     state.second_choices = 1;
   }
-  return follow(problem, solution);
+  return follow(table, solution);
 }
 
 // All sequences from the states that wait, the youngest first.
-End Ynl::follow(const LcpProblem& problem, LcpSolution& solution) {
+template <class Table>
+End Ynl::follow(Table& table, LcpSolution& solution) {
   State state;
   while (!waiting_.empty()) {
     waiting_.pop(state);
+    at_hand_ = false;
     for (;;) {
       if (!room(seen_.full() ? 2 * seen_.bytes() : 0)) return End::memory_limit;
       if (!seen_.insert(state.hash())) {
@@ -436,7 +447,7 @@ End Ynl::follow(const LcpProblem& problem, LcpSolution& solution) {
       if (pivots_ >= cover_limit_) return End::pivot_limit;
       poll_stop();
       ++pivots_;
-      const bool on = expand(state, problem, solution);
+      const bool on = expand(table, state, solution);
       if (solved_) return End::solved;
       if (memory_full_) return End::memory_limit;
       if (!on) break;
@@ -445,48 +456,48 @@ End Ynl::follow(const LcpProblem& problem, LcpSolution& solution) {
   return End::exhausted;
 }
 
-// On from an end in hand that has a variable below zero by more than rounding: the exact end is at another basis. With
-// c = w_d - M z_d, where z_d and w_d are one for what is basic at this end and zero elsewhere, all its basic values
+// On from an end that is not exact: the exact one is at another basis. Under its own covering vector all basic values
 // grow with z_0 alike: they are feasible from z_0 = -lowest on, where the lowest leaves. From there a search of its own
 // goes on to z_0 = 0, its ties no wider than rounding. At most a pivot a pair.
-bool Ynl::follow_own_cover(const LcpProblem& problem, LcpSolution& solution) {
+template <class Table>
+bool Ynl::follow_own_cover(Table& table, const State& end, LcpSolution& solution) {
   State state;
-  start(state, o_.vertex_tolerance);
-  z_change_.setZero(n_);
-  for (const int i : active_) {
-    state.flip(i);
-    z_change_[i] = 1;
-  }
-  (system_.z() + system_.w()).minCoeff(&state.out);
-  state.z_enters = !state.has(state.out);
-  if (!state.z_enters) state.flip(state.out);
-
+  start(state, 0);
+  state.basic = end.basic;
   active_.clear();
-  ++solution.factorisations;
-  if (!system_.factor(active_, -1)) return false;
-  system_.product(z_change_, free_column_, pair_column_);
-  system_.solve(free_column_, pair_column_);
-  system_.set_cover(Eigen::VectorXd::Ones(n_) - z_change_ - system_.w());
+  for (int i = 0; i < n_; ++i)
+    if (state.has(i)) active_.push_back(i);
+  ones_.setOnes(n_);
+  set_own_cover(table, load_, active_, ones_, z_ones_, own_cover_);
+  ++renewals_;
+  if (!table.renew(active_, -1, load_.q, own_cover_)) return false;
+  in_use_ = own_cover_;
+  const double* value = table.rhs();
+  const int row = static_cast<int>(std::min_element(value, value + n_) - value);
+  state.out = table.basic(row) % n_;
+  state.z_enters = table.basic(row) < n_;
+  if (!state.z_enters) state.flip(state.out);
   cover_limit_ = std::min(pivot_limit_, pivots_ + n_);
-  return push(state) && follow(problem, solution) == End::solved;
+  return push(state) && follow(table, solution) == End::solved;
 }
 
 // The same, with the search in hand put aside meanwhile.
-bool Ynl::polish(const LcpProblem& problem, LcpSolution& solution) {
+template <class Table>
+bool Ynl::polish(Table& table, const State& end, LcpSolution& solution) {
   polished_ = polishing_ = true;
   const double near_tie = near_tie_;
   const int cover_limit = cover_limit_;
   std::swap(seen_, seen_aside_);
   std::swap(waiting_, waiting_aside_);
   std::swap(candidates_, candidates_aside_);
-  const bool found = follow_own_cover(problem, solution);
+  const bool found = follow_own_cover(table, end, solution);
   std::swap(seen_, seen_aside_);
   std::swap(waiting_, waiting_aside_);
   std::swap(candidates_, candidates_aside_);
-  system_.set_cover(cover_);
+  in_use_ = cover_;
   near_tie_ = near_tie;
   cover_limit_ = cover_limit;
-  polishing_ = false;
+  polishing_ = at_hand_ = false;
   return found;
 }
 
@@ -504,64 +515,37 @@ std::string Ynl::dead_ends() const {
   return text;
 }
 
-void Ynl::solve(const LcpProblem& problem, LcpSolution& solution) {
-  n_ = problem.n();
-  pivots_ = 0;
-  pivot_limit_ = o_.pivot_limit > 0 ? o_.pivot_limit : 50 * (n_ + problem.nx()) + 1000;
-  solution.reason.clear();
-  solution.pivots = solution.factorisations = 0;
-  solution.residual = HUGE_VAL;
-  solution.peak_memory_mb = 0;
-  solution.z.setZero(n_);
-  solution.x.resize(0);
-  peak_bytes_ = 0;
-  memory_full_ = polishing_ = polished_ = false;
-  dead_ = {};
-  const auto refuse = [&](LcpStatus status, const char* reason) {
-    solution.status = status;
-    solution.reason = reason;
-  };
-  if (!finite(problem)) return refuse(LcpStatus::not_finite, "the data are not finite");
-  if (n_ == 0) {
-    solution.status = LcpStatus::solved;
-    solution.residual = 0;
-    if (problem.expanded) recover_free(problem, solution.z, solution.x);
-    return;
-  }
-  pair_scales(problem, scales_);
-  system_.start(problem, scales_);
-  active_.clear();
-  if (!system_.factor(active_, -1)) return refuse(LcpStatus::singular, "the block of the free unknowns is singular");
-  system_.solve(system_.free_load(), system_.pair_load());
-  load_ = system_.w();
-  q_scale_ = n_ > 0 ? load_.lpNorm<Eigen::Infinity>() : 0;
-  if (q_scale_ == 0) q_scale_ = 1;
-  judged_ = std::max(1.0, problem.size / q_scale_);
-  if (!std::isfinite(q_scale_)) return refuse(LcpStatus::not_finite, "the data are not finite");
-  load_ /= q_scale_;
-  zero_.setZero(problem.nx());
-
+// One search after another, each from another cover, with twice the pivots of the last: which cover meets few ties
+// nobody knows, and a search among ties that go nowhere takes thousands.
+template <class Table>
+void Ynl::try_covers(Table& table, LcpSolution& solution) {
+  basic_.resize(n_);
   End end = End::exhausted;
-  bool cut_off = false;
-  std::string others;
-  const auto also = [&](std::string_view cover) { others += (others.empty() ? "; then " : ", ") + std::string(cover); };
-  for (std::size_t c = 0; c < covers.size() && (end == End::exhausted || end == End::pivot_limit); ++c) {
+  int others = -1, exhausted = 0;
+  for (int budget = o_.first_search * n_; exhausted < o_.exhausted_searches; budget *= 2) {
+    ++others;
     cover_.setOnes(n_);
-    for (int i = 0; c > 0 && i < n_; ++i) cover_[i] = 0.5 + draw(static_cast<unsigned>(c), static_cast<unsigned>(i));
-    system_.set_cover(cover_);
-    cover_limit_ = c + 1 < covers.size() ? pivots_ + (pivot_limit_ - pivots_) / 2 : pivot_limit_;
-    if (c > 0) also(covers[c]);
-    end = search(problem, solution);
-    cut_off = cut_off || end == End::pivot_limit;
+    for (int i = 0; others > 0 && i < n_; ++i)
+      cover_[i] = 0.5 + draw(static_cast<unsigned>(others), static_cast<unsigned>(i));
+    in_use_ = cover_;
+    cover_limit_ = pivots_ + std::min(budget, pivot_limit_ - pivots_);
+    end = search(table, solution);
+    exhausted += end == End::exhausted;
+    if (end == End::solved || end == End::memory_limit || pivots_ >= pivot_limit_) break;
   }
-  if (end == End::exhausted && cut_off) end = End::pivot_limit;
-  if (polished_) also("an end's own cover");
+  std::string used;
+  if (others > 0) used = "; then " + std::to_string(others) + (others > 1 ? " other covers" : " other cover");
+  if (polished_) used += std::string(used.empty() ? "; then " : ", ") + "an end's own cover";
+  conclude(end, used, solution);
+}
 
-  if (problem.expanded && solution.z.allFinite()) recover_free(problem, solution.z, solution.x);
+// Status and reason.
+void Ynl::conclude(End end, const std::string& covers_used, LcpSolution& solution) {
   solution.pivots = pivots_;
   solution.peak_memory_mb = double(peak_bytes_) / 1e6;
   const std::string dead = dead_ends();
-  if (!dead.empty() || !others.empty()) solution.reason = "dead ends: " + (dead.empty() ? "none" : dead) + others;
+  if (!dead.empty() || !covers_used.empty())
+    solution.reason = "dead ends: " + (dead.empty() ? "none" : dead) + covers_used;
   const auto ended = [&](LcpStatus status, const std::string& reason) {
     solution.status = status;
     solution.reason = reason + (solution.reason.empty() ? "" : "; ") + solution.reason;
@@ -588,18 +572,66 @@ void Ynl::solve(const LcpProblem& problem, LcpSolution& solution) {
   }
 }
 
+void Ynl::solve(const LcpProblem& problem, LcpSolution& solution) {
+  n_ = problem.n();
+  pivots_ = renewals_ = 0;
+  pivot_limit_ = o_.pivot_limit > 0 ? o_.pivot_limit : 50 * (n_ + problem.nx()) + 1000;
+  solution.reason.clear();
+  solution.pivots = solution.factorisations = 0;
+  solution.residual = HUGE_VAL;
+  solution.peak_memory_mb = 0;
+  solution.z.setZero(n_);
+  solution.x.resize(0);
+  peak_bytes_ = 0;
+  memory_full_ = polishing_ = polished_ = false;
+  dead_ = {};
+  const auto refuse = [&](LcpStatus status, const char* reason) {
+    solution.status = status;
+    solution.reason = reason;
+  };
+  if (!finite(problem)) return refuse(LcpStatus::not_finite, "the data are not finite");
+  if (n_ == 0) {
+    solution.status = LcpStatus::solved;
+    solution.residual = 0;
+    if (problem.expanded) recover_free(problem, solution.z, solution.x);
+    return;
+  }
+  const bool sparse = problem.expanded && n_ > o_.dense_limit;
+  const LcpProblem* form = &problem;
+  if (problem.expanded) {
+    if (sparse ? !sparse_.start(problem) : !condense(problem, condensed_))
+      return refuse(LcpStatus::singular, "the block of the free unknowns is singular");
+    if (!sparse) form = &condensed_;
+  }
+  load_.original = sparse ? sparse_.condensed_load() : form->q;
+  pair_scales(*form, load_.scales);
+  if (!load_.set(problem) || (!sparse && !finite(*form)))
+    return refuse(LcpStatus::not_finite, "the data are not finite");
+
+  judge_.ray_tolerance = o_.ray_tolerance;
+  if (sparse) {
+    sparse_.set_scales(load_.scales.rows, load_.scales.columns);
+    sparse_.restart();
+    try_covers(sparse_, solution);
+    solution.factorisations = sparse_.factorisations();
+    sparse_.free_unknowns(solution.z, solution.x);
+  } else {
+    dense_.start(form->M, load_.scales.rows, load_.scales.columns);
+    try_covers(dense_, solution);
+    solution.factorisations = renewals_;
+    if (problem.expanded) recover_free(problem, solution.z, solution.x);
+  }
+}
+
 }  // namespace
 
 LcpSolverRow ynl_row() {
   return {"ynl",
-          "Lemke's path from bases factorised afresh; candidates of tied pivots are stored and searched",
-          "Yamane and Nakamura 2008; Lloyd 2005",
-          "",
-          [](const LcpOptions& options) -> LcpSolver {
+          "Lemke's path; candidates of tied pivots are stored and searched, dead ends tried again from fresh bases",
+          "Yamane and Nakamura 2008; Lloyd 2005", "", [](const LcpOptions& options) -> LcpSolver {
             auto solver = std::make_shared<Ynl>(options);
             return [solver](const LcpProblem& problem, LcpSolution& solution) { solver->solve(problem, solution); };
-          },
-          true};
+          }};
 }
 
 }  // namespace cb

@@ -63,6 +63,7 @@ class AnitescuPotra {
   void drop_rounding();
   void build_expanded(const ContactProblem& problem);
   void set_load(const ContactProblem& problem, const std::vector<double>& v);
+  void group_by_contact(const ContactProblem& problem);
   double size(const ContactProblem& problem) const;
   bool start_at_rest(const ContactProblem& problem, ContactSolution& solution);
   bool start_warm();
@@ -92,16 +93,16 @@ class AnitescuPotra {
   LcpProblem lcp_;
   LcpSolution answer_;
   std::vector<double> u_, v_, restored_, scratch_;
+  std::vector<double> weight_;  // nc, 1/kg
 
   // Warm start: the last answer, and the equations of its active set.
   bool warm_ = false;
   std::shared_ptr<long> warm_starts_;
   RestingImpulse resting_{3};
-  std::vector<double> weight_;  // nc, 1/kg
-  double size_ = 0;             // sqrt(J), of the event
-  int previous_ = -1;           // n of the last answer, -1 where there is none
-  std::vector<int> active_;     // its positive unknowns, and what makes their equations regular
-  Eigen::VectorXd w_;           // n
+  double size_ = 0;          // sqrt(J), of the event
+  int previous_ = -1;        // n of the last answer, -1 where there is none
+  std::vector<int> active_;  // its positive unknowns, and what makes their equations regular
+  Eigen::VectorXd w_;        // n
   PairScales scales_;
   BasisSystem basis_;
   Eigen::MatrixXd active_matrix_;
@@ -122,7 +123,6 @@ AnitescuPotra::AnitescuPotra(const MethodOptions& options)
   } else if (!row->unavailable.empty()) {
     solver_failure_ = std::string(row->unavailable);
   } else {
-    if (row->wants_expanded) lcp_options_.dense_limit = 0;
     solver_ = row->make(lcp_options_);
   }
   for (int i = 0; i < k_; ++i) {
@@ -151,6 +151,11 @@ void AnitescuPotra::build_dense(const ContactProblem& problem) {
   const int nc = nc_, k = k_, n = unknowns();
   delassus(problem, factor_, W_);
   drop_rounding();
+  weight_.resize(nc);
+  for (int c = 0; c < nc; ++c) {
+    const double normal = W_(3 * c, 3 * c), tangential = W_(3 * c + 1, 3 * c + 1) + W_(3 * c + 2, 3 * c + 2);
+    weight_[c] = tangential > 0 ? (normal + tangential) / 3 : normal;
+  }
   lcp_.expanded = false;
   lcp_.M.resize(n, n);
   lcp_.M.setZero();
@@ -203,6 +208,7 @@ void negate_transposed(const SparseMatrix& B, SparseMatrix& T) {
 // the load of an island at rest or rolling, u- of 1e-16 on v- of 1, would have to be found as their difference.
 void AnitescuPotra::build_expanded(const ContactProblem& problem) {
   const int nc = nc_, k = k_, n = unknowns(), nv = problem.nv();
+  contact_weights(problem, factor_, weight_);
   lcp_.expanded = true;
   lcp_.A.resize(nv, nv);
   lcp_.A.setZero();
@@ -268,6 +274,36 @@ void AnitescuPotra::set_load(const ContactProblem& problem, const std::vector<do
     const double* along = &u_[3 * rough_[f]];
     for (int a = 0; a < k_; ++a) lcp_.q[first_direction(f) + a] = cosine_[a] * along[1] + sine_[a] * along[2];
     lcp_.q[slip_bound(f)] = restored_[rough_[f]];
+  }
+}
+
+// Answers are judged contact by contact, as the referee does (contact/referee.cpp). Whatever the answer, a contact is
+// about the velocities of all contacts before the event: the fastest were it this one's, but no more than all of them
+// together.
+void AnitescuPotra::group_by_contact(const ContactProblem& problem) {
+  LcpGroups& groups = lcp_.groups;
+  groups.of_pair.resize(unknowns());
+  groups.root.resize(unknowns());
+  groups.shares.assign(unknowns(), 0);
+  groups.size.resize(nc_);
+  double all = 0, fastest = 0;
+  for (int c = 0; c < nc_; ++c) {
+    const double* u = &u_[3 * c];
+    const double u2 = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
+    fastest = std::max(fastest, u2);
+    all += u2 / weight_[c];
+    groups.of_pair[c] = c;
+    groups.root[c] = std::sqrt(weight_[c]);
+    groups.shares[c] = !is_limit(problem, c);  // a joint's limit may be in rad/s
+  }
+  for (int c = 0; c < nc_; ++c) groups.size[c] = std::sqrt(std::min(all, fastest / weight_[c]));
+  for (int f = 0; f < rough(); ++f) {
+    const int c = rough_[f], first = first_direction(f);
+    std::fill_n(&groups.of_pair[first], k_, c);
+    std::fill_n(&groups.root[first], k_, groups.root[c]);
+    std::fill_n(&groups.shares[first], k_, groups.shares[c]);
+    groups.of_pair[slip_bound(f)] = c;
+    groups.root[slip_bound(f)] = 1 / groups.root[c];
   }
 }
 
@@ -523,6 +559,7 @@ void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& soluti
   // Compression (all of it where e = 0).
   restored_.assign(nc_, 0.0);
   set_load(problem, problem.v_minus);
+  group_by_contact(problem);
   if (!solve_phase(solution)) {
     previous_ = -1;
     resting_.forget();
@@ -542,6 +579,9 @@ void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& soluti
   for (int c = 0; c < nc_; ++c) {
     const double given_back = problem.restitution[c] * answer_.z[c];
     solution.impulse[3 * c] += given_back;
+    const double* r = &solution.impulse[3 * c];
+    double& about = lcp_.groups.size[c];
+    about = std::max(about, std::sqrt(weight_[c] * (r[0] * r[0] + r[1] * r[1] + r[2] * r[2])));
     restored_[c] = problem.mu[c] * given_back;
   }
   apply_impulse(problem, factor_, solution.impulse, v_);

@@ -27,17 +27,23 @@ class DrumwrightShell {
     std::shared_ptr<long> warm_starts;       ///< counts such starts that were accepted, where it is given
     /// -: scaled infeasibility up to which an answer is accepted.
     double infeasibility = 1e-10;
+    double backward = 9e-10;
+
     /// -: residual of N z = 1 (z: proof of the least sum) and of T z = 0 below which they count as solvable.
     double solvable = 1e-10;
     /// -: error of W_(:,n) lambda = 1_n up to which a scene counts as flat: the certificate multiplies it.
     double flat = 1e-11;
-    /// -: lambda w up to which a contact counts as one that lambda does not need.
-    double carrying = 1e-7;
     /// -: tangential part of z up to which a scene counts as nearly flat; beyond it multipliers are of moderate size.
     double tilted = 1e-3;
+    /// -: and from which on: rounding times the inverse is then no error.
+    double least_tilt = 1e-7;
+    /// -: gap of that program, as a fraction of the event's energy, up to which its answer counts: (1) multiplies it.
+    double tilted_gap = 1e-12;
+    /// -: lambda w up to which a contact counts as one that lambda does not need.
+    double carrying = 1e-7;
     /// -: normal velocity, as a fraction of the event's, up to which a contact counts as touching after the
     /// frictionless solution.
-    double touching = 1e-9;
+    double touching = 9e-10;
     /// -: first shift of the normal velocities, as a fraction of the event's, that finds the least sum where N z = 1
     /// has no solution; each further attempt takes a hundredth. Too large: another vertex, which the proof refutes.
     double shift = 1e-3;
@@ -45,17 +51,15 @@ class DrumwrightShell {
     /// -: gap as a fraction of the event's energy up to which an answer that misses epsilon is `inaccurate` and not
     /// `nonconverged`.
     double inaccurate = 1e-8;
-    /// -: ConeOptions::regularisation, proximal and tangent_exponent of further attempts where the answer is far off.
-    std::vector<std::array<double, 3>> further_attempts = {
-        {1e-10, 1e-9, 0.75}, {1e-12, 1e-9, 0.75}, {1e-14, 1e-10, 0.75}, {1e-9, 1e-9, 1},
-        {1e-10, 1e-9, 0.5},  {1e-8, 1e-9, 1},     {1e-11, 1e-8, 0.25}};
     /// Contacts of an island up to which an answer that is still far off is looked for densely, in long double; larger:
     /// an event may take seconds.
     int dense_limit = 96;
     /// Contacts up to which that comes before further attempts of the sparse method.
     int dense_first = 16;
-    /// -: ConeOptions::step_fraction of the attempts at that; short steps stay in the middle of mixed scales.
-    std::array<double, 2> dense_step_fractions = {0.98, 0.5};
+    /// -: ConeOptions::step_fraction of the last attempt at that.
+    double short_step = 0.5;
+    /// -: ConeOptions::proximal and careful_proximal of the Newton steps that finish its answers.
+    double finish_proximal = 1e-12, finish_first_proximal = 1e-8;
     /// Restitution scaled so that no island gains energy? Without: as published.
     bool bounded_restitution = true;
     /// -: gain of energy over the sum of its terms that counts as rounding.
@@ -75,7 +79,7 @@ class DrumwrightShell {
     std::vector<double> share;  // 1 where the normal impulse counts in the bound: at contacts, not at limits of joints
     std::span<const int> contacts, blocks;  // of the problem
   };
-  /// Which program an island comes down to: (1), (3), or (3) with (4).
+  /// Which program an island comes down to: (1), (3), or as a first guess (3) with (4).
   enum class Shape { general, flat, tilted };
   /// What an island of the previous event knows of the next one.
   struct Previous {
@@ -89,16 +93,54 @@ class DrumwrightShell {
   /// One phase (restitution has two): from `v0` to impulses `r` with certificate.
   bool solve(const ContactProblem& problem, const std::vector<double>& v0, double epsilon, ContactSolution& solution);
   void give_back(const ContactProblem& problem, ContactSolution& solution);
+  bool approaches_again();
   bool weigh(const ContactProblem& problem, ContactSolution& solution);
   void extract(const ContactProblem& problem, const std::vector<double>& v0, int island);
   ConeStatus solve_island(double epsilon, ContactSolution& solution, Previous* previous);
+  void begin_island(double epsilon, ContactSolution& solution);
+  bool find_bound();
+  bool slides_freely();
+  bool stays_at_rest(Previous& previous);
+  void remember(Previous& previous);
+
+  /// How far an answer may miss the bounds: not beyond rounding, or as far as the referee accepts.
+  enum class Allowed { exact, backward };
+  /// Fills answer_; false where there is nothing to propose.
+  struct Proposer {
+    const char* name;
+    bool (DrumwrightShell::*propose)();
+    Allowed allowed;
+    bool starts_next;  ///< may Newton's method start from it in the next event?
+  };
+  static const std::array<Proposer, 11> proposers;
+  ConeStatus propose(Previous* previous);
+  bool from_previous();
+  bool all_stop();
+  bool all_stick();
+  bool from_guess();
+  bool tilted();
+  bool interior();
+  bool relaxed();
+  bool small_dense();
+  bool large_dense();
+  bool dense_relaxed();
+  bool dense_short();
+  void solve_densely(const ConeProgram& program, double step_fraction);
+  bool offer(Allowed allowed);
+  void certify_unreduced(const ConeSolution& x, double t);
+  ConeProgram reduced() const;
+  ConeProgram relaxed_program();
+  double limit_of(Allowed allowed) const;
+  bool excused(const Certificate& certificate) const;
+
   ContactView view() const;
   bool start_at_rest(Previous& previous);
   bool frictionless();
   void equalities(const std::vector<char>& in_set, double target, std::vector<double>& x,
                   std::vector<double>& velocity);
   bool proves_least_sum() const;
-  bool least_sum();
+  bool complementary();
+  bool least_sum(bool solved);
   bool least_sum_at_vertex();
   void take_frictionless();
   void lift();
@@ -109,10 +151,8 @@ class DrumwrightShell {
   bool has_robot() const;
   double stop_set(const ConeProgram& program, std::span<const double> weight, int rows);
   bool stop_normals();
-  bool try_stopping(double epsilon);
-  bool try_sticking(double epsilon);
-  Certificate judge(std::span<const double> r, std::span<const double> eta, double epsilon);
-  bool good(const Certificate& certificate, double epsilon) const;
+  Certificate judge(std::span<const double> r, std::span<const double> eta);
+  bool good(const Certificate& certificate, double infeasibility) const;
   double sum_of_shares(std::span<const double> x) const;
   double gap_at_own_sum(std::span<const double> r);
 
@@ -135,12 +175,17 @@ class DrumwrightShell {
   std::vector<double> r_, eta_, G_, step_, h_, u_step_, x_, least_x_, f_shifted_, velocity_, Jz_;
   std::vector<double> touch_, proof_;
   std::vector<char> set_, fixed_;
+  std::vector<double> slack_, multiplier_;
+  double epsilon_ = 0;                   // J, the island's share
+  Certificate best_;                     // of r_, eta_
+  const ConeSolution* start_ = nullptr;  // the previous event's answer, where it may be started from
   double kappa_ = 0, size_ = 0, miss_ = 0;
   Shape shape_ = Shape::general;
   double tilt_ = 0;                 // largest tangential part of z where the shape is tilted
   std::vector<double> tilted_row_;  // (4)
   bool inaccurate_ = false;
-  ConeSolution answer_, trial_;
+  double excess_ = 0;  // J, of the gaps of all islands, beyond rounding
+  ConeSolution answer_, trial_, finished_;
   std::vector<Previous> previous_;  // per island
   int iterations_ = 0;
 

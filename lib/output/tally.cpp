@@ -64,6 +64,8 @@ void RunTally::observe_event(const EventRecord& event, bool holds) {
   const Residuals& checked = event.residuals;
   if (std::isfinite(checked.model)) residuals.add(checked.model);
   raise(gain_max, checked.energy_gain);
+  if (checked.gap)
+    restitution_scale_min = std::min(restitution_scale_min.value_or(1), event.solution.restitution_scale);
   if (checked.energy_before > 0) raise(gain_relative_max, checked.energy_gain / checked.energy_before);
 }
 
@@ -97,6 +99,9 @@ void RunTally::observe_step(const StepRecord& record, bool completed) {
   penetration_max = std::max(penetration_max, record.max_penetration);
   penetration_inside_max = std::max(penetration_inside_max, record.penetration_inside);
   if (record.penetration_displacement > 0) ++penetration_removals;
+  bounces_left_out += record.bounces_left_out;
+  bounce_speed_max = std::max(bounce_speed_max, record.bounce_speed);
+  bounce_distance_max = std::max(bounce_distance_max, record.bounce_distance);
   penetration_displacement_max = std::max(penetration_displacement_max, record.penetration_displacement);
   if (record.events > 0) {
     if (record.events == 1) contacts_max = std::max(contacts_max, record.contacts);

@@ -9,6 +9,17 @@ namespace cb {
 
 namespace {
 
+void turn_spin(const Body& body, const double* d, double* w) {
+  const Vec3& inertia = body.inertia;
+  if (inertia[0] == inertia[1] && inertia[1] == inertia[2]) return;  // turning it leaves its inertia as it is
+  const double angle = Vec3(d + 3).norm();
+  if (angle == 0) return;
+  Eigen::Map<Vec3> spin(w);
+  spin = Eigen::AngleAxisd(angle, Vec3(d + 3) / angle) * Vec3(spin);
+}
+
+}  // namespace
+
 double tree_energy(const Model& model, const Tree& tree, const State& state) {
   double energy = 0;
   for (const Joint& joint : tree.joints) {
@@ -20,16 +31,12 @@ double tree_energy(const Model& model, const Tree& tree, const State& state) {
   return energy;
 }
 
-void turn_spin(const Body& body, const double* d, double* w) {
-  const Vec3& inertia = body.inertia;
-  if (inertia[0] == inertia[1] && inertia[1] == inertia[2]) return;  // turning it leaves its inertia as it is
-  const double angle = Vec3(d + 3).norm();
-  if (angle == 0) return;
-  Eigen::Map<Vec3> spin(w);
-  spin = Eigen::AngleAxisd(angle, Vec3(d + 3) / angle) * Vec3(spin);
+void set_tree_energy(const Model& model, const Tree& tree, double energy, State& state) {
+  const double has = tree_energy(model, tree, state);
+  if (has == energy || !(has > 0)) return;
+  Eigen::Map<Eigen::VectorXd>(&state.qd[tree.v], tree.nv) *= std::sqrt(energy / has);
+  link_twists(model, tree, state);
 }
-
-}  // namespace
 
 void move_poses(const Model& model, const std::vector<BlockOwner>& owners, const std::vector<int>& first,
                 const Eigen::VectorXd& d, State& state) {
@@ -54,11 +61,7 @@ void displace(const Model& model, const std::vector<BlockOwner>& owners, const s
   std::size_t at = 0;
   for (const BlockOwner& owner : owners) {
     if (owner.tree < 0) continue;
-    const Tree& tree = model.trees[owner.tree];
-    const double had = before[at++], has = tree_energy(model, tree, state);
-    if (has == had || !(has > 0)) continue;
-    Eigen::Map<Eigen::VectorXd>(&state.qd[tree.v], tree.nv) *= std::sqrt(had / has);
-    link_twists(model, tree, state);
+    set_tree_energy(model, model.trees[owner.tree], before[at++], state);
   }
 }
 

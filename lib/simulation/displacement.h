@@ -8,6 +8,11 @@
 
 namespace cb {
 
+/// Kinetic energy of a tree's links, J.
+double tree_energy(const Model& model, const Tree& tree, const State& state);
+/// Scales a tree's rates by the root of `energy` (J) over the kinetic energy that it has; one at rest stays so.
+void set_tree_energy(const Model& model, const Tree& tree, double energy, State& state);
+
 /// Moves bodies and joints by d (nv, as the problem's v); `first`: per block, where its part of d begins. A free body's
 /// spin turns with the body, as its inertia does, and keeps its energy; other velocities and rates stay, so that a
 /// tree's energy changes with its inertia: by the order of d.

@@ -20,8 +20,8 @@ void shape_motion(const Shape& shape, const State& state, Motion& motion);
 ///   * other pairs: their points with a gap from -delta to -tolerance
 /// are brought back to gap 0 by the displacement d least in d.M d, to first order N d = -gap, repeated until the gaps
 /// are within a tenth of the tolerance. A joint that d would take beyond its limit is held at it, and gaps that it
-/// alone could close stay. Velocities are not touched, but that a free body's spin turns with it (displacement.h): the
-/// kinetic energy of trees and the potential energy change by second order in the step, with either sign. Both signs of
+/// alone could close stay. A free body's spin turns with it (displacement.h); the energy of trees is the caller's to
+/// keep, potential energy changes by second order in the step, with either sign. Both signs of
 /// gap are taken, so that contact goes on as contact, and no later event closes what arithmetic opened.
 class Drift {
  public:

@@ -1,4 +1,4 @@
-// Is the explicit step of controllers, springs and damping stable?
+// Is the step of controllers and springs (explicit) and of damping stable?
 //
 // Accelerations are at most quadratic in the rates (Coriolis and centrifugal terms) and torques are at most that, so
 // that central differences give A exactly but for round-off, whatever the step of the difference. K is good to the
@@ -48,6 +48,13 @@ class Accelerations {
     for (int j = 0; j < size(); ++j) A.col(j) = slope(state_.qd[j], delta);
     return A;
   }
+  /// n x n: M^-1, accelerations by the torques.
+  MatrixXd response() {
+    MatrixXd R(size(), size());
+    const VectorXd without = evaluate();
+    for (int j = 0; j < size(); ++j) R.col(j) = evaluate(j) - without;
+    return R;
+  }
   /// n x n: of the coordinates, by the rates that they belong to; free joints have none.
   MatrixXd stiffness() {
     MatrixXd K = MatrixXd::Zero(size(), size());
@@ -59,12 +66,14 @@ class Accelerations {
   }
 
  private:
-  VectorXd evaluate() {
+  /// `pushed`: a rate with a torque of 1 besides.
+  VectorXd evaluate(int pushed = -1) {
     const Model& model = scenario_.model;
     const Vec3 gravity = scenario_.gravity.at(state_.t);
     for (const Tree& tree : model.trees) forward_kinematics(model, tree, state_);
     std::fill(tau_.begin(), tau_.end(), 0.0);
     for (const Controller& controller : controllers_) controller(model, state_, gravity, tau_);
+    if (pushed >= 0) tau_[pushed] += 1;
     for (const Tree& tree : model.trees) {
       for (const Joint& joint : tree.joints)
         if (joint.nv() == 1) tau_[joint.v] += joint.passive_torque(state_.q[joint.q], state_.qd[joint.v]);
@@ -82,15 +91,35 @@ class Accelerations {
   std::vector<double> tau_, qdd_;
 };
 
+/// (1 + h M^-1 D)^-1: what accelerations are multiplied by where damping D is implicit.
+MatrixXd braked(const MatrixXd& response, const std::vector<double>& implicit, double h) {
+  const auto n = response.rows();
+  const auto D = VectorXd::Map(implicit.data(), n).asDiagonal();
+  return (MatrixXd::Identity(n, n) + h * response * D).partialPivLu().inverse();
+}
+
 double largest_magnitude(const MatrixXd& A) {
   return Eigen::EigenSolver<MatrixXd>(A, false).eigenvalues().cwiseAbs().maxCoeff();
 }
 
 }  // namespace
 
+std::vector<double> implicit_damping(const Scenario& scenario) {
+  std::vector<double> damping(scenario.initial.qd.size(), 0.0);
+  for (const Tree& tree : scenario.model.trees)
+    for (const Joint& joint : tree.joints)
+      if (joint.nv() == 1) damping[joint.v] = joint.damping;
+  for (const ControllerSpec& spec : scenario.controllers)
+    for (const ControllerSpec::ControlledJoint& driven : spec.joints)
+      damping[scenario.model.trees[spec.tree].joints[driven.joint].v] = 0;
+  return damping;
+}
+
 std::optional<double> largest_eigenvalue(const Scenario& scenario, double h) {
   if (scenario.controllers.empty()) return std::nullopt;
-  return h * largest_magnitude(Accelerations(scenario).damping());
+  Accelerations accelerations(scenario);
+  const MatrixXd A = accelerations.damping();
+  return h * largest_magnitude(braked(accelerations.response(), implicit_damping(scenario), h) * A);
 }
 
 std::optional<double> largest_stable_step(const Scenario& scenario) {
@@ -99,21 +128,24 @@ std::optional<double> largest_stable_step(const Scenario& scenario) {
     for (const Joint& joint : tree.joints) any = any || joint.stiffness != 0 || joint.damping != 0;
   if (!any) return std::nullopt;
   Accelerations accelerations(scenario);
-  const MatrixXd A = accelerations.damping(), K = accelerations.stiffness();
+  const MatrixXd A = accelerations.damping(), K = accelerations.stiffness(), response = accelerations.response();
+  const std::vector<double> implicit = implicit_damping(scenario);
   const auto n = A.rows();
   const MatrixXd one = MatrixXd::Identity(n, n);
   MatrixXd flow(2 * n, 2 * n);
   flow << -A, -K, one, MatrixXd::Zero(n, n);
   const double growth = std::max(0.0, Eigen::EigenSolver<MatrixXd>(flow, false).eigenvalues().real().maxCoeff());
   const auto stable = [&](double h) {
+    const MatrixXd brake = braked(response, implicit, h), A_h = brake * A, K_h = brake * K;
     MatrixXd step(2 * n, 2 * n);
-    step << one - h * A, -h * K, h * (one - h * A), one - h * h * K;
+    step << one - h * A_h, -h * K_h, h * (one - h * A_h), one - h * h * K_h;
     // Rates without torque are double eigenvalues of 1, which rounding takes apart by its square root.
     constexpr double rounding = 1e-6;
     return largest_magnitude(step) <= std::exp(h * growth) + rounding;
   };
   constexpr double least = 1e-9, most = 1e3, accuracy = 1e-4;  // s, s, -
-  if (stable(most)) return most;
+  // A motion that grows by itself may grow by anything in so long a step.
+  if (growth * most < 1 && stable(most)) return most;
   // Upwards by quarters to the first step that is not stable: stable ones may come again beyond it.
   double low = least, high = least;
   while (stable(high) && high < most) {

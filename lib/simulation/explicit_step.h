@@ -6,8 +6,15 @@
 
 namespace cb {
 
+/// Of each rate (as State::qd): the damping, N m s/rad or N s/m, of a joint that no controller drives. Its torque is
+/// that of the rates at the end of a step, so that it never drives what it should brake: explicit, it does where h d is
+/// more than twice the inertia that the joint moves. A driven joint's stays explicit, as the torques that are to make
+/// up for it are.
+std::vector<double> implicit_damping(const Scenario& scenario);
+
 /// Largest eigenvalue, by magnitude, of h A at the scenario's initial state, where A = -d qdd / d qd of the controlled
-/// robots out of contact, motors without limits: M^-1 (velocity gains + damping) and what feed-forward leaves of them.
+/// robots out of contact, motors without limits: M^-1 (velocity gains + damping) and what feed-forward leaves of them;
+/// (M + h D)^-1 with implicit damping D.
 /// The step multiplies a rate's error by 1 - h A: beyond 2 it grows, whatever the method. None without a controller.
 std::optional<double> largest_eigenvalue(const Scenario& scenario, double h);
 

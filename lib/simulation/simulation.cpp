@@ -22,6 +22,8 @@
 #include "contact/feasibility.h"
 #include "geometry/box_box.h"
 #include "linalg/stop.h"
+#include "simulation/displacement.h"
+#include "simulation/explicit_step.h"
 
 namespace cb {
 
@@ -71,6 +73,9 @@ Simulation::Simulation(const Scenario& scenario, const SimulationOptions& option
     controllers_.push_back(spec.row->make(scenario_.model, spec));
   torque_.assign(state_.qd.size(), 0.0);
   joint_force_ = qdd_ = torque_;
+  lent_.resize(scenario_.model.trees.size());
+  step_damping_ = implicit_damping(scenario_);
+  for (double& d : step_damping_) d *= options_.step;
   // What springs hold is there too.
   energy_input_ = kinetic_energy(scenario_.model, state_) + potential_energy(scenario_.model, state_, Vec3::Zero());
   update_motions();
@@ -87,11 +92,8 @@ const StepRecord& Simulation::step() {
 
   double remaining = options_.step;
   bool moved_on = false;  // has a time of contact split this step?
-  int idle = 0;           // how often at nothing that approaches
-  double last_advance = 0;
   while (record_.status == Status::ok || record_.status == Status::inaccurate) {
     poll_stop();
-    const bool old_pairs = !moved_on && pairs_hold();
     if (!contacts_known_) {
       update_motions();
       find_pairs(remaining, margin_);
@@ -100,45 +102,34 @@ const StepRecord& Simulation::step() {
     const bool event = approaching();
     lap.add_to(record_.times.collision_s);
     if (event) {
-      if (++record_.events > options_.event_cap) {
-        fail(Status::event_stall, fmt::format("more than {} events in one step", options_.event_cap));
-        break;
-      }
-      const bool solved = solve_event(lap);
+      ++record_.events;
+      if (moved_on) observe_bounces(remaining);
+      record_.unsolved = !solve_event(lap);
       lap = Lap();  // the referee's check is no part of any of them
-      if (!solved) break;
+      if (record_.unsolved) break;
       left_out_.coplanar_points += points_left_out_;
-    } else if (moved_on && ++idle > options_.event_cap) {
-      fail(Status::event_stall,
-           fmt::format("more than {} times of contact without an event in one step: at t = {:.9g} s the next one is "
-                       "{:.3g} s away, and bodies turn or hover too fast to reach it",
-                       options_.event_cap, state_.t, last_advance));
-      break;
     }
     update_motions();
     const double reach = displacement_bound(remaining);
-    // Velocities changed: the pairs found before may no longer be all, unless hardly anything moves.
-    if ((!moved_on && !old_pairs) || ((event || old_pairs) && moved_ + reach > 0.5 * margin_))
+    // The pairs found before are all that can meet while velocities stay as they were then, or hardly anything moves.
+    const bool far = moved_ + reach > 0.5 * margin_;
+    if (moved_on ? event && far : far || !keeps_pairs())
       find_pairs(remaining, margin_);
-    else if (old_pairs)
+    else if (!moved_on)
       ++left_out_.pair_searches;
     const double dt = first_contact(remaining, reach);
     moved_ += reach;
     lap.add_to(record_.times.collision_s);
-    advance_positions(dt);
-    last_advance = dt;
+    move(dt, lap);
     remaining -= dt;
-    if (!scenario_.model.trees.empty()) {
-      lap.add_to(record_.times.dynamics_s);
-      drift_.remove(scenario_, motions_, contacts_, tolerance_, options_.closed_gap, radius_, *pairs_, dt, state_);
-    }
     update_motions();
-    if (remaining <= 0) break;
+    if (remaining <= 0 || !arrive(dt)) break;
     find_contacts();
     lap.add_to(record_.times.collision_s);
     moved_on = true;
   }
   if (record_.status == Status::ok || record_.status == Status::inaccurate) {
+    bounces_.clear();  // the next step begins with what is found here
     // Links go on arcs, out of what was swept.
     if (!scenario_.model.trees.empty()) find_pairs(0, margin_);
     find_contacts();
@@ -163,6 +154,38 @@ const StepRecord& Simulation::step() {
   lap.add_to(record_.times.dynamics_s);
   record_.times.step_s = std::chrono::duration<double>(lap.last() - start).count();
   return record_;
+}
+
+// The pair of the first time of contact, dt after the one before. False where it has come too often.
+bool Simulation::arrive(double dt) {
+  if (bounces_.arrive(arriving_) <= options_.event_cap) return true;
+  const auto [i, j] = arriving_;
+  const std::string who = i < 0 ? fmt::format("joint {} and its limit", scenario_.model.trees[-1 - i].joints[j].name)
+                                : fmt::format("{} and {}", scenario_.shapes[i].name, scenario_.shapes[j].name);
+  fail(Status::event_stall,
+       fmt::format("{} come together more than {} times in one step: at t = {:.9g} s, {:.3g} s after the time before",
+                   who, options_.event_cap, state_.t, dt));
+  return false;
+}
+
+// Before an event within the step: is it an impact of the pair that arrived, and is restitution left out in it?
+void Simulation::observe_bounces(double remaining) {
+  bool impact = false;
+  for (std::size_t c = 0; c < contacts_.size(); ++c) {
+    if (!approaches_[c]) continue;
+    const ContactPoint& contact = contacts_[c];
+    const Bounces::Pair pair = std::minmax(contact.shape_a, contact.shape_b);
+    impact = impact || pair == bounces_.last();
+    const double e = scenario_.pairs.find(pair.first, pair.second)->restitution;
+    if (!bounces_.over(pair, e)) continue;
+    ++record_.bounces_left_out;
+    const Motion &a = motions_[contact.shape_a], &b = motions_[contact.shape_b];
+    const Vec3 u = a.v + a.w.cross(contact.position - a.pose.p) - b.v - b.w.cross(contact.position - b.pose.p);
+    const double speed = e * std::abs(contact.normal.dot(u));
+    record_.bounce_speed = std::max(record_.bounce_speed, speed);
+    record_.bounce_distance = std::max(record_.bounce_distance, speed * remaining);
+  }
+  if (impact) bounces_.impact(state_.t);
 }
 
 void Simulation::fail(Status status, std::string reason) {
@@ -203,14 +226,8 @@ void Simulation::accelerate_trees(const Vec3& gravity) {
     for (const Joint& joint : tree.joints)
       energy_input_ +=
           std::abs(external_[joint.body].dot(Vec3(&state_.v[6 * static_cast<std::size_t>(joint.body)]))) * h;
-    const auto at = static_cast<std::size_t>(tree.v), nv = static_cast<std::size_t>(tree.nv);
-    articulated_body_.forward_dynamics(model, tree, state_, external_, {&joint_force_[at], nv}, {&qdd_[at], nv});
-    for (std::size_t i = at; i < at + nv; ++i) {
-      state_.qd[i] += h * qdd_[i];
-      joint_speed_ = std::max(joint_speed_, h * std::abs(qdd_[i]));
-    }
     twists_ = state_.v;
-    link_twists(model, tree, state_);
+    kick(tree, lent_[&tree - model.trees.data()]);
     for (const Joint& joint : tree.joints) {
       const Body& body = model.bodies[joint.body];
       const auto b = 6 * static_cast<std::size_t>(joint.body);
@@ -218,6 +235,51 @@ void Simulation::accelerate_trees(const Vec3& gravity) {
       energy_input_ += 0.5 * body.mass * dv.squaredNorm() + 0.5 * body.inertia.maxCoeff() * dw.squaredNorm();
     }
   }
+}
+
+// Rates of a tree from the forces of a step, h M^-1 (tau - bias). Centrifugal, Coriolis and gyroscopic forces do no
+// work: what they give the rates, the change of inertia takes back as the tree moves. It is lent until then.
+void Simulation::kick(const Tree& tree, Lent& lent) {
+  const Model& model = scenario_.model;
+  const auto at = static_cast<std::size_t>(tree.v), nv = static_cast<std::size_t>(tree.nv);
+  const std::span<double> qd(&state_.qd[at], nv), qdd(&qdd_[at], nv);
+  const std::span<const double> force(&joint_force_[at], nv), damping(&step_damping_[at], nv);
+  before_.assign(qd.begin(), qd.end());
+  const auto accelerate = [&](bool turning) {
+    articulated_body_.forward_dynamics(model, tree, state_, external_, force, qdd, damping, turning);
+  };
+  const auto add = [&] {
+    for (std::size_t i = 0; i < nv; ++i) qd[i] = before_[i] + options_.step * qdd[i];
+  };
+  accelerate(true);
+  after_.assign(qdd.begin(), qdd.end());
+  accelerate(false);
+  add();
+  link_twists(model, tree, state_);
+  const double own = tree_energy(model, tree, state_);
+  std::copy(after_.begin(), after_.end(), qdd.begin());
+  add();
+  link_twists(model, tree, state_);
+  const double all = tree_energy(model, tree, state_);
+  lent = {all - own, all > 0 ? own / all : 1};
+  for (const double a : qdd) joint_speed_ = std::max(joint_speed_, options_.step * std::abs(a));
+}
+
+// Moves everything by dt. A tree keeps its kinetic energy, but for what was lent to it.
+void Simulation::move(double dt, Lap& lap) {
+  const std::vector<Tree>& trees = scenario_.model.trees;
+  if (trees.empty()) return advance_positions(dt);
+  kept_.clear();
+  for (std::size_t t = 0; t < trees.size(); ++t) {
+    const double has = tree_energy(scenario_.model, trees[t], state_);
+    // An event may have stopped it: no more is given back than it had a share in, and no more taken than it has.
+    kept_.push_back(std::max(0.0, std::min(has - lent_[t].energy, has * lent_[t].share)));
+    lent_[t] = {};
+  }
+  advance_positions(dt);
+  lap.add_to(record_.times.dynamics_s);
+  drift_.remove(scenario_, motions_, contacts_, tolerance_, options_.closed_gap, radius_, *pairs_, dt, state_);
+  for (std::size_t t = 0; t < trees.size(); ++t) set_tree_energy(scenario_.model, trees[t], kept_[t], state_);
 }
 
 void Simulation::update_motions() {
@@ -235,9 +297,9 @@ double Simulation::displacement_bound(double horizon) {
   return bound;
 }
 
-// Are the pairs of an earlier step still all that can touch now?
-bool Simulation::pairs_hold() const {
-  return options_.prune.pair_searches && scenario_.model.trees.empty() && pairs_ != nullptr && moved_ <= 0.25 * margin_;
+// May the pairs of an earlier step serve? Links are moved without a velocity too.
+bool Simulation::keeps_pairs() const {
+  return options_.prune.pair_searches && scenario_.model.trees.empty() && pairs_ != nullptr;
 }
 
 void Simulation::find_pairs(double horizon, double margin) {
@@ -267,7 +329,8 @@ void Simulation::find_contacts() {
     if (contacts_.size() == first) continue;
     if (left_out > 0) patches_.emplace_back(static_cast<int>(first), left_out);
     mu_.resize(contacts_.size(), law.mu);
-    restitution_.resize(contacts_.size(), law.restitution);
+    const bool over = bounces_.any() && bounces_.over({i, j}, law.restitution);
+    restitution_.resize(contacts_.size(), over ? 0 : law.restitution);
     double depth = 0;
     for (std::size_t c = first; c < contacts_.size(); ++c) depth = std::max(depth, -contacts_[c].gap);
     depth_ = std::max(depth_, depth);
@@ -379,15 +442,20 @@ void Simulation::find_limits() {
 }
 
 // The first time within `horizon` at which a joint reaches a limit, or `horizon`. Coordinates are linear in time.
-double Simulation::first_limit(double horizon) const {
+double Simulation::first_limit(double horizon) {
   double first = horizon;
-  for (const Tree& tree : scenario_.model.trees) {
-    for (const Joint& joint : tree.joints) {
+  for (int t = 0; t < static_cast<int>(scenario_.model.trees.size()); ++t) {
+    const std::vector<Joint>& joints = scenario_.model.trees[t].joints;
+    for (int j = 0; j < static_cast<int>(joints.size()); ++j) {
+      const Joint& joint = joints[j];
       if (joint.q < 0 || !joint.limited()) continue;
       const double rate = state_.qd[joint.v] - joint.limit_rate;
       const double gap = joint.limit_gap(rate < 0 ? 1 : -1, state_.q[joint.q], state_.t);
-      if (rate != 0 && gap > options_.closed_gap)
-        first = std::min(first, (gap - options_.closed_gap / 2) / std::abs(rate));
+      if (rate == 0 || gap <= options_.closed_gap) continue;
+      const double time = (gap - options_.closed_gap / 2) / std::abs(rate);
+      if (time >= first) continue;
+      first = time;
+      arriving_ = {-1 - t, j};
     }
   }
   return first;
@@ -499,11 +567,23 @@ double Simulation::first_contact(double horizon, double reach) {
       ++left_out_.contact_times;
       continue;
     }
-    first = std::min(first, time_of_contact(scenario_.shapes[i], motions_[i], scenario_.shapes[j], motions_[j],
-                                            std::min(tolerance_[i], tolerance_[j]), first));
+    const double wait = bounces_.any() ? bounce_wait(i, j, horizon) : 0;
+    if (wait >= first) continue;
+    const double time = time_of_contact(scenario_.shapes[i], motions_[i], scenario_.shapes[j], motions_[j],
+                                        std::min(tolerance_[i], tolerance_[j]), first);
+    if (time >= first) continue;
+    first = std::max(time, wait);
+    arriving_ = {i, j};
   }
   if (!scenario_.model.trees.empty()) first = first_limit(first);
   return first;
+}
+
+// s, until which a pair whose bounces pile up is left alone; travel_ as in first_contact.
+double Simulation::bounce_wait(int i, int j, double horizon) const {
+  const double size = std::min(tolerance_[i], tolerance_[j]) / options_.closed_gap;
+  const double e = scenario_.pairs.find(i, j)->restitution;
+  return bounces_.wait({i, j}, e, state_.t, options_.step, size, (travel_[i] + travel_[j]) / horizon);
 }
 
 void Simulation::advance_positions(double dt) {

@@ -13,6 +13,7 @@
 #include "geometry/broad_phase.h"
 #include "methods/registry.h"
 #include "scenario/scenario.h"
+#include "simulation/bounces.h"
 #include "simulation/drift.h"
 #include "simulation/event_islands.h"
 #include "simulation/overlap.h"
@@ -49,9 +50,13 @@ struct StepRecord {
   double max_penetration = 0;                       ///< m, at the end of the step
   double penetration_inside = 0;                    ///< m, at the events and before it was taken away
   double penetration_displacement = 0;              ///< m, furthest that a point was moved for that
+  int bounces_left_out = 0;                         ///< impacts of pairs whose bounces were over (bounces.h)
+  double bounce_speed = 0;                          ///< m/s, largest e u_n of these: what they would have parted with
+  double bounce_distance = 0;                       ///< m, largest e u_n t of these, t to the end of the step
   double kinetic_energy = 0, potential_energy = 0;  ///< J
   int false_claims = 0;                             ///< answers called ok that the check refutes
   int doubted = 0;                                  ///< answers not called ok that the check confirms
+  bool unsolved = false;                            ///< an event that no answer was found to ended the run
   StepTimes times;
 };
 
@@ -64,8 +69,8 @@ struct StepPruning {
   bool coplanar_points = true;
   /// Times of contact of pairs that move by less than a quarter of the tolerance before the step ends.
   bool contact_times = true;
-  /// Searches for pairs of shapes that can meet, while everything has moved by less than a quarter of the margin since
-  /// the last one. Not with robots, whose links are moved without a velocity too (drift.h).
+  /// Searches for pairs of shapes that can meet, while everything has moved by less than half of the margin since the
+  /// last one. Not with robots, whose links are moved without a velocity too (drift.h).
   bool pair_searches = true;
 };
 
@@ -85,7 +90,7 @@ struct SimulationOptions {
   /// s), if its island does.
   double closed_gap = 1e-9;
   double approach = 1e-13;  ///< an event needs u_n < -approach * (|g| h + |v| + |w x arm| of the pair); also an island
-  int event_cap = 1000;     ///< events in one step; beyond: event_stall
+  int event_cap = 1000;     ///< times of contact of one pair (or joint limit) in one step; beyond: event_stall
   /// Seed of a new order of each event's contacts, which should change nothing but round-off; 0: as they are found.
   std::uint64_t shuffle = 0;
   double blowup_factor = 1e6;  ///< kinetic energy over the largest energy that was put in: energy_blowup
@@ -127,8 +132,11 @@ class Simulation {
   class Lap;
   void apply_forces();
   void accelerate_trees(const Vec3& gravity);
+  struct Lent;
+  void kick(const Tree& tree, Lent& lent);
+  void move(double dt, Lap& lap);
   void update_motions();
-  bool pairs_hold() const;
+  bool keeps_pairs() const;
   void find_pairs(double horizon, double margin);
   void find_contacts();
   bool approaching();
@@ -140,7 +148,10 @@ class Simulation {
   bool solve_event(Lap& lap);
   bool patch_spins();
   double first_contact(double horizon, double reach);
-  double first_limit(double horizon) const;
+  double first_limit(double horizon);
+  double bounce_wait(int i, int j, double horizon) const;
+  bool arrive(double dt);
+  void observe_bounces(double remaining);
   void advance_positions(double dt);
   double displacement_bound(double horizon);
   void fail(Status status, std::string reason);
@@ -176,10 +187,22 @@ class Simulation {
   std::vector<Controller> controllers_;
   ArticulatedBody articulated_body_;
   std::vector<double> torque_, joint_force_, qdd_;  // as State::qd
+  std::vector<double> step_damping_;                // as State::qd: h times the damping that is implicit
   std::vector<double> twists_;                      // State::v before a change
-  double joint_speed_ = 0;                          // largest |qdd| h of the step
+  /// What velocity-product forces gave a tree's rates at the start of the step, until it moves.
+  struct Lent {
+    double energy = 0;  // J
+    double share = 1;   // -: of what it had with it, what it had without
+  };
+  std::vector<Lent> lent_;              // per tree
+  std::vector<double> kept_;            // per tree, J: kinetic energy after a move
+  std::vector<double> before_, after_;  // of a tree: rates before a kick; accelerations
+  double joint_speed_ = 0;              // largest |qdd| h of the step
   Drift drift_;
   Overlap overlap_;
+
+  Bounces bounces_;
+  Bounces::Pair arriving_;  // what the first time of contact is of: shapes; or -1 - tree, joint
 
   // Collision: what the step looks at.
   BroadPhase broad_phase_;

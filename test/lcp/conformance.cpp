@@ -100,3 +100,20 @@ TEST_CASE("data that are no numbers end in a typed status with every solver", "[
     }
   }
 }
+
+// w_2 = z_2 - 1e-13: beside z_1 = 1 the error of z_2 = 0 is rounding, of a group of its own it is all there is.
+TEST_CASE("a small pair is solved for as exactly as a large one where it is about something else", "[conformance]") {
+  for (const char* name : {"lemke", "path", "ynl"}) {
+    LcpProblem problem;
+    problem.M = matrix(2, {1, 0, 0, 1});
+    problem.q = column({-1, -1e-13});
+    problem.groups = {{0, 1}, column({1, 1e-13}), column({1, 1}), {0, 0}};
+    LcpSolution found;
+    find_lcp_solver(name)->make({})(problem, found);
+    INFO(name << " " << found.reason);
+    REQUIRE(found.status == LcpStatus::solved);
+    CHECK(found.z[0] == 1);
+    CHECK(found.z[1] == Approx(1e-13).epsilon(1e-12));
+    CHECK(found.residual <= 1e-12);
+  }
+}

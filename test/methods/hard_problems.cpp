@@ -57,6 +57,99 @@ TEST_CASE("what rounding leaves of a velocity is no error, and what is more is n
     }
 }
 
+namespace {
+
+/// A stored event, solved by one of ap's solvers.
+struct StoredEvent {
+  ContactSolution solution;
+  double residual;
+
+  StoredEvent(const std::string& name, const char* solver, int k) {
+    const StoredProblem stored = read_contact_problem(std::string(SOURCE_ROOT) + "/test/data/events/" + name + ".hdf5");
+    MethodOptions options;
+    options.solver = solver;
+    options.k = k;
+    find_method("ap")->make(options)(stored.problem, solution);
+    std::vector<double> v_plus;
+    residual = Referee().check(stored.problem, solution, Law::anitescu_potra, v_plus).model;
+  }
+};
+
+}  // namespace
+
+// Boxes on a belt and on a cart, masses 1e3 apart, and a stack with restitution, whose first phase leaves faster
+// velocities than there were: vertices within 1e-10 of the event were wrong by 1e-9 of what their lightest contact
+// carries.
+TEST_CASE("What a light box carries is found as exactly as what a heavy one carries", "[ap]") {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problems are not read");
+    return;
+  }
+  for (const char* name : {"ap_cart", "ap_belt", "ap_elastic_stack"})
+    for (const char* solver : {"lemke", "path", "ynl"}) {
+      const StoredEvent event(name, solver, 4);
+      INFO(name << " " << solver << " " << event.solution.reason);
+      CHECK(event.solution.status == Status::ok);
+      CHECK(event.residual <= 1e-12);
+    }
+}
+
+// A stack whose light boxes approach at 1e-11 m/s beside terms of 3 m/s: which of them carries is decided by values
+// that a ratio test with an allowance of 1e-12 does not see.
+TEST_CASE("Contacts that approach by a hair are told from those that do not", "[ap]") {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problems are not read");
+    return;
+  }
+  for (const char* solver : {"lemke", "path", "ynl"}) {
+    const StoredEvent event("ap_slow_stack", solver, 8);
+    INFO(solver << " " << event.solution.reason);
+    CHECK(event.solution.status == Status::ok);
+    CHECK(event.residual <= 1e-12);
+  }
+}
+
+// A stack of boxes at rest, 22 contacts. From a cover of ones the search went through 4000 dead ends first.
+TEST_CASE("Ties that lead nowhere do not keep the search from a cover that knows none", "[ynl]") {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problems are not read");
+    return;
+  }
+  const StoredEvent event("ap_stack_ties", "ynl", 4);
+  INFO(event.solution.iterations << " pivots " << event.solution.reason);
+  CHECK(event.solution.status == Status::ok);
+  CHECK(event.solution.iterations < 10 * event.solution.size);
+  CHECK(event.residual <= 1e-12);
+}
+
+// Bricks of a wall, 28 contacts: W is indefinite by its rounding, and all paths ended in a ray 1e-9 from the answer.
+TEST_CASE("A ray that rounding makes of a wall at rest ends at its answer", "[path]") {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problems are not read");
+    return;
+  }
+  for (const int k : {4, 8}) {
+    const StoredEvent event("ap_wall_ray", "path", k);
+    INFO(k << " edges, " << event.solution.reason);
+    CHECK(event.solution.status == Status::ok);
+    CHECK(event.residual <= 1e-11);
+  }
+}
+
+// 76 contacts of a wall: four crashes that led nowhere, and ten thousand pivots of proximal steps, before the path from
+// the ray, which takes 40.
+TEST_CASE("A crash does not cost more than the path that it is to shorten", "[path]") {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problems are not read");
+    return;
+  }
+  const StoredEvent event("ap_wall_crash", "path", 8);
+  INFO(event.solution.iterations << " pivots " << event.solution.reason);
+  CHECK(event.solution.status == Status::ok);
+  CHECK(event.solution.iterations < 2 * event.solution.size);
+  CHECK(event.residual <= 1e-12);
+}
+
 // Two boxes and four contacts with restitution: Poisson's hypothesis applied to all contacts at once adds 1.28 J to
 // 0.80 J.
 TEST_CASE("restitution gives back no more energy than compression took", "[convex]") {

@@ -205,6 +205,18 @@ TEST_CASE("the contact problem that ended a run is kept for solve, and not beyon
   CHECK_FALSE(fs::exists(file));
 }
 
+TEST_CASE("a run that stalls keeps no contact problem: none failed", "[program]") {
+  TemporaryDirectory directory;
+  const Result result = run(directory.path(), {"run", SOURCE_ROOT "/test/data/scenes/hang_spin_1e8.xml", "--method",
+                                               "ap", "--out", "r", "--quiet"});
+  INFO(result.err);
+  CHECK(result.code == 3);
+  const Json json = summary(directory.path() / "r");
+  CHECK(json["status"] == "event_stall");
+  CHECK(json["hard_problem"].is_null());
+  CHECK_FALSE(fs::exists(directory.path() / "r" / "hard_problem.hdf5"));
+}
+
 TEST_CASE("a memory limit ends the run with its name", "[program]") {
   // One megabyte is less than the program by itself needs.
   TemporaryDirectory directory;

@@ -247,6 +247,29 @@ TEST_CASE("friction and restitution given on the command line hold for every pai
   CHECK(right == Approx(1 - 0.25 * 9.8 * 0.1).epsilon(1e-12));
 }
 
+TEST_CASE("a tumbling box keeps its energy, and gains it where the paper's explicit step is asked for", "[program]") {
+  TemporaryDirectory directory;
+  std::ofstream(directory.path() / "tumble.xml") << R"(<scenario title="tumbling">
+  <simulation step="4e-3" duration="1"/><reference kind="missing"/><gravity constant="0 0 0"/>
+  <bodies><box name="box" size="1 2 3" mass="1" position="0 0 0" angular_velocity="0.3 30 0.3"/></bodies>
+  <contacts/>
+</scenario>
+)";
+  const auto growth = [&](const std::vector<std::string>& flags, const char* said) {
+    std::vector<std::string> arguments = {"run", "tumble.xml", "--method", "ap", "--out", "r", "--quiet"};
+    arguments.insert(arguments.end(), flags.begin(), flags.end());
+    REQUIRE(run(directory.path(), arguments).code == 0);
+    CHECK(summary(directory.path() / "r")["options"]["gyroscopic"] == said);
+    const std::vector<std::string> rows = lines(read_file(directory.path() / "r" / "steps.csv"));
+    const std::vector<std::string> names = cells(rows.front());
+    const auto at = std::find(names.begin(), names.end(), "kinetic_energy") - names.begin();
+    return std::stod(cells(rows.back())[at]) / std::stod(cells(rows[1])[at]);
+  };
+  CHECK(growth({}, "implicit") == Approx(1).epsilon(1e-12));
+  CHECK(growth({"--gyroscopic", "implicit"}, "implicit") == Approx(1).epsilon(1e-12));
+  CHECK(growth({"--gyroscopic", "explicit"}, "explicit") > 1.05);
+}
+
 TEST_CASE("pruning says what it left out, and the sphere hits the ground as without it", "[program]") {
   TemporaryDirectory directory;
   std::vector<std::vector<std::string>> last;
