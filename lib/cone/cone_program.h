@@ -11,7 +11,7 @@ namespace cb {
 
 /// Convex program over second-order cones, in sparse variables (v and r):
 ///   minimise    1/2 v.M v        with v = v0 + M^-1 J^T r   (v0 = v_minus)
-///   subject to  N v + w_n >= 0                      (where `bounded_below`; N: first row of each band)
+///   subject to  N v + w_n + slack >= 0              (where `bounded_below`; N: first row of each band)
 ///               N v + w_n = 0                       (where `fixed` says so, in place of >= 0)
 ///               r_i in K_i = { |r_t| <= mu_i r_n }   (band i of J; mu_i = 0 leaves r_n >= 0, r_t = 0)
 ///               d . r <= kappa                      (where kappa is finite; d = `bound`, or the sum of share_i r_n,i)
@@ -26,6 +26,7 @@ struct ConeProgram {
   const std::vector<double>* mu = nullptr;      ///< nc
   const std::vector<double>* weight = nullptr;  ///< nc, a typical diagonal entry of W_ii, 1/kg, > 0: scales tolerances
   bool bounded_below = false;                   ///< N v + w_n >= 0 enforced?
+  const std::vector<double>* slack = nullptr;   ///< nc, m/s, >= 0: how far N v + w_n may fall below 0; null: 0
   const std::vector<char>* fixed = nullptr;     ///< nc, N v + w_n = 0 enforced? null: nowhere
   double kappa = std::numeric_limits<double>::infinity();  ///< N s, >= 0
   const std::vector<double>* bound = nullptr;              ///< 3 nc, d, of order 1; null: share e_n of every contact
@@ -38,6 +39,7 @@ struct ConeProgram {
   int nv() const { return M->order(); }
   bool has_eta() const { return bounded_below || fixed != nullptr; }
   bool is_fixed(int c) const { return fixed != nullptr && (*fixed)[c]; }
+  double slack_of(int c) const { return slack == nullptr ? 0 : (*slack)[c]; }
   double share_of(int c) const { return share == nullptr ? 1 : (*share)[c]; }
   bool has_bound() const { return kappa < std::numeric_limits<double>::infinity(); }
 };

@@ -78,9 +78,10 @@ class Dense {
         rounded_.iterations = solution.iterations;
         solution = rounded_;
       }
-      since_best = nearer ? 0 : since_best + 1;
+      since_best = merit < 0.5L * best_merit ? 0 : since_best + 1;
       best_merit = std::min(best_merit, merit);
-      if (merit < rounding || (best_merit < near && since_best > options_.patience)) break;
+      if (merit < rounding || (best_merit < near && since_best > patience)) break;
+      if (merit < near && worth(solution) <= enough * options_.gap_tolerance) break;
       factor();
       predict();
       const Real affine = std::min<Real>(1, longest());
@@ -101,6 +102,10 @@ class Dense {
   // by mu. What counts as solved where rounding ends it before that. From where on it is given up without progress:
   // before that it may well come back from iterates that are worse.
   static constexpr Real rounding = 1e-18L, accepted = 1e-12L, near = 1e-9L;
+  // Of the gap that is asked for: the share of an answer that another iteration need not improve.
+  static constexpr double enough = 1e-2;
+  // Iterations in a row that do not halve the merit.
+  static constexpr int patience = 6;
   // P, of 1, the contacts' mobility. It does not move the answer; larger: slower at the end.
   static constexpr Real proximal = 1e-15L;
 
@@ -156,6 +161,8 @@ class Dense {
     for (int c = 0; c < n_; ++c) count += inequality(c) ? 1 : 0;
     return count;
   }
+  // Of a contact's normal velocity, scaled as `a`.
+  Real slack(int c) const { return Real(program_.slack_of(c)) * d_[c] / (ratio_ * size_); }
   const Real* three(const Vector& x, int c) const { return x.data() + 3 * c; }
 
   // On the axis of each cone, at the scale of the problem.
@@ -185,7 +192,7 @@ class Dense {
       Vector normals = Vector::Zero(3 * n_);
       for (int c = 0; c < n_; ++c) {
         normals[3 * c] = at.e[c];
-        a[c] = offsets ? u[3 * c] + q_[3 * c] / ratio_ : u[3 * c];
+        a[c] = offsets ? u[3 * c] + q_[3 * c] / ratio_ + slack(c) : u[3 * c];
       }
       y.noalias() -= W_ * normals;
     }

@@ -195,20 +195,20 @@ Certificate certify(const ConeProgram& p, std::span<const double> r, std::span<c
   for (int c = 0; c < nc; ++c) {
     const double root_w = std::sqrt((*p.weight)[c]);
     const double u_n = velocities.u[3 * c];
-    gap +=
-        (eta.empty() ? 0 : eta[c] * u_n) + vec3(&r[3 * c]).dot(vec3(&velocities.u_hat[3 * c])) + out.s * along_bound(c);
+    gap += (eta.empty() ? 0 : eta[c] * (p.is_fixed(c) ? u_n : std::max(u_n + p.slack_of(c), 0.0))) +
+           vec3(&r[3 * c]).dot(vec3(&velocities.u_hat[3 * c])) + out.s * along_bound(c);
     // Velocities are wrong by that, and the impulses that they determine.
     const double multiplier = eta.empty() ? 0 : std::abs(eta[c]);
     const double y = vec3(&velocities.u_hat[3 * c]).norm() + 2 * std::abs(out.s);
     out.gap_rounding += excuse(c) * (root_w * (vec3(&r[3 * c]).norm() + multiplier) + y / root_w);
     violated(-r[3 * c] * root_w / size);
     violated((tangential(&r[3 * c]) - (*p.mu)[c] * r[3 * c]) * root_w / size);
-    if (p.bounded_below) violated((-u_n / root_w - excuse(c)) / size);
+    if (p.bounded_below) violated(((-u_n - p.slack_of(c)) / root_w - excuse(c)) / size);
     if (p.is_fixed(c)) violated((std::abs(u_n) / root_w - excuse(c)) / size);
     if (!eta.empty() && !p.is_fixed(c)) violated(-eta[c] * root_w / size);
   }
   if (p.has_bound()) {
-    gap += out.s * (p.kappa - sum);
+    gap += out.s * (bounds_sum ? std::max(p.kappa - sum, 0.0) : p.kappa - sum);
     kappa_size = std::max(kappa_size, std::abs(p.kappa));
     violated((sum - p.kappa - kappa_rounding) / (kappa_size > 0 ? kappa_size : 1));
     const double sum_rounding = rounding_units * std::numeric_limits<double>::epsilon() * kappa_size;
@@ -419,7 +419,7 @@ double InteriorPoint::newton_terms(const ConeProgram& p, const ConeSolution& x) 
       sum += y_a * y_a / w + w * (r_b * r_b + r_p * r_p);
     }
     if (!p.has_eta()) continue;
-    const double u_n = velocities_.u[3 * c];
+    const double u_n = velocities_.u[3 * c] + p.slack_of(c);
     products_ += std::abs(x.eta[c] * u_n);
     const double w_eta = w_eta_[c];
     if (p.is_fixed(c) || x.eta[c] - u_n / w_eta > 0) {
@@ -547,7 +547,7 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
     y_[3 * c] = start * std::sqrt(w_r_[c]);
     if (inequality(c)) {
       // A contact that parts has its slack from the start: it may be far from the scale of the rest.
-      a_[c] = std::max(start * std::sqrt(w_eta_[c]), q_[3 * c]);
+      a_[c] = std::max(start * std::sqrt(w_eta_[c]), q_[3 * c] + p.slack_of(c));
       x.eta[c] = start * start / a_[c];
     }
   }
@@ -576,7 +576,7 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
     // Residuals: ry = y - u_hat - s d, ra = a - u_n, rb = b - kappa + d.r.
     double complementarity = x.s * b, residual = 0;
     for (int c = 0; c < nc; ++c) {
-      const double u_n = velocities_.u[3 * c];
+      const double u_n = velocities_.u[3 * c] + p.slack_of(c);
       complementarity += vec3(&x.r[3 * c]).dot(vec3(&y_[3 * c])) + x.eta[c] * a_[c];
       const Vector3d ry = vec3(&y_[3 * c]) - vec3(&velocities_.u_hat[3 * c]) - x.s * vec3(&d_[3 * c]);
       residual = std::max(residual, ry.squaredNorm() / w_r_[c]);
@@ -638,7 +638,7 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
       mat3(&damping_[9 * c]) = damping;
       G = (damping * G).eval();
       if (!p.has_eta()) continue;
-      const double u_n = velocities_.u[3 * c];
+      const double u_n = velocities_.u[3 * c] + p.slack_of(c);
       if (p.is_fixed(c)) {
         D_[c] = 1 / (options_.proximal * w_eta_[c]);
         c_eta_[c] = -D_[c] * u_n;
@@ -658,7 +658,7 @@ void InteriorPoint::solve(const ConeProgram& p, ConeSolution& x) {
       for (int c = 0; c < nc; ++c) {
         vec3(&dy_[3 * c]) =
             vec3(&Jdw_[3 * c]) - vec3(&y_[3 * c]) + vec3(&velocities_.u_hat[3 * c]) + (ds_ + x.s) * vec3(&d_[3 * c]);
-        if (inequality(c)) da_[c] = Jdv_[c] - (a_[c] - velocities_.u[3 * c]);
+        if (inequality(c)) da_[c] = Jdv_[c] - (a_[c] - velocities_.u[3 * c] - p.slack_of(c));
       }
       // From the complementarity row: b may be far smaller than the rounding of the sum, which goes into rb.
       db = p.has_bound() ? -b - b / x.s * ds_ + correction_b : 0;

@@ -251,8 +251,10 @@ void Referee::judge(const ContactProblem& problem, const ContactSolution& soluti
       break;
     case Law::convex:
       if (!elastic) return convex(problem, solution, out);
-      worst = impact(problem, solution);  // Poisson's second phase moves the answer off the optimum of the first:
-      gains(problem, out, worst);         // what is left is feasibility, and that no energy comes from nowhere
+      // Poisson's second phase moves the answer off the optimum of the first: what is left is feasibility, and that no
+      // energy comes from nowhere.
+      worst = feasible(problem, solution, [&](int c) { return island_size_[islands_.of_contact[c]]; });
+      gains(problem, out, worst);
       break;
     case Law::newton:
       worst = newton(problem, solution);
@@ -394,9 +396,10 @@ void Referee::convex(const ContactProblem& problem, const ContactSolution& solut
   gaps(problem, solution, out);
 }
 
-// Gaps island by island: eta.u_n + r.y + s 1.r_n, all three complementary, + s (kappa - 1.r_n). Each is held against
-// its share of what the solver was allowed, and what rounding of velocities and of the impulses that they determine
-// makes of it.
+// Gaps island by island: eta.u_n + r.y + s 1.r_n, all three complementary, + s (kappa - 1.r_n), with the bounds that
+// the answer meets: u_n below 0 counts as 0, and a sum beyond kappa as kappa (how far they are from the problem's is
+// the infeasibility). What is more than rounding of velocities and of the impulses that they determine adds up to
+// epsilon at most.
 void Referee::gaps(const ContactProblem& problem, const ContactSolution& solution, Residuals& out) {
   const auto& r = solution.impulse;
   gap_.assign(islands_.count, 0.0);
@@ -405,34 +408,34 @@ void Referee::gaps(const ContactProblem& problem, const ContactSolution& solutio
     const int g = islands_.of_contact[c];
     const ConstVec3 rc(&r[3 * c]), yc(&y_[3 * c]);
     const double eta = solution.eta[c], s = is_limit(problem, c) ? 0 : slack_[g];
-    gap_[g] += eta * u_plus_[3 * c] + rc.dot(yc) + s * rc[0];
+    gap_[g] += eta * std::max(u_plus_[3 * c], 0.0) + rc.dot(yc) + s * rc[0];
     gap_rounding_[g] += open(c) * (rc.norm() + std::abs(eta) + (yc.norm() + s) / weight_[c]);
   }
-  // An island that carries nothing needs no share: a method may not even be handed it.
-  sum_.resize(2 * static_cast<std::size_t>(islands_.count), 0.0);
-  double* const carries = &sum_[islands_.count];
-  std::fill_n(carries, islands_.count, 0.0);
-  for (int c = 0; c < problem.nc(); ++c)
-    if (!ConstVec3(&r[3 * c]).isZero(0)) carries[islands_.of_contact[c]] = 1;
-  const double shares = std::max(1.0, std::accumulate(carries, carries + islands_.count, 0.0));
-  double total = 0, worst = -1;
+  double total = 0, excess = 0, worst = -1;
+  int worst_island = -1;
+  const auto rounding = [&](int g) {  // large multipliers excuse no more than `accepted` of what the island is about
+    return std::min(gap_rounding_[g] + slack_rounding_[g] * std::abs(kappa_[g]),
+                    accepted * island_size_[g] * island_size_[g]);
+  };
   for (int g = 0; g < islands_.count; ++g) {
-    if (solution.bounded) gap_[g] += slack_[g] * (kappa_[g] - sum_[g]);
-    // Large multipliers excuse no more than `accepted` of what the island is about.
-    const double rounding = std::min(gap_rounding_[g] + slack_rounding_[g] * std::abs(kappa_[g]),
-                                     accepted * island_size_[g] * island_size_[g]);
-    const double allowed = solution.epsilon / shares + rounding;
+    if (solution.bounded) gap_[g] += slack_[g] * std::max(kappa_[g] - sum_[g], 0.0);
     total += gap_[g];
     const double size = island_size_[g] * island_size_[g];
     // One number for the law: the gap as a fraction of the energy that the island is about.
     if (gap_[g] != 0) out.model = std::max(out.model, size > 0 ? std::abs(gap_[g]) / size : HUGE_VAL);
-    const double ratio = allowed > 0 ? std::abs(gap_[g]) / allowed : gap_[g] != 0 ? HUGE_VAL : 0;
-    if (ratio <= worst) continue;
-    worst = ratio;
-    out.island_gap = gap_[g];
-    out.allowed_gap = allowed;
-    if (ratio > 1 && out.infeasibility <= accepted) {
-      out.worst_island = g;
+    const double beyond = std::abs(gap_[g]) - rounding(g);
+    excess += std::max(beyond, 0.0);
+    if (worst_island >= 0 && !(beyond > worst)) continue;
+    worst = beyond;
+    worst_island = g;
+  }
+  if (worst_island >= 0) {
+    // What the others leave of epsilon.
+    const double others = excess - std::max(worst, 0.0);
+    out.island_gap = gap_[worst_island];
+    out.allowed_gap = rounding(worst_island) + std::max(solution.epsilon - others, 0.0);
+    if (std::abs(out.island_gap) > out.allowed_gap && out.infeasibility <= accepted) {
+      out.worst_island = worst_island;
       out.worst_contact = -1;
     }
   }
@@ -483,6 +486,7 @@ void Referee::least_sum(const ContactProblem& problem, const ContactSolution& so
     see(worst, std::min(f[c] * root_w, u_n / root_w), size, c);  // f_i u_n,i = 0
     double touches = touching * size;
     if (!rounding_.empty()) touches = std::min(touches, open(c) / root_w + kappa_miss_[g]);
+
     if (u_n / root_w <= touches) see(worst, excess, 1, c);         // N z <= 1 where it touches
     see(worst, std::min(-excess * size, f[c] * root_w), size, c);  // f_i (1 - N z)_i = 0
     kappa_[g] += share * f[c];
@@ -495,16 +499,21 @@ void Referee::least_sum(const ContactProblem& problem, const ContactSolution& so
 }
 
 // Nothing approaches any more, and impulses lie in their cones.
-Referee::Worst Referee::impact(const ContactProblem& problem, const ContactSolution& solution) const {
+template <class Size>
+Referee::Worst Referee::feasible(const ContactProblem& problem, const ContactSolution& solution, Size size_of) const {
   Worst worst;
   const auto& r = solution.impulse;
   for (int c = 0; c < problem.nc(); ++c) {
-    const double root_w = std::sqrt(weight_[c]), r_n = r[3 * c], size = std::sqrt(size2_[c]);
+    const double root_w = std::sqrt(weight_[c]), r_n = r[3 * c], size = size_of(c);
     see(worst, -u_plus_[3 * c] / root_w, size, c);
     see(worst, -r_n * root_w, size, c);
     see(worst, (tangential(r, c) - problem.mu[c] * r_n) * root_w, size, c);
   }
   return worst;
+}
+
+Referee::Worst Referee::impact(const ContactProblem& problem, const ContactSolution& solution) const {
+  return feasible(problem, solution, [&](int c) { return std::sqrt(size2_[c]); });
 }
 
 // Where a single contact was solved Newton's law holds to the letter: u_n+ = -e u_n-. (With several, impacts are a

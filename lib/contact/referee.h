@@ -65,6 +65,8 @@ class Referee {
   void convex(const ContactProblem& problem, const ContactSolution& solution, Residuals& out);
   void least_sum(const ContactProblem& problem, const ContactSolution& solution, Worst& worst);
   void gaps(const ContactProblem& problem, const ContactSolution& solution, Residuals& out);
+  template <class Size>
+  Worst feasible(const ContactProblem& problem, const ContactSolution& solution, Size size_of) const;
   Worst impact(const ContactProblem& problem, const ContactSolution& solution) const;
   Worst newton(const ContactProblem& problem, const ContactSolution& solution) const;
   Worst mirtich(const ContactProblem& problem, const ContactSolution& solution);

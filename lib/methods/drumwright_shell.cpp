@@ -134,15 +134,21 @@ void DrumwrightShell::operator()(const ContactProblem& problem, ContactSolution&
   for (double e : problem.restitution) elastic = elastic || e != 0;
   if (!elastic) return;
   give_back(problem, solution);
-  double approach = 0, speed = 0;
-  for (int c = 0; c < nc; ++c) {
-    approach = std::max(approach, -u_step_[3 * c]);
-    speed = std::max(speed, std::abs(u_step_[3 * c]));
-  }
-  if (approach <= tolerances_.infeasibility * speed) return;
+  if (!approaches_again()) return;
   first_impulse_ = solution.impulse;
   if (!solve(problem, v_between_, solution.epsilon, solution)) return;
   for (int i = 0; i < 3 * nc; ++i) solution.impulse[i] += first_impulse_[i];
+}
+
+// Does any contact still approach, at more than a fraction of its island's normal velocities?
+bool DrumwrightShell::approaches_again() {
+  std::vector<double>& fastest = h_;
+  fastest.assign(islands_.count, 0.0);
+  for (std::size_t c = 0; c < islands_.of_contact.size(); ++c)
+    fastest[islands_.of_contact[c]] = std::max(fastest[islands_.of_contact[c]], std::abs(u_step_[3 * c]));
+  for (std::size_t c = 0; c < islands_.of_contact.size(); ++c)
+    if (-u_step_[3 * c] > tolerances_.infeasibility * fastest[islands_.of_contact[c]]) return true;
+  return false;
 }
 
 // Adds theta e times the normal impulses, on each group of moving bodies with the largest theta <= 1 by which the event
@@ -219,6 +225,7 @@ bool DrumwrightShell::solve(const ContactProblem& problem, const std::vector<dou
   blocks_of_.assign(islands_.of_block, islands_.count);
   ConeStatus worst = ConeStatus::solved;
   inaccurate_ = false;
+  excess_ = 0;
   if (tolerances_.warm_start) previous_.resize(islands_.count);
   for (int i = 0; i < islands_.count; ++i) {
     extract(problem, v0, i);
@@ -240,7 +247,8 @@ bool DrumwrightShell::solve(const ContactProblem& problem, const std::vector<dou
   }
   switch (worst) {
     case ConeStatus::solved:
-      if (inaccurate_) fail(solution, Status::inaccurate, "the duality gap stayed above epsilon: rounding");
+      if (inaccurate_ && excess_ > epsilon)
+        fail(solution, Status::inaccurate, "the duality gap stayed above epsilon: rounding");
       return true;
     case ConeStatus::nonconverged:
       fail(solution, Status::nonconverged, "the interior point method did not reach the gap that was asked for");
@@ -288,16 +296,21 @@ void DrumwrightShell::extract(const ContactProblem& problem, const std::vector<d
 }
 
 // Rounding is looked at only where without it the answer would not do, and with it might.
-Certificate DrumwrightShell::judge(std::span<const double> r, std::span<const double> eta, double epsilon) {
+Certificate DrumwrightShell::judge(std::span<const double> r, std::span<const double> eta) {
   velocities_.evaluate(program_, r, eta);
   const Certificate plain = certify(program_, r, eta, 0, velocities_, q_);
-  if (good(plain, epsilon) || std::abs(plain.gap) > epsilon + most_excused * plain.size * plain.size) return plain;
+  if (good(plain, tolerances_.infeasibility) || std::abs(plain.gap) > epsilon_ + most_excused * plain.size * plain.size)
+    return plain;
   velocities_.bound_rounding(program_, r, {});
   return certify(program_, r, eta, 0, velocities_, q_, tolerances_.cone.rounding_units);
 }
 
-bool DrumwrightShell::good(const Certificate& c, double epsilon) const {
-  return std::abs(c.gap) <= std::max(epsilon, c.gap_rounding) && c.infeasibility <= tolerances_.infeasibility;
+bool DrumwrightShell::good(const Certificate& c, double infeasibility) const {
+  return std::abs(c.gap) <= std::max(epsilon_, c.gap_rounding) && c.infeasibility <= infeasibility;
+}
+
+double DrumwrightShell::limit_of(Allowed allowed) const {
+  return allowed == Allowed::exact ? tolerances_.infeasibility : tolerances_.backward;
 }
 
 // (2) with kappa = 1.r_n and eta = 0, for the velocities that judge() left.
@@ -308,8 +321,32 @@ double DrumwrightShell::gap_at_own_sum(std::span<const double> r) {
   return certify(summed, r, {}, 0, velocities_, q_).gap;
 }
 
+// Answers are proposed, cheapest first, and each counts for what its certificate says.
 ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& solution, Previous* previous) {
+  begin_island(epsilon, solution);
+  bool proven = true;
+  ConeStatus ending = ConeStatus::solved;
+  if (previous == nullptr || !stays_at_rest(*previous)) {
+    proven = find_bound();
+    if (!slides_freely()) ending = propose(previous);
+    if (previous != nullptr) remember(*previous);
+  }
+  solution.iterations += iterations_;
+  solution.claimed_residual += std::abs(best_.gap);
+  excess_ += std::max(0.0, std::abs(best_.gap) - best_.gap_rounding);
+  if (!proven) return ending == ConeStatus::solved ? ConeStatus::nonconverged : ending;
+  // An answer at rounding whose certificate is not: friction coefficients or masses of many orders of magnitude.
+  if (ending != ConeStatus::solved && best_.infeasibility <= tolerances_.infeasibility &&
+      std::abs(best_.gap) <= tolerances_.inaccurate * best_.size * best_.size) {
+    inaccurate_ = true;
+    return ConeStatus::solved;
+  }
+  return ending;
+}
+
+void DrumwrightShell::begin_island(double epsilon, ContactSolution& solution) {
   const int nc = static_cast<int>(island_.contacts.size());
+  epsilon_ = epsilon;
   program_ = {&island_.M, &island_.factor, &island_.J, &island_.v0, &island_.offset, &island_.mu, &island_.weight};
   if (tolerances_.bounded) program_.share = &island_.share;
   zero_mu_.assign(nc, 0.0);
@@ -317,6 +354,10 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
   normal_program_.mu = &zero_mu_;
   solution.size += 3 * nc + (tolerances_.bounded ? nc + 1 : 0);
   iterations_ = 0;
+  shape_ = Shape::general;
+  best_ = {};
+  r_.assign(3 * nc, 0.0);
+  eta_.assign(nc, 0.0);
 
   q_.resize(3 * nc);
   multiply(island_.J, island_.M, island_.v0, q_);
@@ -327,195 +368,223 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
         (q_[3 * c] * q_[3 * c] + q_[3 * c + 1] * q_[3 * c + 1] + q_[3 * c + 2] * q_[3 * c + 2]) / island_.weight[c];
   }
   size_ = std::sqrt(size_);
-  if (previous != nullptr && start_at_rest(*previous)) {
-    const Certificate certificate = judge(r_, {}, epsilon);
-    if (good(certificate, epsilon)) {
-      if (tolerances_.warm_starts) ++*tolerances_.warm_starts;
-      solution.claimed_residual += std::abs(certificate.gap);
-      return ConeStatus::solved;
-    }
-    program_ = normal_program_;
-    program_.mu = &island_.mu;
-  }
-  bool normal_ok = frictionless();
-  shape_ = Shape::general;
-  if (tolerances_.bounded) {
-    normal_ok = least_sum() && normal_ok;
-    program_.bounded_below = true;
-    program_.kappa = program_.impulse_size = kappa_ = sum_of_shares(f_);
-    shape_ = shape();
-  }
+}
 
-  // The frictionless answer, if it is good enough.
-  r_.assign(3 * nc, 0.0);
-  for (int c = 0; c < nc; ++c) r_[3 * c] = f_[c];
-  eta_.assign(nc, 0.0);
-  Certificate best = judge(r_, {}, epsilon);
+// kappa with its proof, and what program the island comes down to. Without the bound f is a first guess only.
+bool DrumwrightShell::find_bound() {
+  const bool solved = frictionless();
+  if (!tolerances_.bounded) return true;
+  const bool proven = least_sum(solved);
+  program_.bounded_below = true;
+  program_.kappa = program_.impulse_size = kappa_ = sum_of_shares(f_);
+  shape_ = shape();
+  return proven;
+}
+
+// Keeps answer_ where it is better than what there is. Is it as good as is asked?
+bool DrumwrightShell::offer(Allowed allowed) {
+  certificate_of_reduced(answer_);
+  const double limit = limit_of(allowed);
+  const Certificate certificate = judge(answer_.r, answer_.eta);
+  const bool done = good(certificate, limit);
+  const bool better = best_.infeasibility > limit || std::abs(certificate.gap) < std::abs(best_.gap);
+  if (certificate.infeasibility > limit || !(better || (done && allowed == Allowed::exact))) return false;
+  best_ = certificate;
+  r_ = answer_.r;
+  eta_ = answer_.eta;
+  return done;
+}
+
+// (eta + t lambda) certifies (1) where eta, of either sign, does (3).
+void DrumwrightShell::certificate_of_reduced(ConeSolution& x) const {
+  double t = 0;
+  for (std::size_t c = 0; c < x.eta.size() && shape_ == Shape::flat; ++c)
+    if (lambda_[c] > 0) t = std::max(t, -x.eta[c] / lambda_[c]);
+  for (std::size_t c = 0; c < x.eta.size(); ++c) x.eta[c] = std::max(0.0, t > 0 ? x.eta[c] + t * lambda_[c] : x.eta[c]);
+}
+
+// The frictionless answer, if it is good enough.
+bool DrumwrightShell::slides_freely() {
+  for (std::size_t c = 0; c < f_.size(); ++c) r_[3 * c] = f_[c];
+  best_ = judge(r_, {});
   // A light body may slip below heavy ones: beside their impulses that is no infeasibility, and a slip costs r.y
   // nothing where there is no friction.
-  if (!tolerances_.bounded) best.gap = gap_at_own_sum(r_);
-  ConeStatus status = normal_ok ? ConeStatus::solved : ConeStatus::nonconverged;
-  const bool warm = previous != nullptr && previous->by_newton && previous->nv == island_.M.order() &&
-                    static_cast<int>(previous->answer.r.size()) == 3 * nc;
+  if (!tolerances_.bounded) best_.gap = gap_at_own_sum(r_);
+  return good(best_, limit_of(Allowed::exact));
+}
+
+// Who proposes, in this order; how far the bounds may be missed; and is the answer one to start the next event from?
+const std::array<DrumwrightShell::Proposer, 10> DrumwrightShell::proposers = {{
+    {"previous answer", &DrumwrightShell::from_previous, Allowed::exact, true},
+    {"stopping", &DrumwrightShell::all_stop, Allowed::exact, false},
+    {"sticking", &DrumwrightShell::all_stick, Allowed::exact, false},
+    {"guess", &DrumwrightShell::from_guess, Allowed::exact, true},
+    {"interior point", &DrumwrightShell::interior, Allowed::exact, true},
+    {"small, dense", &DrumwrightShell::small_dense, Allowed::exact, true},
+    {"relaxed", &DrumwrightShell::relaxed, Allowed::backward, true},
+    {"large, dense", &DrumwrightShell::large_dense, Allowed::exact, true},
+    {"dense, relaxed", &DrumwrightShell::dense_relaxed, Allowed::backward, true},
+    {"further", &DrumwrightShell::further, Allowed::exact, true},
+}};
+
+ConeStatus DrumwrightShell::propose(Previous* previous) {
+  start_ =
+      previous != nullptr && previous->by_newton && previous->nv == island_.M.order() ? &previous->answer : nullptr;
+  if (start_ != nullptr && start_->r.size() != 3 * island_.contacts.size()) start_ = nullptr;
+  friction_solver_.options().gap_tolerance = epsilon_;
   if (previous != nullptr) previous->by_newton = false;
-  if (!good(best, epsilon)) {
-    ConeProgram reduced = program_;
-    if (shape_ != Shape::general) {
-      reduced.fixed = &fixed_;
-      reduced.kappa = std::numeric_limits<double>::infinity();
-    }
-    if (shape_ == Shape::tilted) {
-      reduced.kappa = 0;
-      reduced.bound = &tilted_row_;
-    }
-    const auto keep = [&](const ConeSolution& x) {
-      if (previous == nullptr) return;
-      previous->by_newton = true;
-      previous->nv = island_.M.order();
-      previous->answer = x;
-    };
-    const auto accept = [&](const ConeSolution& x) {
-      u_step_.assign(x.eta.begin(), x.eta.end());
-      bool same = false;  // is the certificate that of (3) and (4)?
-      if (shape_ != Shape::general) {
-        const double least = shape_ == Shape::tilted ? x.s / tilt_ : 0;
-        double t = least;
-        for (int c = 0; c < nc; ++c)
-          if (lambda_[c] > 0) t = std::max(t, -u_step_[c] / lambda_[c]);
-        for (int c = 0; c < nc; ++c) u_step_[c] = std::max(0.0, u_step_[c] + t * lambda_[c]);
-        same = shape_ == Shape::tilted && t == least;
-      } else {
-        for (double& e : u_step_) e = std::max(e, 0.0);
+  ConeStatus ending = ConeStatus::nonconverged;
+  for (const Proposer& proposer : proposers) {
+    answer_ = {};
+    const bool proposes = (this->*proposer.propose)();
+    iterations_ += answer_.iterations;
+    if (!proposes) continue;
+    const ConeSolution proposed = answer_;
+    const bool done = offer(proposer.allowed);
+    if (done) {
+      if (previous != nullptr && proposer.starts_next) {
+        previous->by_newton = true;
+        previous->nv = island_.M.order();
+        previous->answer = proposed;
       }
-      Certificate certificate = judge(x.r, u_step_, epsilon);
-      if (same) {  // without the rounding of multipliers that are 1 / tau
-        certificate.gap = x.gap;
-        certificate.infeasibility = std::max(certificate.infeasibility, x.infeasibility);
-      }
-      const bool better =
-          certificate.infeasibility <= tolerances_.infeasibility &&
-          (best.infeasibility > tolerances_.infeasibility || std::abs(certificate.gap) < std::abs(best.gap));
-      if (!better) return false;
-      best = certificate;
-      r_ = x.r;
-      eta_ = u_step_;
-      return good(certificate, epsilon);
-    };
-    // The previous answer is an iterate like any other: it counts only if Newton's method gets from it to an answer
-    // whose certificate is good.
-    const auto start_warm = [&] {
-      trial_ = previous->answer;
-      trial_.iterations = 0;
-      if (!reduced.has_bound()) trial_.s = 0;
-      const bool done =
-          friction_solver_.polish(reduced, trial_, tolerances_.cone.iterate_patience, InteriorPoint::Steps::bold) &&
-          accept(trial_);
-      iterations_ += trial_.iterations;
-      if (!done) return false;
-      keep(trial_);
+      return ConeStatus::solved;
+    }
+    if (proposed.status != ConeStatus::solved) ending = proposed.status;
+  }
+  return good(best_, tolerances_.backward) ? ConeStatus::solved : ending;
+}
+
+// (3) where it is the same as (1).
+ConeProgram DrumwrightShell::reduced() const {
+  ConeProgram program = program_;
+  if (shape_ == Shape::flat) {
+    program.fixed = &fixed_;
+    program.kappa = std::numeric_limits<double>::infinity();
+  }
+  return program;
+}
+
+// (1) with bounds that may be missed by half of what is allowed, so that it has a strictly feasible point.
+ConeProgram DrumwrightShell::relaxed_program() {
+  const int nc = static_cast<int>(island_.contacts.size());
+  const double slack = 0.5 * tolerances_.backward;
+  double kappa_size = kappa_;
+  slack_.resize(nc);
+  for (int c = 0; c < nc; ++c) slack_[c] = slack * size_ * std::sqrt(island_.weight[c]);
+  double approaching = 0;
+  for (int c = 0; c < nc; ++c) approaching += std::abs(q_[3 * c]) / island_.weight[c];
+  kappa_size = std::max(kappa_size, approaching);
+  ConeProgram program = program_;
+  program.slack = &slack_;
+  program.kappa = kappa_ + slack * kappa_size;
+  return program;
+}
+
+// Newton's method from the previous answer, an iterate like any other.
+bool DrumwrightShell::from_previous() {
+  if (start_ == nullptr) return false;
+  answer_ = *start_;
+  answer_.iterations = 0;
+  const ConeProgram program = reduced();
+  if (!program.has_bound()) answer_.s = 0;
+  if (!friction_solver_.polish(program, answer_, tolerances_.cone.iterate_patience, InteriorPoint::Steps::bold))
+    return false;
+  if (tolerances_.warm_starts) ++*tolerances_.warm_starts;
+  return true;
+}
+
+// Newton's method from the frictionless answer, with friction against its slip.
+bool DrumwrightShell::from_guess() {
+  const int nc = static_cast<int>(island_.contacts.size());
+  answer_.r.assign(3 * nc, 0.0);
+  answer_.eta.assign(nc, 0.0);
+  for (int c = 0; c < nc; ++c) {
+    const double t = tangential(&u_f_[3 * c]);
+    answer_.r[3 * c] = f_[c];
+    for (int i = 1; i < 3 && t > 0; ++i) answer_.r[3 * c + i] = -island_.mu[c] * f_[c] * u_f_[3 * c + i] / t;
+    answer_.s = std::max(answer_.s, island_.mu[c] * t - u_f_[3 * c]);
+  }
+  const ConeProgram program = reduced();
+  if (!program.has_bound()) answer_.s = 0;
+  return friction_solver_.polish(program, answer_, tolerances_.cone.guess_patience, InteriorPoint::Steps::bold);
+}
+
+bool DrumwrightShell::interior() {
+  friction_solver_.solve(reduced(), answer_);
+  return true;
+}
+
+bool DrumwrightShell::relaxed() {
+  if (!tolerances_.bounded) return false;
+  friction_solver_.solve(relaxed_program(), answer_);
+  return true;
+}
+
+// The dense method rarely fails, but its time grows with the cube: it comes early for small islands, late for large.
+bool DrumwrightShell::small_dense() {
+  if (static_cast<int>(island_.contacts.size()) > tolerances_.dense_first) return false;
+  solve_dense(reduced(), friction_solver_.options(), answer_);
+  return true;
+}
+
+bool DrumwrightShell::large_dense() {
+  const int nc = static_cast<int>(island_.contacts.size());
+  if (nc <= tolerances_.dense_first || nc > tolerances_.dense_limit) return false;
+  solve_dense(reduced(), friction_solver_.options(), answer_);
+  return true;
+}
+
+bool DrumwrightShell::dense_relaxed() {
+  if (!tolerances_.bounded || static_cast<int>(island_.contacts.size()) > tolerances_.dense_limit) return false;
+  solve_dense(relaxed_program(), friction_solver_.options(), answer_);
+  return true;
+}
+
+// Other proximal terms, where the answer is far off: another path.
+bool DrumwrightShell::further() {
+  ConeOptions& options = friction_solver_.options();
+  ConeSolution best = {};
+  int iterations = 0;
+  for (const auto& [regularisation, proximal, tangent_exponent] : tolerances_.further_attempts) {
+    options.regularisation = regularisation;
+    options.proximal = proximal;
+    options.tangent_exponent = tangent_exponent;
+    friction_solver_.solve(reduced(), answer_);
+    iterations += answer_.iterations;
+    if (best.r.empty() || answer_.status == ConeStatus::solved || std::abs(answer_.gap) < std::abs(best.gap))
+      best = answer_;
+    if (answer_.status == ConeStatus::solved) break;
+  }
+  options = tolerances_.cone;
+  answer_ = best;
+  answer_.iterations = iterations;
+  return true;
+}
+
+// What the next event may start from.
+void DrumwrightShell::remember(Previous& previous) {
+  const ContactView event = view();
+  previous.impulse.remember(event, r_, size_);
+  if (!tolerances_.bounded) return;
+  std::vector<double>& normal = x_;
+  normal.assign(r_.size(), 0.0);
+  for (std::size_t c = 0; c < f_.size(); ++c) normal[3 * c] = f_[c];
+  previous.frictionless.remember(event, normal, size_);
+  previous.z = z_;
+}
+
+// The previous answer at rest, if it is good enough.
+bool DrumwrightShell::stays_at_rest(Previous& previous) {
+  if (start_at_rest(previous)) {
+    best_ = judge(r_, {});
+    if (good(best_, limit_of(Allowed::exact))) {
       if (tolerances_.warm_starts) ++*tolerances_.warm_starts;
       return true;
-    };
-    const bool started_warm = warm && start_warm();
-    if (!started_warm && ((has_robot() && try_stopping(epsilon)) || try_sticking(epsilon))) {
-      best = judge(r_, {}, epsilon);
-    } else if (!started_warm) {
-      // Where (3) and (4) may do, the interior point method on them; Newton from the frictionless answer with friction
-      // against its slip; then the interior point method.
-      bool done = false;
-      if (shape_ == Shape::tilted) {
-        friction_solver_.solve(reduced, answer_);
-        iterations_ += answer_.iterations;
-        done = accept(answer_);
-        if (done) {
-          keep(answer_);
-        } else {
-          shape_ = Shape::general;
-          reduced = program_;
-        }
-      }
-      if (!done) {
-        trial_.r.assign(3 * nc, 0.0);
-        trial_.eta.assign(nc, 0.0);
-        trial_.s = 0;
-        trial_.iterations = 0;
-        for (int c = 0; c < nc; ++c) {
-          const double t = tangential(&u_f_[3 * c]);
-          trial_.r[3 * c] = f_[c];
-          for (int i = 1; i < 3 && t > 0; ++i) trial_.r[3 * c + i] = -island_.mu[c] * f_[c] * u_f_[3 * c + i] / t;
-          trial_.s = std::max(trial_.s, island_.mu[c] * t - u_f_[3 * c]);
-        }
-        if (!reduced.has_bound()) trial_.s = 0;
-        done = friction_solver_.polish(reduced, trial_, tolerances_.cone.guess_patience, InteriorPoint::Steps::bold) &&
-               accept(trial_);
-        iterations_ += trial_.iterations;
-        if (done) keep(trial_);
-      }
-      if (!done) {
-        ConeOptions& options = friction_solver_.options();
-        options.gap_tolerance = epsilon;
-        // Another path is worth its time only where this one ended far off.
-        const auto far_off = [&] {
-          return best.infeasibility > tolerances_.infeasibility ||
-                 std::abs(best.gap) > 0.1 * tolerances_.inaccurate * best.size * best.size;
-        };
-        const auto take = [&] {
-          iterations_ += answer_.iterations;
-          done = accept(answer_);
-          status = done ? ConeStatus::solved
-                        : (answer_.status == ConeStatus::solved ? ConeStatus::nonconverged : answer_.status);
-        };
-        friction_solver_.solve(reduced, answer_);
-        take();
-        const auto further = [&] {
-          for (const auto& [regularisation, proximal, tangent_exponent] : tolerances_.further_attempts) {
-            if (done) break;
-            options.regularisation = regularisation;
-            options.proximal = proximal;
-            options.tangent_exponent = tangent_exponent;
-            friction_solver_.solve(reduced, answer_);
-            take();
-          }
-        };
-        // The dense method rarely fails, but its time grows with the cube: large islands try the sparse one again
-        // first.
-        if (nc > tolerances_.dense_first) further();
-        for (const double step_fraction : tolerances_.dense_step_fractions) {
-          if (done || nc > tolerances_.dense_limit) break;
-          ConeOptions dense = tolerances_.cone;
-          dense.step_fraction = step_fraction;
-          dense.iteration_limit *= 2;
-          solve_dense(reduced, dense, answer_);
-          take();
-        }
-        if (nc <= tolerances_.dense_first && far_off()) further();
-        options = tolerances_.cone;
-        if (done) keep(answer_);
-      }
     }
   }
-  if (!normal_ok && status == ConeStatus::solved) status = ConeStatus::nonconverged;
-  // An answer at rounding whose certificate is not: friction coefficients or masses of many orders of magnitude.
-  if ((status != ConeStatus::solved || !good(best, epsilon)) && normal_ok &&
-      best.infeasibility <= tolerances_.infeasibility &&
-      std::abs(best.gap) <= tolerances_.inaccurate * best.size * best.size) {
-    inaccurate_ = true;
-    status = ConeStatus::solved;
-  }
-  if (previous != nullptr) {
-    const ContactView event = view();
-    previous->impulse.remember(event, r_, size_);
-    std::vector<double>& normal = x_;
-    normal.assign(3 * nc, 0.0);
-    for (int c = 0; c < nc && tolerances_.bounded; ++c) normal[3 * c] = f_[c];
-    if (tolerances_.bounded) {
-      previous->frictionless.remember(event, normal, size_);
-      previous->z = z_;
-    }
-  }
-  solution.iterations += iterations_;
-  solution.claimed_residual += std::abs(best.gap);
-  return status;
+  program_.bounded_below = false;
+  program_.kappa = program_.impulse_size = std::numeric_limits<double>::infinity();
+  return false;
 }
 
 ContactView DrumwrightShell::view() const {
@@ -571,12 +640,6 @@ bool DrumwrightShell::frictionless() {
     iterations_ += trial_.iterations;
     normal_solver_.solve(normal_program_, trial_);
     ok = trial_.status == ConeStatus::solved;
-    if (!ok) {
-      f_.resize(nc);
-      z_.resize(island_.M.order());
-      ok = vertex_.solve(island_.M, island_.J, island_.factor, island_.weight, q_, island_.share, f_, z_);
-      for (int c = 0; c < nc && ok; ++c) trial_.r[3 * c] = f_[c];
-    }
   }
   iterations_ += trial_.iterations;
   if (!all_finite(trial_.r)) {
@@ -586,7 +649,20 @@ bool DrumwrightShell::frictionless() {
   f_.resize(nc);
   for (int c = 0; c < nc; ++c) f_[c] = std::max(0.0, trial_.r[3 * c]);
   take_frictionless();
-  return ok;
+  return ok && complementary();
+}
+
+// Does f solve the frictionless problem?
+bool DrumwrightShell::complementary() {
+  const double size = size_ > 0 ? size_ : 1;
+  velocities_.bound_rounding(normal_program_, x_, {});
+  for (std::size_t c = 0; c < f_.size(); ++c) {
+    const double root_w = std::sqrt(island_.weight[c]), u_n = u_f_[3 * c] / root_w;
+    const double wrong = std::max(-u_n, std::min(f_[c] * root_w, u_n));
+    if (wrong > tolerances_.backward * size && wrong > tolerances_.cone.rounding_units * velocities_.rounding[c])
+      return false;
+  }
+  return true;
 }
 
 // v_f and u_f of f.
@@ -659,9 +735,10 @@ bool DrumwrightShell::proves_least_sum() const {
   const double size = size_ > 0 ? size_ : 1;
   for (int c = 0; c < nc; ++c) {
     const double root_w = std::sqrt(island_.weight[c]), excess = Jz_[3 * c] - island_.share[c];
+
     const bool touches = u_f_[3 * c] / root_w <= (touch_.empty() ? tolerances_.touching * size : touch_[c]);
-    if (touches && excess > tolerances_.solvable) return false;
-    if (-excess > tolerances_.solvable && f_[c] * root_w > tolerances_.solvable * size) return false;
+    if (touches && excess > tolerances_.backward) return false;
+    if (-excess > tolerances_.backward && f_[c] * root_w > tolerances_.backward * size) return false;
   }
   return true;
 }
@@ -686,28 +763,21 @@ void DrumwrightShell::lift() {
 // the same sum, z.M (v_f - v-). Otherwise the linear program is solved by a shift: with w_n + eps in place of w_n the
 // frictionless problem minimises 1/2 f.W f + f.q + eps 1.f, whose answer for small eps has the least sum among the
 // frictionless ones, and z = -dv_eps / deps proves it.
-bool DrumwrightShell::least_sum() {
+bool DrumwrightShell::least_sum(bool solved) {
   const int nc = static_cast<int>(island_.contacts.size());
   const auto solvable_on_set = [&] {
     lift();
     return proves_least_sum();
   };
   touch_.clear();
+  miss_ = HUGE_VAL;
   set_.assign(nc, 1);
-  if (solvable_on_set()) return true;
+  if (solved && solvable_on_set()) return true;
   const double size = size_ > 0 ? size_ : 1;
   for (int c = 0; c < nc; ++c) set_[c] = u_f_[3 * c] <= 1e-11 * size * std::sqrt(island_.weight[c]) ? 1 : 0;
-  if (solvable_on_set()) return true;
-  // A contact that opens slowly, yet faster than rounding explains, is open.
-  x_.assign(3 * nc, 0.0);
-  for (int c = 0; c < nc; ++c) x_[3 * c] = f_[c];
-  velocities_.bound_rounding(normal_program_, x_, {});
-  touch_ = velocities_.rounding;
-  for (double& touch : touch_) touch *= tolerances_.cone.rounding_units;
-  for (int c = 0; c < nc; ++c) set_[c] = u_f_[3 * c] <= touch_[c] * std::sqrt(island_.weight[c]) ? 1 : 0;
-  if (solvable_on_set()) return true;
+  if (solved && solvable_on_set()) return true;
   if (least_sum_at_vertex()) return true;
-  touch_.clear();
+  if (!solved) return false;
 
   double shift = 0;
   for (int c = 0; c < nc; ++c) shift = std::max(shift, std::sqrt(island_.weight[c]) * size * tolerances_.shift);
@@ -751,17 +821,17 @@ bool DrumwrightShell::least_sum() {
 bool DrumwrightShell::least_sum_at_vertex() {
   const int nc = static_cast<int>(island_.contacts.size());
   const std::vector<double> first = f_;
+  z_.resize(island_.M.order());
   if (!vertex_.solve(island_.M, island_.J, island_.factor, island_.weight, q_, island_.share, f_, z_)) {
     f_ = first;
     return false;
   }
   take_frictionless();
-  velocities_.bound_rounding(normal_program_, x_, {});
-  touch_ = velocities_.rounding;
-  for (double& touch : touch_) touch = tolerances_.cone.rounding_units * touch + LeastSum::kept * size_;
+  Jz_.resize(3 * nc);
   multiply(island_.J, island_.M, z_, Jz_);
   lambda_.assign(nc, 0.0);
-  if (proves_least_sum()) return true;
+  miss_ = HUGE_VAL;
+  if (complementary() && proves_least_sum()) return true;
   f_ = first;
   take_frictionless();
   return false;
@@ -772,7 +842,7 @@ bool DrumwrightShell::least_sum_at_vertex() {
 // left out of it.
 DrumwrightShell::Shape DrumwrightShell::shape() {
   const int nc = static_cast<int>(island_.contacts.size());
-  if (nc == 0 || miss_ > tolerances_.flat || !lifts_evenly() || tilt_ > tolerances_.tilted) return Shape::general;
+  if (nc == 0 || miss_ > tolerances_.flat || !lifts_evenly()) return Shape::general;
   const bool unsupported = !supports();
   if (unsupported) {
     proof_ = z_;
@@ -781,26 +851,19 @@ DrumwrightShell::Shape DrumwrightShell::shape() {
         if (!carries_lift(c)) set_[c] = 0;
       lift();
     }
-    if (miss_ > tolerances_.flat || !supports() || !lifts_evenly() || tilt_ > tolerances_.solvable) {
+    if (miss_ > tolerances_.flat || !supports() || !lifts_evenly()) {
       z_ = proof_;
       return Shape::general;
     }
   }
   fixed_ = set_;
-  if (tilt_ <= tolerances_.solvable) return Shape::flat;
-  tilted_row_.assign(3 * nc, 0.0);
-  for (int c = 0; c < nc; ++c)
-    for (int i = 1; i < 3; ++i) tilted_row_[3 * c + i] = -Jz_[3 * c + i] / tilt_;
-  return Shape::tilted;
+  return Shape::flat;
 }
 
-// Is N z = 1 on all contacts? tilt_ is then the largest of T z.
-bool DrumwrightShell::lifts_evenly() {
-  tilt_ = 0;
-  for (std::size_t c = 0; c < island_.contacts.size(); ++c) {
-    if (std::abs(Jz_[3 * c] - island_.share[c]) > tolerances_.solvable) return false;
-    tilt_ = std::max(tilt_, tangential(&Jz_[3 * c]));
-  }
+// Is N z = 1 and T z = 0 on all contacts?
+bool DrumwrightShell::lifts_evenly() const {
+  for (std::size_t c = 0; c < island_.contacts.size(); ++c)
+    if (std::max(std::abs(Jz_[3 * c] - island_.share[c]), tangential(&Jz_[3 * c])) > tolerances_.solvable) return false;
   return true;
 }
 
@@ -878,8 +941,9 @@ bool DrumwrightShell::stop_normals() {
 }
 
 // Does the least impulse that stops the contacts that carry lie in the cones? If not, does one with friction and normal
-// impulses weighted otherwise? As try_sticking, but direct: for robots.
-bool DrumwrightShell::try_stopping(double epsilon) {
+// impulses weighted otherwise? As all_stick, but direct: for robots.
+bool DrumwrightShell::all_stop() {
+  if (!has_robot()) return false;
   const int nc = static_cast<int>(island_.contacts.size());
   std::vector<double>& weight = f_shifted_;
   weight = island_.weight;
@@ -898,8 +962,9 @@ bool DrumwrightShell::try_stopping(double epsilon) {
       if (x_[3 * c] < 0 && (pulls < 0 || x_[3 * c] < x_[3 * pulls])) pulls = c;
     }
     if (inside) {
-      if (!good(judge(x_, {}, epsilon), epsilon)) return false;
-      r_ = x_;
+      answer_.r = x_;
+      answer_.eta.assign(nc, 0.0);
+      answer_.status = ConeStatus::solved;
       return true;
     }
     if (pulls >= 0) {
@@ -917,7 +982,7 @@ bool DrumwrightShell::try_stopping(double epsilon) {
 
 // Does an impulse in the cones stop all contacts? Least norm first; then with friction shared in the ratio of the
 // normal impulses found.
-bool DrumwrightShell::try_sticking(double epsilon) {
+bool DrumwrightShell::all_stick() {
   const int nc = static_cast<int>(island_.contacts.size()), nv = island_.M.order();
   sticking_.prepare(island_.M, island_.J, tolerances_.cone.least_block);
   G_.assign(9 * nc, 0.0);
@@ -972,8 +1037,9 @@ bool DrumwrightShell::try_sticking(double epsilon) {
       mean += x_[3 * c] / nc;
     }
     if (inside) {
-      if (!good(judge(x_, {}, epsilon), epsilon)) return false;
-      r_ = x_;
+      answer_.r = x_;
+      answer_.eta.assign(nc, 0.0);
+      answer_.status = ConeStatus::solved;
       return true;
     }
     for (int c = 0; c < nc; ++c) {

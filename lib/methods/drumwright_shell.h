@@ -27,17 +27,16 @@ class DrumwrightShell {
     std::shared_ptr<long> warm_starts;       ///< counts such starts that were accepted, where it is given
     /// -: scaled infeasibility up to which an answer is accepted.
     double infeasibility = 1e-10;
+    double backward = 9e-10;
     /// -: residual of N z = 1 (z: proof of the least sum) and of T z = 0 below which they count as solvable.
     double solvable = 1e-10;
     /// -: error of W_(:,n) lambda = 1_n up to which a scene counts as flat: the certificate multiplies it.
     double flat = 1e-11;
     /// -: lambda w up to which a contact counts as one that lambda does not need.
     double carrying = 1e-7;
-    /// -: tangential part of z up to which a scene counts as nearly flat; beyond it multipliers are of moderate size.
-    double tilted = 1e-3;
     /// -: normal velocity, as a fraction of the event's, up to which a contact counts as touching after the
     /// frictionless solution.
-    double touching = 1e-9;
+    double touching = 9e-10;
     /// -: first shift of the normal velocities, as a fraction of the event's, that finds the least sum where N z = 1
     /// has no solution; each further attempt takes a hundredth. Too large: another vertex, which the proof refutes.
     double shift = 1e-3;
@@ -75,8 +74,8 @@ class DrumwrightShell {
     std::vector<double> share;  // 1 where the normal impulse counts in the bound: at contacts, not at limits of joints
     std::span<const int> contacts, blocks;  // of the problem
   };
-  /// Which program an island comes down to: (1), (3), or (3) with (4).
-  enum class Shape { general, flat, tilted };
+  /// Which program an island comes down to: (1), or (3).
+  enum class Shape { general, flat };
   /// What an island of the previous event knows of the next one.
   struct Previous {
     RestingImpulse impulse{3}, frictionless{1};  ///< of an island at rest
@@ -89,30 +88,63 @@ class DrumwrightShell {
   /// One phase (restitution has two): from `v0` to impulses `r` with certificate.
   bool solve(const ContactProblem& problem, const std::vector<double>& v0, double epsilon, ContactSolution& solution);
   void give_back(const ContactProblem& problem, ContactSolution& solution);
+  bool approaches_again();
   bool weigh(const ContactProblem& problem, ContactSolution& solution);
   void extract(const ContactProblem& problem, const std::vector<double>& v0, int island);
   ConeStatus solve_island(double epsilon, ContactSolution& solution, Previous* previous);
+  void begin_island(double epsilon, ContactSolution& solution);
+  bool find_bound();
+  bool slides_freely();
+  bool stays_at_rest(Previous& previous);
+  void remember(Previous& previous);
+
+  /// How far an answer may miss the bounds: not beyond rounding, or as far as the referee accepts.
+  enum class Allowed { exact, backward };
+  /// Fills answer_; false where there is nothing to propose.
+  struct Proposer {
+    const char* name;
+    bool (DrumwrightShell::*propose)();
+    Allowed allowed;
+    bool starts_next;  ///< may Newton's method start from it in the next event?
+  };
+  static const std::array<Proposer, 10> proposers;
+  ConeStatus propose(Previous* previous);
+  bool from_previous();
+  bool all_stop();
+  bool all_stick();
+  bool from_guess();
+  bool interior();
+  bool relaxed();
+  bool small_dense();
+  bool large_dense();
+  bool dense_relaxed();
+  bool further();
+  bool offer(Allowed allowed);
+  void certificate_of_reduced(ConeSolution& x) const;
+  ConeProgram reduced() const;
+  ConeProgram relaxed_program();
+  double limit_of(Allowed allowed) const;
+
   ContactView view() const;
   bool start_at_rest(Previous& previous);
   bool frictionless();
   void equalities(const std::vector<char>& in_set, double target, std::vector<double>& x,
                   std::vector<double>& velocity);
   bool proves_least_sum() const;
-  bool least_sum();
+  bool complementary();
+  bool least_sum(bool solved);
   bool least_sum_at_vertex();
   void take_frictionless();
   void lift();
   Shape shape();
-  bool lifts_evenly();
+  bool lifts_evenly() const;
   bool carries_lift(int contact) const;
   bool supports() const;
   bool has_robot() const;
   double stop_set(const ConeProgram& program, std::span<const double> weight, int rows);
   bool stop_normals();
-  bool try_stopping(double epsilon);
-  bool try_sticking(double epsilon);
-  Certificate judge(std::span<const double> r, std::span<const double> eta, double epsilon);
-  bool good(const Certificate& certificate, double epsilon) const;
+  Certificate judge(std::span<const double> r, std::span<const double> eta);
+  bool good(const Certificate& certificate, double infeasibility) const;
   double sum_of_shares(std::span<const double> x) const;
   double gap_at_own_sum(std::span<const double> r);
 
@@ -135,11 +167,14 @@ class DrumwrightShell {
   std::vector<double> r_, eta_, G_, step_, h_, u_step_, x_, least_x_, f_shifted_, velocity_, Jz_;
   std::vector<double> touch_, proof_;
   std::vector<char> set_, fixed_;
+  std::vector<double> slack_;
+  double epsilon_ = 0;                   // J, the island's share
+  Certificate best_;                     // of r_, eta_
+  const ConeSolution* start_ = nullptr;  // the previous event's answer, where it may be started from
   double kappa_ = 0, size_ = 0, miss_ = 0;
   Shape shape_ = Shape::general;
-  double tilt_ = 0;                 // largest tangential part of z where the shape is tilted
-  std::vector<double> tilted_row_;  // (4)
   bool inaccurate_ = false;
+  double excess_ = 0;  // J, of the gaps of all islands, beyond rounding
   ConeSolution answer_, trial_;
   std::vector<Previous> previous_;  // per island
   int iterations_ = 0;

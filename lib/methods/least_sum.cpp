@@ -1,151 +1,146 @@
 // The frictionless impulses of least sum.
 //
-// Problem: with x = L^T (v - v-), a_c = L^-1 N_c^T / sqrt(w_c) and q_c over sqrt(w_c),
-//   min 1/2 |x|^2,  a_c.x + q_c >= 0;   x = sum f_c a_c, f >= 0;   of all such f that of least share.f,
-// proved by y with a_c.y <= share_c where a_c.x + q_c = 0, and = share_c where f_c > 0 (z = L^-T y).
-// Source: 1. x and one f: D. Goldfarb, A. Idnani, A numerically stable dual method for solving strictly convex
-// quadratic programs, Mathematical Programming 27, 1983. 2. from that vertex the simplex method on sum f_c a_c = x.
-// Differences: a row that depends on those that carry up to `dependent` never joins them, it takes the place of one.
-// Fails: where the rounds are used up (cycles of rounding).
+// Problem: with a_c = L^-1 N_c^T / sqrt(w_c) the columns of A (M = L L^T), x_c = sqrt(w_c) f_c and q_c over sqrt(w_c):
+//   1. frictionless  min 1/2 |A x|^2 + q.x,  x >= 0;      momentum p = A x is unique, x is not
+//   2. least sum     min share.x,  A x = p,  x >= 0,      over the contacts that touch: (A' p + q)_c <= touching
+// proved by y with A' y <= share, = share where x > 0 (z = L^-T y). Both are
+//   min 1/(2 sigma) |A x - b|^2 + c.x,  x >= 0:    sigma nu = A x - b,   a = A' nu + c >= 0,   x a = 0
+// with (sigma, b, c) = (1, 0, q), and (`shift`, p, share), where y = -nu.
+// Source: primal-dual interior point method with predictor and corrector: S. Mehrotra, On the implementation of a
+// primal-dual interior point method, SIAM Journal on Optimization 2, 1992. The Newton step is one system in nu,
+//   (sigma + A X a^-1 A') dnu = -(sigma nu - A x + b) + A a^-1 (r + x (a - A' nu - c)),   r: what x a should change by
+// Differences: in long double, and sigma > 0 in the linear program, so that rows may depend on each other: a guess of
+// an active set (a vertex) fails exactly there.
+// Fails: where rounding ends it before `accepted`.
 
 #include "methods/least_sum.h"
 
-#include <Eigen/QR>
+#include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "linalg/stop.h"
 
 namespace cb {
 
 bool LeastSum::solve(const BlockDiagonalMatrix& M, const BandMatrix& J, const BlockCholesky& factor,
                      std::span<const double> weight, std::span<const double> q, std::span<const double> share,
                      std::span<double> f, std::span<double> z) {
-  const int nc = J.bands(), nv = M.order();
+  const int nc = J.bands();
   if (nc == 0 || nc > dense_limit) return false;
-  A_.setZero(nv, nc);
-  q_.resize(nc);
-  share_.resize(nc);
-  for (int c = 0; c < nc; ++c) {
-    const double scale = 1 / std::sqrt(weight[c]);
-    for (int e = J.band[c]; e < J.band[c + 1]; ++e)
-      A_.block(M.first[J.block[e]], c, J.entry(e).cols(), 1) = scale * J.entry(e).topRows(1).transpose();
-    q_[c] = scale * q[3 * c];
-    share_[c] = scale * share[c];
+  assemble(M, J, factor, weight);
+  Vector c(nc);
+  Real mean_root = 0;
+  for (int i = 0; i < nc; ++i) {
+    c[i] = Real(q[3 * i]) / std::sqrt(Real(weight[i]));
+    mean_root += std::sqrt(Real(weight[i])) / nc;
   }
-  for (int b = 0; b < M.blocks(); ++b) factor.solve_lower_in_place(b, A_, M.first[b]);
-  size_ = q_.norm();
-  x_.setZero(nv);
-  carry_.clear();
-  f_.resize(0);
-  rounds_ = 20 * nc;
-  if (!carry() || !descend()) return false;
-  const Eigen::VectorXd y = stop(share_);
+  const Real size = c.norm();
+  if (size == 0) return false;
+  c /= size;
+  A_ = columns_;
+  x_.resize(0);
+  if (!minimise(1, Vector::Zero(A_.rows()), c)) return false;
+
+  std::vector<int> touch;
+  const Vector u = A_.transpose() * (A_ * x_) + c;
+  for (int i = 0; i < nc; ++i)
+    if (u[i] <= touching) touch.push_back(i);
   std::fill(f.begin(), f.end(), 0.0);
-  for (std::size_t k = 0; k < carry_.size(); ++k)
-    f[carry_[k]] = std::max(0.0, f_[static_cast<Eigen::Index>(k)]) / std::sqrt(weight[carry_[k]]);
-  std::copy(y.begin(), y.end(), z.begin());
+  std::fill(z.begin(), z.end(), 0.0);
+  if (touch.empty()) return true;
+  A_ = columns_(Eigen::all, touch);
+  const Vector p = A_ * Vector(x_(touch));
+  c.resize(static_cast<Eigen::Index>(touch.size()));
+  for (std::size_t k = 0; k < touch.size(); ++k)
+    c[static_cast<Eigen::Index>(k)] = mean_root * share[touch[k]] / std::sqrt(Real(weight[touch[k]]));
+  if (!minimise(shift, p, c)) return false;
+  for (std::size_t k = 0; k < touch.size(); ++k)
+    f[touch[k]] = static_cast<double>(size * x_[static_cast<Eigen::Index>(k)] / std::sqrt(Real(weight[touch[k]])));
+  for (Eigen::Index i = 0; i < nu_.size(); ++i)
+    z[static_cast<std::size_t>(i)] = static_cast<double>(-nu_[i] / mean_root);
   factor.solve_upper_in_place(z);
   return true;
 }
 
-void LeastSum::factorise() {
-  const auto n = static_cast<Eigen::Index>(carry_.size());
-  if (n == 0) {
-    Q_.resize(A_.rows(), 0);
-    R_.resize(0, 0);
-    return;
-  }
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(A_(Eigen::all, carry_));
-  Q_ = qr.householderQ() * Eigen::MatrixXd::Identity(A_.rows(), n);
-  R_ = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
+void LeastSum::assemble(const BlockDiagonalMatrix& M, const BandMatrix& J, const BlockCholesky& factor,
+                        std::span<const double> weight) {
+  rows_.setZero(M.order(), J.bands());
+  for (int c = 0; c < J.bands(); ++c)
+    for (int e = J.band[c]; e < J.band[c + 1]; ++e)
+      rows_.block(M.first[J.block[e]], c, J.entry(e).cols(), 1) =
+          J.entry(e).topRows(1).transpose() / std::sqrt(weight[c]);
+  for (int b = 0; b < M.blocks(); ++b) factor.solve_lower_in_place(b, rows_, M.first[b]);
+  columns_ = rows_.cast<Real>();
 }
 
-// d with A d the part of a vector in the span of the rows that carry.
-Eigen::VectorXd LeastSum::shares(const Eigen::VectorXd& row) const {
-  return R_.triangularView<Eigen::Upper>().solve(Q_.transpose() * row);
-}
-
-// The least y with a_c.y = target_c where contacts carry.
-Eigen::VectorXd LeastSum::stop(const Eigen::VectorXd& target) const {
-  const Eigen::VectorXd part = target(carry_);
-  return Q_ * R_.transpose().triangularView<Eigen::Lower>().solve(part);
-}
-
-void LeastSum::enter(int contact) {
-  carry_.push_back(contact);
-  f_.conservativeResize(f_.size() + 1);
-  f_[f_.size() - 1] = 0;
-  factorise();
-}
-
-// Takes f -= step direction with the longest step <= `longest` that leaves f >= 0. Did one reach zero first? It goes.
-bool LeastSum::drop_first(const Eigen::VectorXd& direction, double longest, double& step) {
-  Eigen::Index first = -1;
-  step = longest;
-  for (Eigen::Index k = 0; k < direction.size(); ++k)
-    if (direction[k] > dependent * 1e-3 && std::max(f_[k], 0.0) / direction[k] < step) {
-      step = std::max(f_[k], 0.0) / direction[k];
-      first = k;
+bool LeastSum::minimise(Real sigma, const Vector& b, const Vector& c) {
+  const Eigen::Index n = A_.cols(), rows = A_.rows();
+  const Real start = x_.size() > 0 ? std::max<Real>(1, x_.maxCoeff()) : 1;
+  x_ = Vector::Constant(n, start);
+  a_ = c.cwiseMax(Real(1));
+  nu_ = Vector::Zero(A_.rows());
+  Vector best_x, best_nu;
+  Real best = HUGE_VALL;
+  int since_best = 0;
+  for (int k = 0; k < iteration_limit; ++k) {
+    poll_stop();
+    const Real merit = residuals(sigma, b, c);
+    if (!std::isfinite(merit)) break;
+    since_best = merit < best ? 0 : since_best + 1;
+    if (merit < best) {
+      best = merit;
+      best_x = x_;
+      best_nu = nu_;
     }
-  if (!std::isfinite(step)) return false;
-  f_ -= step * direction;
-  if (first < 0) return false;
-  carry_.erase(carry_.begin() + first);
-  Eigen::VectorXd rest(f_.size() - 1);
-  rest << f_.head(first), f_.tail(f_.size() - 1 - first);
-  f_ = rest;
-  factorise();
+    if (merit <= rounding || (best <= accepted && since_best > patience)) break;
+    K_.resize(n + rows, n + rows);
+    const Vector larger = x_.cwiseMax(a_);
+    K_.topLeftCorner(n, n) = ((a_ + proximal * x_).cwiseQuotient(larger)).asDiagonal();
+    K_.topRightCorner(n, rows) = x_.cwiseQuotient(larger).asDiagonal() * A_.transpose();
+    K_.bottomLeftCorner(rows, n) = -A_;
+    K_.bottomRightCorner(rows, rows) = sigma * Matrix::Identity(rows, rows);
+    const Eigen::PartialPivLU<Matrix> factor(K_);
+    const Vector products = x_.cwiseProduct(a_);
+    const auto step = [&](const Vector& change) {
+      Vector rhs(n + rows);
+      rhs << (change + x_.cwiseProduct(off_a_)).cwiseQuotient(larger), -off_nu_;
+      Vector y = factor.solve(rhs);
+      y += factor.solve(rhs - K_ * y);
+      dx_ = y.head(n);
+      dnu_ = y.tail(rows);
+      da_ = A_.transpose() * dnu_ - off_a_;
+    };
+    step(-products);
+    const Real affine = std::min<Real>(1, longest());
+    const Real centre = (1 - affine) * (1 - affine) * (1 - affine) * products.sum() / Real(n);
+    step((-products - dx_.cwiseProduct(da_)).array() + centre);
+    const Real alpha = std::min<Real>(1, Real(0.98) * longest());
+    x_ += alpha * dx_;
+    a_ += alpha * da_;
+    nu_ += alpha * dnu_;
+  }
+  if (!(best <= accepted)) return false;
+  x_ = best_x;
+  nu_ = best_nu;
   return true;
 }
 
-// Goldfarb and Idnani: the contact that sinks most gets an impulse until it does not; what would pull meanwhile goes.
-bool LeastSum::carry() {
-  factorise();
-  while (rounds_-- > 0) {
-    const Eigen::VectorXd u = A_.transpose() * x_ + q_;
-    Eigen::Index sinks;
-    if (u.minCoeff(&sinks) >= -kept * size_) return true;
-    const Eigen::VectorXd row = A_.col(sinks);
-    for (bool dropped = true; dropped && rounds_-- > 0;) {
-      const Eigen::VectorXd direction = shares(row);
-      const Eigen::VectorXd outside = row - Q_ * (Q_.transpose() * row);
-      const double square = outside.squaredNorm();
-      const bool independent = square > dependent * dependent * row.squaredNorm();
-      const double needed = -(row.dot(x_) + q_[sinks]) / square;
-      double step;
-      dropped = drop_first(direction, independent ? needed : std::numeric_limits<double>::infinity(), step);
-      if (!std::isfinite(step)) return false;
-      if (independent) x_ += step * outside;
-    }
-    enter(static_cast<int>(sinks));
-    // Afresh: rounding of the steps does not add up.
-    x_ = stop(-q_);
-    f_ = shares(x_);
-  }
-  return false;
+// Of the equations, into off_nu_ and off_a_; returns the largest, or the complementarity.
+LeastSum::Real LeastSum::residuals(Real sigma, const Vector& b, const Vector& c) {
+  off_nu_ = sigma * nu_ - A_ * x_ + b;
+  off_a_ = a_ - A_.transpose() * nu_ - c;
+  return std::max({x_.dot(a_), off_nu_.lpNorm<Eigen::Infinity>(), off_a_.lpNorm<Eigen::Infinity>()});
 }
 
-// The simplex method: a contact that touches and has a_c.y > share_c makes the sum smaller by its impulse.
-bool LeastSum::descend() {
-  while (rounds_-- > 0) {
-    const Eigen::VectorXd u = A_.transpose() * x_ + q_;
-    Eigen::VectorXd excess = A_.transpose() * stop(share_) - share_;
-    for (Eigen::Index c = 0; c < excess.size(); ++c)
-      if (u[c] > kept * size_) excess[c] = 0;
-    for (const int c : carry_) excess[c] = 0;
-    Eigen::Index best;
-    if (excess.maxCoeff(&best) <= kept * share_.lpNorm<Eigen::Infinity>()) return true;
-    const Eigen::VectorXd row = A_.col(best);
-    const Eigen::VectorXd direction = shares(row);
-    if ((row - Q_ * (Q_.transpose() * row)).norm() > dependent * row.norm()) {
-      enter(static_cast<int>(best));  // without impulse: y changes, f does not
-      continue;
-    }
-    double step;
-    if (!drop_first(direction, std::numeric_limits<double>::infinity(), step)) return false;
-    enter(static_cast<int>(best));
-    f_[f_.size() - 1] = step;
+// Largest step that keeps x and a >= 0.
+LeastSum::Real LeastSum::longest() const {
+  Real alpha = HUGE_VALL;
+  for (Eigen::Index i = 0; i < x_.size(); ++i) {
+    if (dx_[i] < 0) alpha = std::min(alpha, -x_[i] / dx_[i]);
+    if (da_[i] < 0) alpha = std::min(alpha, -a_[i] / da_[i]);
   }
-  return false;
+  return alpha;
 }
 
 }  // namespace cb

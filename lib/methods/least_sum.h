@@ -8,41 +8,47 @@
 
 namespace cb {
 
-/// Frictionless impulses of least sum by vertices: contacts that carry have independent rows, each kept by an
-/// orthogonal factorisation of L^-1 N^T (M = L L^T), whose condition is the root of W's. Where rows depend on each
-/// other up to 1e-10 (bricks in a wall, tilted by what they sank) W is singular to rounding, and methods in W f find no
-/// active set.
+/// Frictionless impulses of least sum by an interior point method, dense and in long double. Where rows depend on each
+/// other up to 1e-10 (bricks in a wall, tilted by what they sank) W is singular to rounding and methods that look for
+/// an active set find none; this one needs none.
 class LeastSum {
  public:
   /// Rows N of (M, J), scaled by `weight` (1/kg, nc); `q` (3 nc, m/s): contact velocities without impulses. `share`
-  /// (nc): coefficients of the sum. Fills f (nc, N s) and z (nv): N z <= share where f touches, = share where f > 0.
-  /// False where it comes to none within its limits; f and z are then not to be used.
+  /// (nc): coefficients of the sum. Fills f (nc, N s) and z (nv): N z <= share where f touches, = share where f > 0,
+  /// both up to a complementarity of `rounding`. False where it comes to none; f and z are then not to be used.
   bool solve(const BlockDiagonalMatrix& M, const BandMatrix& J, const BlockCholesky& factor,
              std::span<const double> weight, std::span<const double> q, std::span<const double> share,
              std::span<double> f, std::span<double> z);
 
   /// Contacts up to which this is tried: the cost is that of dense matrices.
   static constexpr int dense_limit = 96;
-  /// -: |u_n| over sqrt(w) and the size of q, and N z - share over sqrt(w), up to which a row counts as kept.
-  static constexpr double kept = 1e-11;
-  /// -: part of a row outside the span of those that carry, over the row, up to which it counts as dependent on them.
-  static constexpr double dependent = 1e-7;
+  /// -: |u_n| over sqrt(w) and the size of q up to which a contact touches after the frictionless solution.
+  static constexpr double touching = 9e-10;
 
  private:
-  bool carry();
-  bool descend();
-  void enter(int contact);
-  void factorise();
-  Eigen::VectorXd shares(const Eigen::VectorXd& row) const;
-  Eigen::VectorXd stop(const Eigen::VectorXd& velocity) const;
-  bool drop_first(const Eigen::VectorXd& direction, double longest, double& step);
+  using Real = long double;
+  using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
+  using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
 
-  int rounds_ = 0;
-  Eigen::MatrixXd A_, Q_, R_;  // nv x nc: columns over sqrt(w); of the columns that carry
-  Eigen::VectorXd q_, x_, share_;
-  std::vector<int> carry_;  // contacts
-  Eigen::VectorXd f_;       // of carry_
-  double size_ = 0;
+  // Of 1, the scaled problem's size: complementarity and residuals at which an iteration ends, and up to which its
+  // answer counts.
+  static constexpr Real rounding = 1e-19L, accepted = 1e-9L;
+  // sigma of the linear program: its f leaves momenta of sigma |z| open, and is of least sum up to rounding / sigma.
+  static constexpr Real shift = 1e-13L;
+  // Of a step in x, which is not unique: keeps it from drifting.
+  static constexpr Real proximal = 1e-17L;
+  static constexpr int iteration_limit = 100, patience = 10;
+
+  void assemble(const BlockDiagonalMatrix& M, const BandMatrix& J, const BlockCholesky& factor,
+                std::span<const double> weight);
+  bool minimise(Real sigma, const Vector& b, const Vector& c);
+  Real residuals(Real sigma, const Vector& b, const Vector& c);
+  Real longest() const;
+
+  Matrix A_, K_;  // nv x nc: columns of those that take part; nv x nv
+  Matrix columns_;
+  Eigen::MatrixXd rows_;
+  Vector x_, a_, nu_, dx_, da_, dnu_, off_nu_, off_a_;
 };
 
 }  // namespace cb
