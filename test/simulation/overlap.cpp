@@ -149,6 +149,17 @@ TEST_CASE("a body wedged between walls ends the run as penetration, and the reas
   CHECK(seen.reason.find("body0") != std::string::npos);
 }
 
+TEST_CASE("what cannot be taken away ends the run from a millionth of the smaller body's size on", "[overlap]") {
+  for (const double overlap : {0.5e-6, 2e-6}) {
+    Scenario s = without_gravity();
+    test::add_sphere(s, 0.5, 1, {0, 0, 0});
+    for (const double side : {-1.0, 1.0}) fix_box(s, {1, 1, 1}, {{side * (1 - overlap), 0, 0}, Quat::Identity()});
+    test::collide_all(s, 0);
+    INFO(overlap << " m");
+    CHECK((look(s).status == Status::penetration) == (overlap > 1e-6));
+  }
+}
+
 TEST_CASE("a box that slides and tips over the rim of another never overlaps it at the end of a step", "[overlap]") {
   for (const double angle : {0.0, 0.3, M_PI / 4}) {
     INFO(angle);

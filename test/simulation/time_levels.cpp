@@ -110,3 +110,42 @@ TEST_CASE("a sphere that creeps a thousand margins towards another meets it, tho
   CHECK(simulation.state().v[0] == Approx(-1e-5).epsilon(1e-12));  // e = 0, equal masses: both at half the speed
   CHECK(simulation.state().v[6] == Approx(-1e-5).epsilon(1e-12));
 }
+
+TEST_CASE("shapes that overlap by more than a tenth of the smaller one end the run, and by less they do not") {
+  for (const double part : {0.09, 0.11}) {
+    Scenario s = test::empty_scene(h, h);
+    test::add_ground(s);
+    test::add_sphere(s, 0.1, 1, {0, 0.1 - part * 0.2, 0});
+    test::collide_all(s, 0.5);
+    CHECK((simulation_of(s).step().status == Status::penetration) == (part > 0.1));
+  }
+}
+
+TEST_CASE("an approach of 1e-12 of a contact's velocity is an event, and one of 1e-14 is none") {
+  for (const double part : {1e-12, 1e-14}) {
+    Scenario s = test::empty_scene(h, h);
+    s.gravity.constant.setZero();
+    test::add_ground(s);
+    test::add_sphere(s, 0.1, 1, {0, 0.1, 0}, {1, -part, 0});
+    test::collide_all(s, 0);
+    Simulation simulation = simulation_of(s);
+    CHECK(simulation.step().events == (part > 1e-13 ? 1 : 0));
+  }
+}
+
+TEST_CASE("kinetic energy beyond a million times what was put in ends the run, and below it does not") {
+  for (const double speed : {500.0, 2000.0}) {
+    Scenario s = test::empty_scene(h, h);
+    s.gravity.constant.setZero();
+    test::add_ground(s);
+    test::add_sphere(s, 0.1, 1, {0, 0.1, 0}, {0, -1, 0});
+    test::collide_all(s, 0);
+    const auto kicks = [&](const ContactProblem& problem, ContactSolution& solution) {
+      solution.clear();
+      solution.impulse.assign(3 * static_cast<std::size_t>(problem.nc()), 0.0);
+      solution.impulse[0] = 1 + speed;
+    };
+    Simulation simulation(s, of(s), kicks, Law::newton);
+    CHECK((simulation.step().status == Status::energy_blowup) == (speed * speed > 1e6));
+  }
+}
