@@ -359,6 +359,18 @@ TEST_CASE("A stored solution is never taken for an answer") {
   CHECK(refusal(save(folder, "solution.hdf5", content)).empty());
 }
 
+TEST_CASE("A body whose mass matrix was stored without its zeros is one block, whatever its contact's rows look like") {
+  const Folder folder;
+  Content content = small_global();
+  content["/fclib_global/H/nzmax"] = integers({4});
+  content["/fclib_global/H/p"] = integers({0, 1, 3, 4});
+  content["/fclib_global/H/i"] = integers({2, 1, 2, 0});
+  content["/fclib_global/H/x"] = numbers({1, 1, 0.5, 1});
+  const ContactProblem p = read_contact_problem(save(folder, "uneven.hdf5", content)).problem;
+  CHECK(p.M.blocks() == 1);
+  CHECK(p.M.block(0).isApprox(2 * Eigen::Matrix3d::Identity()));
+}
+
 TEST_CASE("Every broken FCLIB file is refused in one message with its file and dataset") {
   const Folder folder;
   const auto global = [](const std::string& where, Dataset set) {
@@ -403,7 +415,7 @@ TEST_CASE("Every broken FCLIB file is refused in one message with its file and d
       {global("/M/x", numbers({2, inf, 2})), "M/x: entry 1 is not a finite number"},
       {global("/M/x", numbers({2, -2, 2})), "positive definite"},
       {global("/M/x", numbers({2, 0, 2})), "positive definite"},
-      {global("/H/p", integers({0, 1, 2})), "H/p: holds 3 numbers"},
+      {global("/H/p", integers({0, 1, 2})), "H/p: holds 3 numbers; compressed columns need 4"},
       {global("/H/p", integers({1, 1, 2, 3})), "H/p: must begin with 0"},
       {global("/H/p", integers({0, 2, 1, 3})), "H/p: falls"},
       {global("/H/p", integers({0, 1, 2, 4})), "the matrix has 4 entries"},

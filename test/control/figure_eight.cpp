@@ -37,6 +37,9 @@ TEST_CASE("the figure eight starts at the origin and crosses it again half a tur
   const FigureEight path;
   const double turn = 2 * M_PI / path.rate;
   for (const double t : {0.0, turn / 2, turn}) CHECK(std::hypot(path.at(t).x, path.at(t).z) < 1e-13);
+  // X = -4 cos s, Z = 4 sin 2s from s = 3 pi/2 on: it sets out towards negative x and z.
+  CHECK(path.at(0).vx == Approx(-4 * path.rate).epsilon(1e-14));
+  CHECK(path.at(0).vz == Approx(-8 * path.rate).epsilon(1e-14));
   CHECK(std::abs(path.at(turn / 4).x) == Approx(4).epsilon(1e-14));
   CHECK(std::abs(path.at(turn / 8).z) == Approx(4).epsilon(1e-14));
 }

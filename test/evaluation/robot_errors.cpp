@@ -266,6 +266,22 @@ TEST_CASE("Creep of a grasp is what the held body moves in both fingers' frames,
   for (int i = 0; i < 2; ++i)
     spec.joints.push_back(
         {static_cast<int>(role - spec.row->roles.begin()), i, std::vector<double>(role->gains.size(), 1.0)});
+  // And the arm's joint, which follows 0.3 + 0.5 sin(2 t + 0.1), but for 0.01 rad/s.
+  scenario.model.bodies.push_back({"arm", 1, Vec3::Constant(1), 0});
+  scenario.initial.pose.emplace_back();
+  scenario.initial.v.resize(24, 0);
+  scenario.initial.q.resize(3, 0);
+  scenario.initial.qd.resize(3, 0);
+  Joint arm;
+  arm.kind = JointKind::revolute;
+  arm.body = 3;
+  arm.q = arm.v = 2;
+  scenario.model.trees[0].joints.push_back(arm);
+  scenario.model.trees[0].nv = 3;
+  const auto track = std::find_if(spec.row->roles.begin(), spec.row->roles.end(),
+                                  [](const JointRoleRow& row) { return row.name == "track"; });
+  REQUIRE(track != spec.row->roles.end());
+  spec.joints.push_back({static_cast<int>(track - spec.row->roles.begin()), 2, {0.3, 0.5, 2, 0.1, 0, 0}});
   scenario.controllers = {spec};
 
   SimulationOptions options;
@@ -282,9 +298,12 @@ TEST_CASE("Creep of a grasp is what the held body moves in both fingers' frames,
     for (Pose& pose : state.pose) pose = {swing * pose.p, swing};
     state.pose[2].p += swing * Vec3(0, -0.03 * state.t, 0);
     state.pose[2].q = swing * turn;
+    state.q[2] = 0.3 + 0.5 * std::sin(2 * state.t + 0.1) - 0.01 * state.t;
     errors.observe_step(state, StepRecord());
   }
   const auto found = named(errors, "grasp");
+  CHECK(found.at("tracking_shoulder1_linf_rad") == Approx(0.04).epsilon(1e-12));
+  CHECK(found.at("tracking_shoulder1_rms_rad") == Approx(0.04 / std::sqrt(3)).epsilon(2e-3));
   CHECK(found.at("creep_final_m") == Approx(std::sqrt(2) * 0.12).epsilon(1e-12));
   CHECK(found.at("creep_linf_m") == found.at("creep_final_m"));
   CHECK(found.at("creep_rate_m_per_s") == Approx(std::sqrt(2) * 0.03).epsilon(1e-12));

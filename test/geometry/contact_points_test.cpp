@@ -334,3 +334,44 @@ TEST_CASE("a box with a grid that stands on an edge touches in the points of tha
   contact_points(box, {Vec3(0, std::sqrt(0.5), 0), turn}, 0, ground, {}, 1, 1e-9, out);
   CHECK(out.size() == 4);
 }
+
+TEST_CASE("A contact of every two kinds lies halfway between their surfaces, with a gap as with an overlap") {
+  const Shape ball = sphere(0.5), cube = box(1, 1, 1), drum = cylinder(0.5, 1), plane = half_space();
+  for (const double gap : {0.05, -0.05})
+    for (const Shape& low : {plane, ball, cube, drum})
+      for (const Shape& high : {ball, cube, drum}) {
+        if (!can_touch(low.kind, high.kind)) continue;
+        const double top = low.kind == ShapeKind::half_space ? 0 : 0.5;
+        for (const bool swapped : {false, true}) {
+          INFO(static_cast<int>(low.kind) << " below " << static_cast<int>(high.kind) << ", gap " << gap);
+          std::vector<ContactPoint> points;
+          const Pose above = at(0, top + gap + 0.5, 0), still = at(0, 0, 0);
+          if (swapped)
+            contact_points(low, still, 0, high, above, 1, 0.1, points);
+          else
+            contact_points(high, above, 1, low, still, 0, 0.1, points);
+          REQUIRE(!points.empty());
+          for (const ContactPoint& point : points) {
+            CHECK(point.position.y() == Approx(top + gap / 2).margin(1e-14));
+            CHECK(point.gap == Approx(gap).margin(1e-14));
+            CHECK(point.normal.y() == Approx(swapped ? -1 : 1).margin(1e-14));
+          }
+        }
+      }
+}
+
+TEST_CASE("a tilted box whose grid touches in part keeps every point of it, where a whole face keeps its corners") {
+  Shape grid = box(1, 1, 1);
+  grid.contact_grid = 5;
+  const double tolerance = 1e-9;
+  // Columns of the grid rise by a quarter of the tilt each: two of five are within the tolerance.
+  for (const double rise : {0.0, 2.5e-9}) {
+    const Pose tilted = at(Vec3(0, 0.5 + rise / 2, 0), turn(rise, Vec3::UnitZ()));
+    std::vector<ContactPoint> all, corners;
+    contact_points(grid, tilted, 0, half_space(), at(0, 0, 0), 1, tolerance, all);
+    const int left_out = contact_points(grid, tilted, 0, half_space(), at(0, 0, 0), 1, tolerance, corners, true);
+    CHECK(all.size() == (rise == 0 ? 25 : 10));
+    CHECK(corners.size() == (rise == 0 ? 4 : 10));
+    CHECK(left_out == (rise == 0 ? 21 : 0));
+  }
+}

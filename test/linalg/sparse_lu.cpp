@@ -57,6 +57,14 @@ TEST_CASE("a sparse matrix is solved as the dense one is, with factors that serv
   singular.col(5) = singular.col(2);
   const Columns columns(singular);
   CHECK_FALSE(lu.factor(columns.starts, columns.rows, columns.values));
+
+  // One whose last column is empty has no factors to count.
+  SparseLu none;
+  const std::vector<int> starts = {0, 1, 1}, rows = {0};
+  const std::vector<double> values = {1};
+  CHECK_FALSE(none.factor(starts, rows, values));
+  CHECK(none.entries() == 0);
+  CHECK(none.flops() == 0);
 }
 
 TEST_CASE("pivots are sought afresh where those of the last matrix would lose its digits") {

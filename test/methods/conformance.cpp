@@ -187,3 +187,20 @@ TEST_CASE("a stop that is asked for ends an event from within, so that no word o
     CHECK_NOTHROW(choice.row->make(choice.options)(problem, solution));
   }
 }
+
+TEST_CASE("a method says how many unknowns it handed to its solver") {
+  const ContactProblem p = test::box(0.3, {0.5, -0.1, 0});  // four contacts; lands and slides
+  const auto size = [&](const char* name, bool bound, int k) {
+    MethodOptions options;
+    options.compression_bound = bound;
+    options.k = k;
+    ContactSolution solution;
+    find_method(name)->make(options)(p, solution);
+    CHECK(solution.status == Status::ok);
+    return solution.size;
+  };
+  CHECK(size("newton", true, 4) == 12);
+  CHECK(size("convex", false, 4) == 12);
+  CHECK(size("convex", true, 4) == 12 + 4 + 1);  // impulses, multipliers of the normal velocities, and of the bound
+  for (const int k : {4, 8}) CHECK(size("ap", true, k) == 4 * (k + 2));
+}

@@ -7,6 +7,7 @@
 #include "contact/referee.h"
 #include "contact_problems.h"
 #include "methods/registry.h"
+#include "methods/same_event.h"
 
 using namespace cb;
 using namespace cb::test;
@@ -45,6 +46,13 @@ ContactProblem pushed_stack(int boxes, double mu, double push) {
   ContactProblem p = stack(boxes, mu);
   for (int i = 0; i < boxes; ++i) p.v_minus[6 * i + 1] = -0.0098;
   p.v_minus[6 * (boxes - 1)] = push;
+  return p;
+}
+
+ContactProblem moving_sphere(double mu, double vx, double vy) {
+  ContactProblem p = sphere(mu);
+  p.v_minus[0] = vx;
+  p.v_minus[1] = vy;
   return p;
 }
 
@@ -137,4 +145,50 @@ TEST_CASE("an event that is the one before gets its answer to the last bit", "[w
     method(p, third);
     CHECK(third.impulse != first.impulse);
   }
+}
+
+TEST_CASE("a slip that ends a millionth early is not taken for one that goes on", "[warm_start]") {
+  // A sphere slides on after friction has taken 3.5 mu v_n of its slip; at less slip than that it rolls.
+  const double v_n = 0.5, mu = 0.2, ends = 3.5 * mu * v_n;
+  for (const double part : {1e-3, 1e-6, 1e-8}) {
+    Pair pair("ap");
+    pair.meets(moving_sphere(mu, 2 * ends, -v_n));
+    pair.meets(moving_sphere(mu, ends * (1 - part), -v_n));
+    CHECK(*pair.accepted == 0);
+  }
+}
+
+TEST_CASE("an event is the one before up to its last bits alone", "[warm_start]") {
+  int solved = 0;
+  const auto reused = std::make_shared<long>(0);
+  const ContactMethod once = reuse_same_event(
+      [&](const ContactProblem&, ContactSolution& solution) {
+        solution.clear();
+        ++solved;
+      },
+      reused);
+  const ContactProblem first = moving_sphere(0.2, 1, -0.5);
+  const auto again = [&](const auto& change) {
+    ContactSolution solution;
+    once(first, solution);
+    const long before = *reused;
+    ContactProblem p = first;
+    change(p);
+    once(p, solution);
+    return *reused - before == 1;
+  };
+  constexpr double last_bit = 4e-16, more = 1e-12;
+  CHECK(again([](ContactProblem&) {}));
+  for (const double change : {last_bit, more}) {
+    INFO(change);
+    CHECK(again([&](ContactProblem& p) { p.M.block(0)(0, 0) *= 1 + change; }) == (change == last_bit));
+    CHECK(again([&](ContactProblem& p) { p.M.block(0)(4, 4) *= 1 + change; }) == (change == last_bit));
+    CHECK(again([&](ContactProblem& p) { p.J.entry(0)(0, 1) *= 1 + change; }) == (change == last_bit));
+    CHECK(again([&](ContactProblem& p) { p.J.entry(0)(1, 5) *= 1 + change; }) == (change == last_bit));
+    CHECK(again([&](ContactProblem& p) { p.v_minus[1] *= 1 + change; }) == (change == last_bit));
+  }
+  CHECK_FALSE(again([](ContactProblem& p) { p.mu[0] *= 1 + last_bit; }));
+  CHECK_FALSE(again([](ContactProblem& p) { p.restitution[0] = 1e-300; }));
+  CHECK_FALSE(again([](ContactProblem& p) { p.offset[2] = 1e-300; }));
+  CHECK(solved > 0);
 }

@@ -62,6 +62,8 @@ TEST_CASE("a tally adds counts up and keeps the worst of the rest", "[output]") 
 
   record.t = 1;
   record.events = record.solves = 1;
+  record.false_claims = 2;
+  record.doubted = 3;
   record.contacts = 4;
   record.iterations = 5;
   record.residual = 1e-12;
@@ -80,7 +82,10 @@ TEST_CASE("a tally adds counts up and keeps the worst of the rest", "[output]") 
   CHECK(tally.steps == 3);
   CHECK(tally.t_reached == 1.5);
   CHECK(tally.events == 3);
+  CHECK(tally.solves == 3);
   CHECK(tally.iterations == 15);
+  CHECK(tally.false_claims == 6);
+  CHECK(tally.doubted == 9);
   CHECK(tally.contacts_max == 4);
   CHECK(tally.residual_max == 1e-12);
   CHECK(tally.residual_max_t == 1);

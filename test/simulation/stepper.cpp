@@ -332,3 +332,33 @@ TEST_CASE("the order in which contacts are handed over changes no motion that is
   CHECK(x[1] == Approx(x[0]).epsilon(1e-12));
   CHECK(x[2] == Approx(x[0]).epsilon(1e-12));
 }
+
+TEST_CASE("contacts keep their friction and restitution in whatever order they are handed over") {
+  // Four spheres on the ground, each with a law of its own: smooth to rough slide with mu g, the last two rebound.
+  constexpr double step = 1e-3, mus[] = {0, 0.1, 0.2, 0.3}, es[] = {0, 0, 0.5, 1};
+  for (const std::uint64_t shuffle : {0, 1, 2, 3, 4, 5}) {
+    Scenario s = test::empty_scene(step, step);
+    s.gravity.constant.setZero();
+    test::add_ground(s);
+    for (int i = 0; i < 4; ++i) test::add_sphere(s, 0.1, 1, {1.0 * i, 0.1, 0}, {5, -1, 0});
+    test::collide_all(s, 0);
+    s.pairs.groups = 5;
+    s.pairs.group = {0, 1, 2, 3, 4};
+    s.pairs.index.assign(25, -1);
+    s.pairs.laws.clear();
+    for (int i = 0; i < 4; ++i) {
+      s.pairs.index[i + 1] = s.pairs.index[5 * (i + 1)] = i;
+      s.pairs.laws.push_back({mus[i], es[i]});
+    }
+    SimulationOptions options;
+    options.step = options.duration = step;
+    options.shuffle = shuffle;
+    Simulation simulation(s, options, find_method("newton")->make({}), Law::newton);
+    CHECK(simulation.step().status == Status::ok);
+    for (int i = 0; i < 4; ++i) {
+      INFO("sphere " << i << ", order " << shuffle);
+      CHECK(simulation.state().v[6 * i + 1] == Approx(es[i]).margin(1e-9));
+      CHECK(simulation.state().v[6 * i] == Approx(5 - mus[i] * (1 + es[i])).epsilon(1e-9));
+    }
+  }
+}
