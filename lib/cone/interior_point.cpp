@@ -272,11 +272,16 @@ void InteriorPoint::scale(const ConeProgram& p) {
     w_r_[c] = (*p.weight)[c] / ratio;
     w_eta_[c] = (*p.weight)[c] * ratio;
   }
-  r_zero_.assign(3 * nc, 0.0);
+  ratio_ = ratio;
+}
+
+// Of the natural map: what the last bits of velocities without impulses leave of it, sqrt(J).
+double InteriorPoint::last_bits(const ConeProgram& p) {
+  r_zero_.assign(3 * p.nc(), 0.0);
   velocities_.bound_rounding(p, r_zero_, {});
   double least = 0;
   for (const double rho : velocities_.rounding) least += rho * rho;
-  rounding_ = std::max(options_.rounding * size_, std::sqrt(least / ratio));
+  return std::sqrt(least / ratio_);
 }
 
 bool InteriorPoint::factor() {
@@ -460,7 +465,7 @@ bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x, int patience, 
     if (!std::isfinite(residual) && (!careful || best == HUGE_VAL)) break;  // there is nothing to go back to
     if (residual < 0.5 * best)
       stalled = 0;
-    else if (best < rounding_ || ++stalled > patience)
+    else if (best < options_.rounding * size_ || ++stalled > patience)
       break;
     if (residual < best) {
       best = residual;
@@ -496,7 +501,7 @@ bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x, int patience, 
   // mu, or by large impulses) beyond what was asked for.
   // Large impulses raise rounding itself; that is the excuse of the last attempt, and of programs without eta.
   const double large = careful || !p.has_eta() ? options_.rounding * certificate.size : 0;
-  const bool at_rounding = best <= std::max(rounding_, large);
+  const bool at_rounding = best <= std::max(options_.rounding * size_, large) || best <= last_bits(p);
   const bool accepted = x.infeasibility <= options_.feasibility &&
                         (at_rounding || std::abs(x.gap) <= std::max(exact * size_ * size_, certificate.gap_rounding));
   x.status = accepted ? ConeStatus::solved : ConeStatus::nonconverged;

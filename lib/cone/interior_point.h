@@ -66,6 +66,7 @@ class InteriorPoint {
  private:
   void prepare(const ConeProgram& program);
   void scale(const ConeProgram& program);
+  double last_bits(const ConeProgram& program);
   Certificate checked(const ConeProgram& program, ConeSolution& x);
   double newton_terms(const ConeProgram& program, const ConeSolution& x);
   bool factor();
@@ -79,7 +80,7 @@ class InteriorPoint {
   // Impulses are of the size R / sqrt(w), multipliers eta U / sqrt(w), velocities y U sqrt(w), u_n R sqrt(w): with
   // w U / R where impulses meet velocities, and w R / U where eta does, all are of the size of sqrt(R U).
   double size_ = 0;      // sqrt(J), sqrt(R U)
-  double rounding_ = 0;  // sqrt(J), that of the natural map
+  double ratio_ = 1;     // R / U
   std::vector<double> w_r_, w_eta_, r_zero_;
   double mean_weight_ = 0;  // of w_r
   double proximal_ = 0;

@@ -50,6 +50,9 @@ namespace cb {
 
 namespace {
 
+/// -: of the terms of velocities, an infeasibility that no rounding explains.
+constexpr double beyond_rounding = 1e-10;
+
 double tangential(const double* x) { return std::sqrt(x[1] * x[1] + x[2] * x[2]); }
 
 /// J, before the event. Where a problem comes as W and q alone it is in the offset.
@@ -301,12 +304,20 @@ Certificate DrumwrightShell::judge(std::span<const double> r, std::span<const do
   const Certificate plain = certify(program_, r, eta, 0, velocities_, q_);
   if (good(plain, tolerances_.infeasibility) || std::abs(plain.gap) > epsilon_ + most_excused * plain.size * plain.size)
     return plain;
+  const double terms = plain.size + std::sqrt(quadratic_form(island_.M, island_.v0));
+  if (plain.infeasibility * plain.size > beyond_rounding * terms) return plain;
   velocities_.bound_rounding(program_, r, {});
   return certify(program_, r, eta, 0, velocities_, q_, tolerances_.cone.rounding_units);
 }
 
 bool DrumwrightShell::good(const Certificate& c, double infeasibility) const {
   return std::abs(c.gap) <= std::max(epsilon_, c.gap_rounding) && c.infeasibility <= infeasibility;
+}
+
+// Is it good for the rounding only that large multipliers make much of? With the bounds relaxed they are small, as a
+// rule.
+bool DrumwrightShell::excused(const Certificate& c) const {
+  return std::abs(c.gap) > epsilon_ && c.gap_rounding >= most_excused * c.size * c.size;
 }
 
 double DrumwrightShell::limit_of(Allowed allowed) const {
@@ -383,24 +394,26 @@ bool DrumwrightShell::find_bound() {
 
 // Keeps answer_ where it is better than what there is. Is it as good as is asked?
 bool DrumwrightShell::offer(Allowed allowed) {
-  certificate_of_reduced(answer_);
+  certify_unreduced(answer_);
   const double limit = limit_of(allowed);
-  const Certificate certificate = judge(answer_.r, answer_.eta);
+  const Certificate certificate = judge(answer_.r, multiplier_);
   const bool done = good(certificate, limit);
   const bool better = best_.infeasibility > limit || std::abs(certificate.gap) < std::abs(best_.gap);
-  if (certificate.infeasibility > limit || !(better || (done && allowed == Allowed::exact))) return false;
+  if (certificate.infeasibility > limit || !better || (!done && good(best_, tolerances_.backward))) return false;
   best_ = certificate;
   r_ = answer_.r;
-  eta_ = answer_.eta;
+  eta_ = multiplier_;
   return done;
 }
 
-// (eta + t lambda) certifies (1) where eta, of either sign, does (3).
-void DrumwrightShell::certificate_of_reduced(ConeSolution& x) const {
+// Multipliers of (1) from those of (3), which are of either sign: eta + t lambda. Into multiplier_.
+void DrumwrightShell::certify_unreduced(const ConeSolution& x) {
+  multiplier_ = x.eta;
   double t = 0;
-  for (std::size_t c = 0; c < x.eta.size() && shape_ == Shape::flat; ++c)
-    if (lambda_[c] > 0) t = std::max(t, -x.eta[c] / lambda_[c]);
-  for (std::size_t c = 0; c < x.eta.size(); ++c) x.eta[c] = std::max(0.0, t > 0 ? x.eta[c] + t * lambda_[c] : x.eta[c]);
+  for (std::size_t c = 0; c < multiplier_.size() && shape_ == Shape::flat; ++c)
+    if (lambda_[c] > 0) t = std::max(t, -multiplier_[c] / lambda_[c]);
+  for (std::size_t c = 0; c < multiplier_.size(); ++c)
+    multiplier_[c] = std::max(0.0, t > 0 ? multiplier_[c] + t * lambda_[c] : multiplier_[c]);
 }
 
 // The frictionless answer, if it is good enough.
@@ -424,7 +437,8 @@ const std::array<DrumwrightShell::Proposer, 10> DrumwrightShell::proposers = {{
     {"relaxed", &DrumwrightShell::relaxed, Allowed::backward, true},
     {"large, dense", &DrumwrightShell::large_dense, Allowed::exact, true},
     {"dense, relaxed", &DrumwrightShell::dense_relaxed, Allowed::backward, true},
-    {"further", &DrumwrightShell::further, Allowed::exact, true},
+    {"dense, short steps", &DrumwrightShell::dense_short, Allowed::exact, true},
+
 }};
 
 ConeStatus DrumwrightShell::propose(Previous* previous) {
@@ -435,21 +449,22 @@ ConeStatus DrumwrightShell::propose(Previous* previous) {
   if (previous != nullptr) previous->by_newton = false;
   ConeStatus ending = ConeStatus::nonconverged;
   for (const Proposer& proposer : proposers) {
-    answer_ = {};
+    answer_.iterations = 0;
+    answer_.s = 0;
     const bool proposes = (this->*proposer.propose)();
     iterations_ += answer_.iterations;
     if (!proposes) continue;
-    const ConeSolution proposed = answer_;
-    const bool done = offer(proposer.allowed);
-    if (done) {
+    // Large multipliers excuse much; with the bounds relaxed they are small, as a rule.
+    if (offer(proposer.allowed) && !excused(best_)) {
       if (previous != nullptr && proposer.starts_next) {
         previous->by_newton = true;
         previous->nv = island_.M.order();
-        previous->answer = proposed;
+        previous->answer = answer_;
       }
+      if (proposer.propose == &DrumwrightShell::from_previous && tolerances_.warm_starts) ++*tolerances_.warm_starts;
       return ConeStatus::solved;
     }
-    if (proposed.status != ConeStatus::solved) ending = proposed.status;
+    if (answer_.status != ConeStatus::solved) ending = answer_.status;
   }
   return good(best_, tolerances_.backward) ? ConeStatus::solved : ending;
 }
@@ -487,10 +502,7 @@ bool DrumwrightShell::from_previous() {
   answer_.iterations = 0;
   const ConeProgram program = reduced();
   if (!program.has_bound()) answer_.s = 0;
-  if (!friction_solver_.polish(program, answer_, tolerances_.cone.iterate_patience, InteriorPoint::Steps::bold))
-    return false;
-  if (tolerances_.warm_starts) ++*tolerances_.warm_starts;
-  return true;
+  return friction_solver_.polish(program, answer_, tolerances_.cone.iterate_patience, InteriorPoint::Steps::bold);
 }
 
 // Newton's method from the frictionless answer, with friction against its slip.
@@ -531,6 +543,15 @@ bool DrumwrightShell::large_dense() {
   const int nc = static_cast<int>(island_.contacts.size());
   if (nc <= tolerances_.dense_first || nc > tolerances_.dense_limit) return false;
   solve_dense(reduced(), friction_solver_.options(), answer_);
+  return true;
+}
+
+// Short steps stay in the middle of mixed scales.
+bool DrumwrightShell::dense_short() {
+  if (static_cast<int>(island_.contacts.size()) > tolerances_.dense_limit) return false;
+  ConeOptions options = friction_solver_.options();
+  options.step_fraction = tolerances_.short_step;
+  solve_dense(reduced(), options, answer_);
   return true;
 }
 
@@ -655,12 +676,14 @@ bool DrumwrightShell::frictionless() {
 // Does f solve the frictionless problem?
 bool DrumwrightShell::complementary() {
   const double size = size_ > 0 ? size_ : 1;
-  velocities_.bound_rounding(normal_program_, x_, {});
+  bool bounded_rounding = false;
   for (std::size_t c = 0; c < f_.size(); ++c) {
     const double root_w = std::sqrt(island_.weight[c]), u_n = u_f_[3 * c] / root_w;
     const double wrong = std::max(-u_n, std::min(f_[c] * root_w, u_n));
-    if (wrong > tolerances_.backward * size && wrong > tolerances_.cone.rounding_units * velocities_.rounding[c])
-      return false;
+    if (wrong <= tolerances_.backward * size) continue;
+    if (!bounded_rounding) velocities_.bound_rounding(normal_program_, x_, {});
+    bounded_rounding = true;
+    if (wrong > tolerances_.cone.rounding_units * velocities_.rounding[c]) return false;
   }
   return true;
 }
@@ -822,7 +845,11 @@ bool DrumwrightShell::least_sum_at_vertex() {
   const int nc = static_cast<int>(island_.contacts.size());
   const std::vector<double> first = f_;
   z_.resize(island_.M.order());
-  if (!vertex_.solve(island_.M, island_.J, island_.factor, island_.weight, q_, island_.share, f_, z_)) {
+  velocities_.bound_rounding(normal_program_, x_, {});
+  const double rounding =
+      tolerances_.cone.rounding_units * *std::max_element(velocities_.rounding.begin(), velocities_.rounding.end());
+  if (!vertex_.solve(island_.M, island_.J, island_.factor, island_.weight, q_, island_.share,
+                     std::max(rounding, tolerances_.touching * size_), f_, z_)) {
     f_ = first;
     return false;
   }

@@ -28,6 +28,7 @@ class DrumwrightShell {
     /// -: scaled infeasibility up to which an answer is accepted.
     double infeasibility = 1e-10;
     double backward = 9e-10;
+
     /// -: residual of N z = 1 (z: proof of the least sum) and of T z = 0 below which they count as solvable.
     double solvable = 1e-10;
     /// -: error of W_(:,n) lambda = 1_n up to which a scene counts as flat: the certificate multiplies it.
@@ -53,8 +54,8 @@ class DrumwrightShell {
     int dense_limit = 96;
     /// Contacts up to which that comes before further attempts of the sparse method.
     int dense_first = 16;
-    /// -: ConeOptions::step_fraction of the attempts at that; short steps stay in the middle of mixed scales.
-    std::array<double, 2> dense_step_fractions = {0.98, 0.5};
+    /// -: ConeOptions::step_fraction of the last attempt at that.
+    double short_step = 0.5;
     /// Restitution scaled so that no island gains energy? Without: as published.
     bool bounded_restitution = true;
     /// -: gain of energy over the sum of its terms that counts as rounding.
@@ -118,12 +119,14 @@ class DrumwrightShell {
   bool small_dense();
   bool large_dense();
   bool dense_relaxed();
+  bool dense_short();
   bool further();
   bool offer(Allowed allowed);
-  void certificate_of_reduced(ConeSolution& x) const;
+  void certify_unreduced(const ConeSolution& x);
   ConeProgram reduced() const;
   ConeProgram relaxed_program();
   double limit_of(Allowed allowed) const;
+  bool excused(const Certificate& certificate) const;
 
   ContactView view() const;
   bool start_at_rest(Previous& previous);
@@ -167,7 +170,7 @@ class DrumwrightShell {
   std::vector<double> r_, eta_, G_, step_, h_, u_step_, x_, least_x_, f_shifted_, velocity_, Jz_;
   std::vector<double> touch_, proof_;
   std::vector<char> set_, fixed_;
-  std::vector<double> slack_;
+  std::vector<double> slack_, multiplier_;
   double epsilon_ = 0;                   // J, the island's share
   Certificate best_;                     // of r_, eta_
   const ConeSolution* start_ = nullptr;  // the previous event's answer, where it may be started from

@@ -25,7 +25,7 @@ namespace cb {
 
 bool LeastSum::solve(const BlockDiagonalMatrix& M, const BandMatrix& J, const BlockCholesky& factor,
                      std::span<const double> weight, std::span<const double> q, std::span<const double> share,
-                     std::span<double> f, std::span<double> z) {
+                     double touching, std::span<double> f, std::span<double> z) {
   const int nc = J.bands();
   if (nc == 0 || nc > dense_limit) return false;
   assemble(M, J, factor, weight);
@@ -39,24 +39,26 @@ bool LeastSum::solve(const BlockDiagonalMatrix& M, const BandMatrix& J, const Bl
   if (size == 0) return false;
   c /= size;
   A_ = columns_;
-  x_.resize(0);
   if (!minimise(1, Vector::Zero(A_.rows()), c)) return false;
 
   std::vector<int> touch;
   const Vector u = A_.transpose() * (A_ * x_) + c;
   for (int i = 0; i < nc; ++i)
-    if (u[i] <= touching) touch.push_back(i);
+    if (size * u[i] <= touching) touch.push_back(i);
   std::fill(f.begin(), f.end(), 0.0);
   std::fill(z.begin(), z.end(), 0.0);
   if (touch.empty()) return true;
   A_ = columns_(Eigen::all, touch);
-  const Vector p = A_ * Vector(x_(touch));
+  // In units of the largest impulse: light bodies between heavy ones take far more than their velocities say.
+  const Real unit = std::max<Real>(1, x_.maxCoeff());
+  const Vector p = A_ * Vector(x_(touch)) / unit;
   c.resize(static_cast<Eigen::Index>(touch.size()));
   for (std::size_t k = 0; k < touch.size(); ++k)
     c[static_cast<Eigen::Index>(k)] = mean_root * share[touch[k]] / std::sqrt(Real(weight[touch[k]]));
-  if (!minimise(shift, p, c)) return false;
+  if (!minimise(shift / unit, p, c)) return false;
   for (std::size_t k = 0; k < touch.size(); ++k)
-    f[touch[k]] = static_cast<double>(size * x_[static_cast<Eigen::Index>(k)] / std::sqrt(Real(weight[touch[k]])));
+    f[touch[k]] =
+        static_cast<double>(size * unit * x_[static_cast<Eigen::Index>(k)] / std::sqrt(Real(weight[touch[k]])));
   for (Eigen::Index i = 0; i < nu_.size(); ++i)
     z[static_cast<std::size_t>(i)] = static_cast<double>(-nu_[i] / mean_root);
   factor.solve_upper_in_place(z);
@@ -76,8 +78,7 @@ void LeastSum::assemble(const BlockDiagonalMatrix& M, const BandMatrix& J, const
 
 bool LeastSum::minimise(Real sigma, const Vector& b, const Vector& c) {
   const Eigen::Index n = A_.cols(), rows = A_.rows();
-  const Real start = x_.size() > 0 ? std::max<Real>(1, x_.maxCoeff()) : 1;
-  x_ = Vector::Constant(n, start);
+  x_ = Vector::Ones(n);
   a_ = c.cwiseMax(Real(1));
   nu_ = Vector::Zero(A_.rows());
   Vector best_x, best_nu;

@@ -14,16 +14,15 @@ namespace cb {
 class LeastSum {
  public:
   /// Rows N of (M, J), scaled by `weight` (1/kg, nc); `q` (3 nc, m/s): contact velocities without impulses. `share`
-  /// (nc): coefficients of the sum. Fills f (nc, N s) and z (nv): N z <= share where f touches, = share where f > 0,
-  /// both up to a complementarity of `rounding`. False where it comes to none; f and z are then not to be used.
+  /// (nc): coefficients of the sum. `touching` (sqrt(J)): u_n / sqrt(w) up to which a contact touches. Fills f (nc, N
+  /// s) and z (nv): N z <= share where f touches, = share where f > 0, both up to a complementarity of `rounding`.
+  /// False where it comes to none; f and z are then not to be used.
   bool solve(const BlockDiagonalMatrix& M, const BandMatrix& J, const BlockCholesky& factor,
-             std::span<const double> weight, std::span<const double> q, std::span<const double> share,
+             std::span<const double> weight, std::span<const double> q, std::span<const double> share, double touching,
              std::span<double> f, std::span<double> z);
 
   /// Contacts up to which this is tried: the cost is that of dense matrices.
   static constexpr int dense_limit = 96;
-  /// -: |u_n| over sqrt(w) and the size of q up to which a contact touches after the frictionless solution.
-  static constexpr double touching = 9e-10;
 
  private:
   using Real = long double;
