@@ -440,3 +440,30 @@ TEST_CASE("multipliers however large excuse no gap beyond 1e-9 of what the islan
     CHECK(held(spheres) == (part < 1));
   }
 }
+
+TEST_CASE(
+    "a bound that is missed by what is accepted enters the gap as the bound that is met, however large its "
+    "multiplier") {
+  // A smooth sphere sinks at half of what is accepted of its slip; eta would make a gap of -eta |u_n| of it. The
+  // bound's multiplier takes y back into the dual cone, and costs nothing: kappa = 0.
+  Exact sphere{"a sphere that sinks", Law::convex, {}, {}, {}};
+  add_body(sphere.problem, 2, Vector3d::Constant(0.8), {5, -0.5 * accepted * 5, 0});
+  add_contact(sphere.problem, 0, {0, -1, 0}, -1, {}, ground_axes(), 0);
+  sphere.solution.impulse = {0, 0, 0};
+  sphere.solution.bounded = true;
+  sphere.solution.eta = {1e3};
+  sphere.solution.frictionless = {0};
+  sphere.solution.kappa_dual.assign(6, 0.0);
+  CHECK(held(sphere));
+
+  // All impulses of a sliding box half of what is accepted larger than kappa: s (kappa - 1.r_n) would be -s times that.
+  const double approach = 0.01, mu = 0.1, slip = 1;
+  Exact box = convex_box();
+  box.problem.v_minus[0] = 0.6 * slip;
+  box.problem.v_minus[2] = 0.8 * slip;
+  box.solution.eta.assign(4, 0.0);
+  for (double& r : box.solution.impulse) r *= 1 + 0.5 * accepted;
+  const double product = mu * slip * 0.5 * accepted * approach;
+  box.solution.epsilon = 0.5 * product;
+  CHECK(held(box));
+}

@@ -149,7 +149,8 @@ class Copy:
 
     def of_tests(self, names):
         """Digest of the sources of some rooms' tests."""
-        files = [f for f in sorted(self.files) if f.startswith(tuple(f"test/{name}/" for name in names))]
+        folders = tuple(f"test/{name}/" if (self.tree / "test" / name).is_dir() else "test/scripts/" for name in names)
+        files = [f for f in sorted(self.files) if f.startswith(folders)]
         return digest_of(*((self.tree / f).read_bytes() for f in files))
 
     def run(self, name, timeout):

@@ -1,13 +1,17 @@
 """What scripts/stress.py measures with: bisection, the arch's statics, verdicts of cells. Without the program."""
+import json
 import math
 import sys
+import tempfile
 import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 import stress  # noqa: E402
-from stressing import critical, problems  # noqa: E402
+from unittest import mock  # noqa: E402
+
+from stressing import critical, measures, problems  # noqa: E402
 
 
 class Bisection(unittest.TestCase):
@@ -63,6 +67,73 @@ class Verdicts(unittest.TestCase):
         self.assertEqual(self.judge(false_claims=1), "silent")
         for fault in ({"status": "crash"}, {"hung": True}, {"nan": True}):
             self.assertEqual(self.judge(**fault), "defect")
+
+
+class Ensembles(unittest.TestCase):
+    def cell(self, verdict, **more):
+        return {"verdict": verdict, "error": None, "residual": None, "energy_gain": None, "penetration": None, "solve_s": None,
+                "iterations": None, "note": verdict, **more}
+
+    def test_an_ensemble_is_as_good_as_its_worst_member_and_says_how_many_are_right(self):
+        folded = stress.fold([self.cell("right", error=1e-12, residual=1e-13), self.cell("silent", error=1.0, residual=1e-3),
+                              self.cell("right", error=1e-10), self.cell("model", error=0.5)])
+        self.assertEqual((folded["verdict"], folded["share"], folded["error"], folded["residual"]), ("silent", 0.5, 1.0, 1e-3))
+        self.assertEqual(folded["note"], "2 of 4 within the bound; silent")
+        self.assertIsNone(folded["penetration"])
+
+
+class StoredProblems(unittest.TestCase):
+    def test_a_case_names_its_files_and_every_method_gets_each(self):
+        cases = {"problem": [{"id": "X1", "folder": "scenarios/stress/problems", "kind": "contact", "files": ["a.hdf5", "b.hdf5"], "ends": ["solved"]},
+                             {"id": "X2", "kind": "lcp", "files": ["c"], "ends": ["ray"]}]}
+        listed = {"solvers": [{"name": "lemke", "method": "ap", "unavailable": None}, {"name": "path", "method": "ap", "unavailable": "why"},
+                              {"name": "ipm", "method": "convex", "unavailable": None}]}
+        jobs = stress.problem_jobs(cases, [("ap", ["--method", "ap"]), ("convex", ["--method", "convex"])], listed, [], "/tmp")
+        folder = ROOT / "scenarios" / "stress" / "problems"
+        self.assertEqual([(j["id"], j["method"], j["arguments"][0]) for j in jobs[:4]],
+                         [("X1", method, str(folder / file)) for file in ("a.hdf5", "b.hdf5") for method in ("ap", "convex")])
+        self.assertEqual([j["method"] for j in jobs[4:]], ["ap/lemke"])
+        self.assertEqual([j["id"] for j in stress.problem_jobs(cases, [], listed, ["X2"], "/tmp")], ["X2"])
+
+    def test_three_legs_under_a_torque_slip_from_mu_m_g_R_on(self):
+        made = {name: (text, speed) for name, text, _, speed in problems.made()}
+        speeds = [speed for name, (_, speed) in made.items() if speed is not None and "driven" not in name]
+        # 0.01 N m beyond 30 for 1 ms: R h dM / I, I = m R^2 / 2.
+        self.assertIn(0.0, speeds)
+        self.assertTrue(any(abs(speed - 0.01e-3 / (3.0 * 1.5**2 / 2) * 1.5) < 1e-15 for speed in speeds), speeds)
+
+
+class CardHouses(unittest.TestCase):
+    def house(self, mu_less, moved):
+        lean = 0.3
+        critical_mu = (math.tan(lean) - 0.01) / 2
+        run = mock.Mock(parameters={"lean": lean, "mu": critical_mu - mu_less})
+        with mock.patch.object(measures, "displacement", return_value=(moved, "")):
+            return measures.card_house(run, {}, {})
+
+    def test_it_stands_from_the_critical_friction_on(self):
+        self.assertEqual(self.house(0, 1e-9), (1e-9, "stands"))
+        self.assertEqual(self.house(-0.1, 1e-3), (1e-3, "moves"))
+
+    def test_below_it_must_fall_and_a_hundredth_of_a_millimetre_is_a_fall(self):
+        self.assertEqual(self.house(1e-3, 2e-5), (0.0, "falls"))
+        self.assertEqual(self.house(1e-3, 0.5e-5), (1.0, "stands"))
+
+
+class Tables(unittest.TestCase):
+    def test_each_cell_is_in_both_files_and_verdicts_are_counted_by_method(self):
+        rows = [{**dict.fromkeys(stress.COLUMNS), "id": "A1", "scene": "box", "row": "as it is", "expect": "rests", "method": method, "verdict": verdict,
+                 "status": "ok", "error": error, "bound": 1e-9} for method, verdict, error in
+                (("ap", "right", 1e-12), ("convex", "wrong", 0.25), ("newton", "typed", None))]
+        with tempfile.TemporaryDirectory() as folder:
+            out = Path(folder)
+            stress.write_tables(rows, [], out, {"git": "abc", "cpu": "some", "made": "today", "runs": 3})
+            page, table = (out / "stress.md").read_text(), (out / "stress.csv").read_text()
+            self.assertEqual(json.loads((out / "manifest.json").read_text())["runs"], 3)
+        self.assertIn("| right | 1 | 0 | 0 | 1 |", page)
+        self.assertIn("| wrong | 0 | 1 | 0 | 1 |", page)
+        self.assertIn("**wrong** 0.25", page)
+        self.assertEqual(table.count("\n"), 4)
 
 
 if __name__ == "__main__":

@@ -206,15 +206,15 @@ class Judgement:
         law = self.answer["law"]
         if law == "convex" and not self.elastic:
             return self.convex()
-        look = Look(model=self.polygon() if law == "ap" else self.impact(law), tolerance=self.noise(self.S))
+        look = Look(model=self.polygon() if law == "ap" else self.impact(law), tolerance=self.noise(self.S_g[self.p.island] if law == "convex" else self.S))
         look.holds = look.model <= ACCEPTED
         look.near = abs(look.model - ACCEPTED) <= look.tolerance
         return look
 
     def impact(self, law):
         p, r, u = self.p, self.r, self.u
-        out = largest(over(-u[:, 0] / self.root, self.S), over(-r[:, 0] * self.root, self.S),
-                      over((norm(r[:, 1:]) - p.mu * r[:, 0]) * self.root, self.S))
+        S = self.S_g[p.island] if law == "convex" else self.S
+        out = largest(over(-u[:, 0] / self.root, S), over(-r[:, 0] * self.root, S), over((norm(r[:, 1:]) - p.mu * r[:, 0]) * self.root, S))
         if law == "newton" and p.nc == 1 and p.u_minus[0, 0] < 0:
             out = largest(out, over(abs(u[:, 0] + p.e * p.u_minus[:, 0]) / self.root, self.S))
         if law == "convex" and not np.any(p.w != 0):
@@ -269,23 +269,23 @@ class Judgement:
         if bounded:
             kappa, proof = self.least_sum()
             ratios += proof
-        gaps = p.sums(eta * u[:, 0] + np.sum(r * y, axis=1)) + s * kappa
         s_c = np.where(p.limit, 0.0, s[p.island])
+        total = p.sums(np.where(p.limit, 0.0, r[:, 0]))
+        gaps = p.sums(eta * np.maximum(u[:, 0], 0) + np.sum(r * y, axis=1)) + s * np.maximum(kappa, total)
 
         def rounding(rho):
             return p.sums(rho * (norm(r) + np.abs(eta) + (norm(y) + s_c) / p.weight)) + p.most((1 + p.mu) * rho) * np.abs(kappa)
 
-        carrying = len({g for g, row in zip(p.island, r) if np.any(row != 0)})
         energy = self.S_g**2
-        allowed = self.answer["epsilon"] / max(1, carrying) + np.minimum(rounding(self.rho), ACCEPTED * energy)
+        beyond = float(np.sum(np.maximum(np.abs(gaps) - np.minimum(rounding(self.rho), ACCEPTED * energy), 0)))
+        epsilon = self.answer["epsilon"]
         noise = NEAR * rounding(self.terms_rho)  # of a gap
         look = Look(infeasibility=largest(*ratios), gap=float(np.sum(gaps)), gap_tolerance=float(np.sum(noise)))
         look.tolerance = self.noise(S, self.Q_g[p.island]) + self.proof_noise() if bounded else self.noise(S)
         look.model = largest(look.infeasibility, over(np.abs(gaps), energy))
         look.model_tolerance = largest(over(noise, energy))
-        look.holds = look.infeasibility <= ACCEPTED and bool(np.all(np.abs(gaps) <= allowed))
-        look.near = abs(look.infeasibility - ACCEPTED) <= look.tolerance or bool(
-            np.any(np.abs(np.abs(gaps) - allowed) <= 1e-6 * allowed + noise))
+        look.holds = look.infeasibility <= ACCEPTED and beyond <= epsilon
+        look.near = abs(look.infeasibility - ACCEPTED) <= look.tolerance or abs(beyond - epsilon) <= 1e-6 * epsilon + look.gap_tolerance
         return look
 
     def proof_noise(self):
