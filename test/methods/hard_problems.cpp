@@ -205,8 +205,9 @@ TEST_CASE("the least sum is found and proven where contacts depend on each other
     return;
   }
   for (const char* name :
-       {"sum_wall", "sum_tilted_wall", "sum_light_between_heavy", "sum_opens_slowly", "sum_at_rounding", "sum_turns"}) {
-    const ContactProblem problem = read_contact_problem(std::string(TEST_DATA) + "/contact/" + name + ".hdf5").problem;
+       {"contact/sum_wall", "contact/sum_tilted_wall", "contact/sum_light_between_heavy", "contact/sum_opens_slowly",
+        "contact/sum_at_rounding", "contact/sum_turns", "robots/grasp_bound_on"}) {
+    const ContactProblem problem = read_contact_problem(std::string(TEST_DATA) + "/" + name + ".hdf5").problem;
     ContactSolution s;
     DrumwrightShell({})(problem, s);
     std::vector<double> v_plus;
