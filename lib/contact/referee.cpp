@@ -250,6 +250,7 @@ void Referee::judge(const ContactProblem& problem, const ContactSolution& soluti
   switch (law) {
     case Law::anitescu_potra:
       worst = anitescu_potra(problem, solution, elastic);
+      if (elastic) gains(problem, out, worst);  // Poisson's e c_n does work on velocities that it did not come from
       break;
     case Law::convex:
       if (!elastic) return convex(problem, solution, out);

@@ -4,16 +4,18 @@
 //   min 1/2 v.M v,  v = v- + M^-1 J^T r,   N v + w_n >= 0,   |r_t| <= mu r_n,   1.r_n <= kappa            (1)
 // kappa (N s): least 1.f over the solutions f of the frictionless problem (mu = 0, no bound). Energies in J.
 // An answer is (r, eta): with y = u - W_(:,n) eta + s 1_n and the least s >= 0 that puts every y_i into the dual cone,
-//   gap = eta.u_n + s (kappa - 1.r_n) + r.y                                                               (2)
-// bounds the suboptimality; this file never trusts a solver beyond it. Without the bound s = 0, and a y outside the
+//   gap = eta.(u_n)+ + s (kappa - 1.r_n)+ + r.y                                                           (2)
+// bounds the suboptimality; how far u_n is below 0 and the sum beyond kappa is an infeasibility, accepted up to 1e-9 of
+// the island. This file never trusts a solver beyond it. Without the bound s = 0, and a y outside the
 // dual cone is an infeasibility, as a fraction of the impulses; (2) with kappa = 1.r_n, the suboptimality among
 // impulses of no greater sum, says what it costs.
 //
 // Source: E. Drumwright, D. A. Shell, Modeling contact friction and joint friction in dynamic robotic simulation using
 // the principle of maximum dissipation, WAFR 2010; their code of 2012 has the bound of kappa switched off.
 // Differences: 1. second-order cones, not squares; 2. an active-set finish, so that answers are good to rounding;
-// 3. first tries that need one or two factorisations: the frictionless answer, every contact sticks, Newton's method
-// from the frictionless answer; each counts only if (2) says so; 4. flat scenes (below), and nearly flat ones.
+// 3. answers are proposed (`proposers`), those of one or two factorisations first, and count only if (2) says so;
+// 4. flat scenes (below), and nearly flat ones; 5. where the bounds leave no room, a program with bounds missed by half
+// of what is accepted, which has an interior.
 //
 // Without the bound N v + w_n >= 0 follows from optimality (u is in the dual cone), so it is left out and eta = 0.
 // With it, strict feasibility can fail. Let z be a velocity with N z = 1, T z = 0 on all contacts of the island and
@@ -32,7 +34,7 @@
 //
 // Restitution (Poisson): normal impulses of the first phase times 1 + theta e; where a contact still approaches, a
 // second phase from the velocity reached. In the paper theta = 1, by which events with friction or coupled contacts
-// gain energy; here theta <= 1 is the largest by which an island does not (difference 5).
+// gain energy; here theta <= 1 is the largest by which an island does not (difference 6).
 // Fails: `nonconverged`, `singular`, `not_finite` with the best feasible impulses met (at worst the frictionless ones).
 
 #include "methods/drumwright_shell.h"
@@ -813,7 +815,7 @@ bool DrumwrightShell::least_sum(bool solved) {
   const double size = size_ > 0 ? size_ : 1;
   for (int c = 0; c < nc; ++c) set_[c] = u_f_[3 * c] <= 1e-11 * size * std::sqrt(island_.weight[c]) ? 1 : 0;
   if (solved && solvable_on_set()) return true;
-  if (least_sum_at_vertex()) return true;
+  if (least_sum_densely()) return true;
   if (!solved) return false;
 
   double shift = 0;
@@ -853,17 +855,17 @@ bool DrumwrightShell::least_sum(bool solved) {
   return false;
 }
 
-// Where contacts depend on each other up to rounding the lift of all that touch cannot be even, and f is looked for by
-// vertices, whose lift is.
-bool DrumwrightShell::least_sum_at_vertex() {
+// Where contacts depend on each other up to rounding the lift of all that touch cannot be even, and an active set
+// cannot be named.
+bool DrumwrightShell::least_sum_densely() {
   const int nc = static_cast<int>(island_.contacts.size());
   const std::vector<double> first = f_;
   z_.resize(island_.M.order());
   velocities_.bound_rounding(normal_program_, x_, {});
   const double rounding =
       tolerances_.cone.rounding_units * *std::max_element(velocities_.rounding.begin(), velocities_.rounding.end());
-  if (!vertex_.solve(island_.M, island_.J, island_.factor, island_.weight, q_, island_.share,
-                     std::max(rounding, tolerances_.touching * size_), f_, z_)) {
+  if (!dense_sum_.solve(island_.M, island_.J, island_.factor, island_.weight, q_, island_.share,
+                        std::max(rounding, tolerances_.touching * size_), f_, z_)) {
     f_ = first;
     return false;
   }

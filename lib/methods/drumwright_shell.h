@@ -25,10 +25,9 @@ class DrumwrightShell {
     bool bounded = true;                     ///< bound the sum of normal impulses of each island?
     bool warm_start = false;                 ///< start from the previous event's answer?
     std::shared_ptr<long> warm_starts;       ///< counts such starts that were accepted, where it is given
-    /// -: scaled infeasibility up to which an answer is accepted.
-    double infeasibility = 1e-10;
-    double backward = 9e-10;
-
+    /// -: scaled infeasibility up to which an answer that keeps the bounds is accepted, and one that may miss them:
+    /// below the referee's 1e-9, whose sums round otherwise.
+    double infeasibility = 1e-10, backward = 9e-10;
     /// -: residual of N z = 1 (z: proof of the least sum) and of T z = 0 below which they count as solvable.
     double solvable = 1e-10;
     /// -: error of W_(:,n) lambda = 1_n up to which a scene counts as flat: the certificate multiplies it.
@@ -141,7 +140,7 @@ class DrumwrightShell {
   bool proves_least_sum() const;
   bool complementary();
   bool least_sum(bool solved);
-  bool least_sum_at_vertex();
+  bool least_sum_densely();
   void take_frictionless();
   void lift();
   Shape shape();
@@ -169,7 +168,7 @@ class DrumwrightShell {
   InteriorPoint friction_solver_, normal_solver_;
   KktSystem sticking_, normals_;
   StoppingImpulse stopping_;
-  LeastSum vertex_;
+  LeastSum dense_sum_;
   ConeVelocities velocities_;
   std::vector<double> zero_mu_, q_, f_, v_f_, u_f_, z_, lambda_, kappa_offset_;
   std::vector<double> r_, eta_, G_, step_, h_, u_step_, x_, least_x_, f_shifted_, velocity_, Jz_;

@@ -179,6 +179,47 @@ TEST_CASE("restitution gives back no more energy than compression took", "[conve
     }
 }
 
+// Islands of random scenes (piles, walls, corners) that hold each other up but for a tilt of 1e-9 to 1e-6: (1) has no
+// strictly feasible point, or multipliers of the inverse.
+TEST_CASE("a bound that leaves no room is missed by no more than what is accepted", "[convex]") {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problems are not read");
+    return;
+  }
+  for (const char* name : {"bound_bin", "bound_wall", "bound_corner", "bound_three_in_line", "bound_weak_direction",
+                           "bound_tilt_1e-9", "bound_large_multiplier"}) {
+    const ContactProblem problem = read_contact_problem(std::string(TEST_DATA) + "/contact/" + name + ".hdf5").problem;
+    ContactSolution s;
+    DrumwrightShell({})(problem, s);
+    std::vector<double> v_plus;
+    const Residuals residuals = Referee().check(problem, s, Law::convex, v_plus);
+    INFO(name << " " << s.reason << " " << Referee::refusal(residuals, 1e-9));
+    CHECK(s.status == Status::ok);
+    CHECK(Referee::holds(residuals, s, Law::convex, 1e-9));
+  }
+}
+
+TEST_CASE("the least sum is found and proven where contacts depend on each other up to rounding", "[convex]") {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problems are not read");
+    return;
+  }
+  for (const char* name :
+       {"sum_wall", "sum_tilted_wall", "sum_light_between_heavy", "sum_opens_slowly", "sum_at_rounding", "sum_turns"}) {
+    const ContactProblem problem = read_contact_problem(std::string(TEST_DATA) + "/contact/" + name + ".hdf5").problem;
+    ContactSolution s;
+    DrumwrightShell({})(problem, s);
+    std::vector<double> v_plus;
+    const Residuals residuals = Referee().check(problem, s, Law::convex, v_plus);
+    INFO(name << " " << s.reason << " " << Referee::refusal(residuals, 1e-9));
+    CHECK(s.status == Status::ok);
+    CHECK(Referee::holds(residuals, s, Law::convex, 1e-9));
+    // A sum twice as large is none.
+    for (double& f : s.frictionless) f *= 2;
+    CHECK_FALSE(Referee::holds(Referee().check(problem, s, Law::convex, v_plus), s, Law::convex, 1e-9));
+  }
+}
+
 // An event of scenarios/stress/units.xml (T2, N1): one box slides on another that it is tilted against by 1e-5 rad, and
 // the bound on compression acts through multipliers of the inverse. As rows of one program they left 1e-7 m/s open.
 TEST_CASE("the bound's answer does not hang on the order of contacts that hardly tilt", "[convex]") {

@@ -206,10 +206,14 @@ class Judgement:
         law = self.answer["law"]
         if law == "convex" and not self.elastic:
             return self.convex()
-        look = Look(model=self.polygon() if law == "ap" else self.impact(law), tolerance=self.noise(self.S_g[self.p.island] if law == "convex" else self.S))
+        look = Look(model=largest(self.polygon(), self.gains()) if law == "ap" else self.impact(law), tolerance=self.noise(self.S_g[self.p.island] if law == "convex" else self.S))
         look.holds = look.model <= ACCEPTED
         look.near = abs(look.model - ACCEPTED) <= look.tolerance
         return look
+
+    def gains(self):
+        """Energy that restitution gains, over what there was; a driven limit may give some."""
+        return over(self.energy_gain, self.energy_before) if self.elastic and not np.any(self.p.w != 0) else 0.0
 
     def impact(self, law):
         p, r, u = self.p, self.r, self.u
@@ -217,8 +221,8 @@ class Judgement:
         out = largest(over(-u[:, 0] / self.root, S), over(-r[:, 0] * self.root, S), over((norm(r[:, 1:]) - p.mu * r[:, 0]) * self.root, S))
         if law == "newton" and p.nc == 1 and p.u_minus[0, 0] < 0:
             out = largest(out, over(abs(u[:, 0] + p.e * p.u_minus[:, 0]) / self.root, self.S))
-        if law == "convex" and not np.any(p.w != 0):
-            out = largest(out, over(self.energy_gain, self.energy_before))
+        if law == "convex":
+            out = largest(out, self.gains())
         if law == "mirtich":
             stored, returned, friction = (self.vector(part, p.nc) for part in ("compression", "restitution", "friction"))
             if stored is None or returned is None or friction is None:
