@@ -374,6 +374,15 @@ class Campaign(unittest.TestCase):
         campaign.disagreements(rows)
         self.assertEqual([r["verdict"] for r in rows], ["defect", "defect"])
 
+    def test_the_page_names_the_deepest_penetration_of_runs_that_end_ok_and_none_where_none_does(self):
+        row = {"scene": "r1_0", "family": next(iter(random_scenes.FAMILIES)), "kind": next(iter(random_scenes.KINDS)), "method": "ap/lemke", "prune": "on", "status": "ray",
+               "verdict": "typed", "faults": [], "departures": [], "again": "yes", "reason": "why", "where": "at 1 s", "penetration_m": 0.5,
+               "penetration_of_size": 0.5}
+        manifest = {"command": "this", "runs": 2, "git": "abc"}
+        self.assertNotIn("Deepest", "\n".join(campaign.table([row, row], manifest)))
+        good = {**row, "status": "ok", "verdict": "ok", "again": "", "penetration_m": 1e-9, "penetration_of_size": 2e-9}
+        self.assertIn("`ok`: 2e-09 of the size, 1e-09 m", "\n".join(campaign.table([row, good], manifest)))
+
 
 SCENES_OF_SEED_1 = "d8c70cad96d3a3da"  # changes with the families and their ranges: then the published tables are of other scenes
 

@@ -233,6 +233,10 @@ class Judgement:
                           over(np.abs(p.sums(balance)), energy))
         return out
 
+    def gain(self):
+        """With restitution: energy from nowhere."""
+        return largest(over(self.energy_gain, self.energy_before)) if self.elastic and not np.any(self.p.w != 0) else 0.0
+
     def polygon(self):
         p, k = self.p, self.answer["k"]
         unknowns = (k + 2) * p.nc
@@ -254,7 +258,7 @@ class Judgement:
             squares += np.minimum(lam / w, p.mu * (c_n + given_back) - c_t.sum(axis=1)) ** 2
             given_back = p.e * c_n
         squares += np.sum((total - self.r) ** 2, axis=1)
-        return largest(over(self.root * np.sqrt(squares), self.S))
+        return largest(over(self.root * np.sqrt(squares), self.S), self.gain())
 
     def convex(self):
         p, r, u, root, bounded = self.p, self.r, self.u, self.root, self.answer["bounded"]
