@@ -24,9 +24,7 @@ METHODS = {"ap/lemke": ["--method", "ap", "--solver", "lemke"], "ap/path": ["--m
            "convex/off": ["--method", "convex", "--compression-bound", "off"]}
 SLOW = {"domino": 600, "bowl": 120}          # s a run may take; at h = 1e-4 ten times that
 # (scene, method): why it may end typed. Where it ends ok all the same, it is held to everything.
-TYPED = {("tame_r5", "convex"): "the bound on islands that are flat but for rounding (docs/methods/convex.md)",
-         ("pen_r26", "convex"): "the same", ("pen_r91", "convex"): "the same",
-         ("pen_r91", "ap/lemke"): "one answer of 9013 is 1.2 times the accepted residual off"}
+TYPED = {("tame_r5", "convex"): "the bound on islands that are flat but for rounding (docs/methods/convex.md)"}
 HANGS = {"hang_spin_1e8", "hang_r89"}        # what they are about is a limit that is heard
 GAIN = 1e-9                                  # of the energy before an event
 
