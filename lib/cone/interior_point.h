@@ -79,8 +79,8 @@ class InteriorPoint {
   std::vector<double> q_;  // J v0 + w
   // Impulses are of the size R / sqrt(w), multipliers eta U / sqrt(w), velocities y U sqrt(w), u_n R sqrt(w): with
   // w U / R where impulses meet velocities, and w R / U where eta does, all are of the size of sqrt(R U).
-  double size_ = 0;      // sqrt(J), sqrt(R U)
-  double ratio_ = 1;     // R / U
+  double size_ = 0;   // sqrt(J), sqrt(R U)
+  double ratio_ = 1;  // R / U
   std::vector<double> w_r_, w_eta_, r_zero_;
   double mean_weight_ = 0;  // of w_r
   double proximal_ = 0;
