@@ -396,7 +396,7 @@ bool DrumwrightShell::find_bound() {
 
 // Keeps answer_ where it is better than what there is. Is it as good as is asked?
 bool DrumwrightShell::offer(Allowed allowed) {
-  certify_unreduced(answer_, 0);
+  certify_unreduced(answer_, shape_ == Shape::flat ? Shape::flat : Shape::general, 0);
   const double limit = limit_of(allowed);
   const Certificate certificate = judge(answer_.r, multiplier_);
   const bool done = good(certificate, limit);
@@ -410,9 +410,9 @@ bool DrumwrightShell::offer(Allowed allowed) {
 
 // Multipliers of (1) from those of (3), which are of either sign: eta + t lambda; and of (4): t = s / tau at least.
 // Into multiplier_.
-void DrumwrightShell::certify_unreduced(const ConeSolution& x, double t) {
+void DrumwrightShell::certify_unreduced(const ConeSolution& x, Shape solved, double t) {
   multiplier_.assign(x.eta.begin(), x.eta.end());
-  for (std::size_t c = 0; c < multiplier_.size() && shape_ == Shape::flat; ++c)
+  for (std::size_t c = 0; c < multiplier_.size() && solved != Shape::general; ++c)
     if (lambda_[c] > 0) t = std::max(t, -multiplier_[c] / lambda_[c]);
   for (std::size_t c = 0; c < multiplier_.size(); ++c)
     multiplier_[c] = std::max(0.0, t > 0 ? multiplier_[c] + t * lambda_[c] : multiplier_[c]);
@@ -420,6 +420,8 @@ void DrumwrightShell::certify_unreduced(const ConeSolution& x, double t) {
 
 // The frictionless answer, if it is good enough.
 bool DrumwrightShell::slides_freely() {
+  r_.assign(3 * f_.size(), 0.0);  // and not the friction of an answer at rest that was tried before
+  eta_.assign(f_.size(), 0.0);
   for (std::size_t c = 0; c < f_.size(); ++c) r_[3 * c] = f_[c];
   best_ = judge(r_, {});
   // A light body may slip below heavy ones: beside their impulses that is no infeasibility, and a slip costs r.y
@@ -441,7 +443,6 @@ const std::array<DrumwrightShell::Proposer, 11> DrumwrightShell::proposers = {{
     {"large, dense", &DrumwrightShell::large_dense, Allowed::exact, true},
     {"dense, relaxed", &DrumwrightShell::dense_relaxed, Allowed::backward, true},
     {"dense, short steps", &DrumwrightShell::dense_short, Allowed::exact, true},
-
 }};
 
 ConeStatus DrumwrightShell::propose(Previous* previous) {
@@ -536,7 +537,7 @@ bool DrumwrightShell::tilted() {
   if (std::abs(answer_.gap) > std::min(epsilon_, tolerances_.tilted_gap * size_ * size_) ||
       answer_.infeasibility > tolerances_.infeasibility)
     return false;
-  certify_unreduced(answer_, answer_.s / tilt_);
+  certify_unreduced(answer_, Shape::tilted, answer_.s / tilt_);
   answer_.eta = multiplier_;
   return true;
 }

@@ -126,7 +126,7 @@ class DrumwrightShell {
   bool dense_short();
   void solve_densely(const ConeProgram& program, double step_fraction);
   bool offer(Allowed allowed);
-  void certify_unreduced(const ConeSolution& x, double t);
+  void certify_unreduced(const ConeSolution& x, Shape solved, double t);
   ConeProgram reduced() const;
   ConeProgram relaxed_program();
   double limit_of(Allowed allowed) const;
