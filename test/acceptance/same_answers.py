@@ -25,8 +25,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent.parent
 LIMIT = 30  # s, for one problem or run
 EDGES = ("4", "8", "16")
-# Depend on the machine, or on the build alone.
-APART = ("time", "peak_memory_mb", "wall", "file", "program", "version", "build", "machine", "started", "commit")
+# Depend on the machine, on the build or on where a file was put.
+APART = ("problem", "vector", "hard_problem_command", "time", "peak_memory_mb", "wall", "file", "program", "version", "build", "machine", "started", "commit")
 
 # Scene, parameters, flags: the published sweeps', long enough for what happens in them, and some under stress.
 SCENES = [
@@ -169,6 +169,7 @@ def main():
     parser.add_argument("--method", default="", help="this method alone [all]")
     parser.add_argument("--only", default="", help="cases whose words contain this")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--show", type=int, default=20, help="differences that are named [20]")
     parser.add_argument("--save", type=Path, help="keep AFTER's answers here")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
@@ -183,7 +184,7 @@ def main():
     both = before.keys() & after.keys()
     slow = sum(before[name] is None or after[name] is None for name in both)
     found = list(differences(before, after))
-    for name, what, a, b in found:
+    for name, what, a, b in found[:options.show]:
         print(f"differs in {', '.join(what)}: {name}")
         for key in [key for key in what if key in a["answer"] or key in b["answer"]][:4]:
             print(f"    {key}: {a['answer'].get(key)} | {b['answer'].get(key)}")
