@@ -29,12 +29,11 @@
 // Fails as the LCP solver fails; its ending and reason are passed on. With e > 0, z holds both phases, one after the
 // other, 2 (k + 2) nc numbers.
 
-#include <Eigen/LU>
 #include <array>
 #include <cmath>
 #include <memory>
 
-#include "lcp/basis_system.h"
+#include "lcp/front.h"
 #include "lcp/lcp.h"
 #include "lcp/scaling.h"
 #include "methods/lcp_status.h"
@@ -104,10 +103,7 @@ class AnitescuPotra {
   std::vector<int> active_;  // its positive unknowns, and what makes their equations regular
   Eigen::VectorXd w_;        // n
   PairScales scales_;
-  BasisSystem basis_;
-  Eigen::MatrixXd active_matrix_;
-  Eigen::VectorXd active_z_, active_error_, active_correction_;
-  Eigen::PartialPivLU<Eigen::MatrixXd> active_factor_;
+  Kernels kernels_;
 };
 
 AnitescuPotra::AnitescuPotra(const MethodOptions& options)
@@ -370,36 +366,11 @@ bool AnitescuPotra::start_warm() {
   const int n = lcp_.n();
   if (previous_ != n) return false;
   pair_scales(lcp_, scales_);
+  Basis& basis = kernels_.of(lcp_);
+  basis.start(lcp_, scales_);
   auto& z = answer_.z;
-  double worst = 0;
-  if (lcp_.expanded) {
-    basis_.start(lcp_, scales_);
-    if (!basis_.factor(active_, -1)) return false;
-    worst = 2 * basis_.solve(basis_.free_load(), basis_.pair_load());  // rows are within sqrt(2) of 1 / sqrt(rho)
-    z = basis_.z().cwiseProduct(scales_.columns);
-    w_ = basis_.w().cwiseQuotient(scales_.rows);
-  } else {
-    const int m = static_cast<int>(active_.size());
-    active_matrix_.resize(m, m);
-    active_error_.resize(m);
-    for (int j = 0; j < m; ++j) {
-      for (int i = 0; i < m; ++i) active_matrix_(i, j) = lcp_.M(active_[i], active_[j]);
-      active_error_[j] = -lcp_.q[active_[j]];
-    }
-    if (m > 0) {
-      active_factor_.compute(active_matrix_);
-      active_z_ = active_factor_.solve(active_error_);
-      active_error_.noalias() -= active_matrix_ * active_z_;
-      active_correction_ = active_factor_.solve(active_error_);
-      active_z_ += active_correction_;
-    }
-    z.setZero(n);
-    w_ = lcp_.q;
-    for (int j = 0; j < m; ++j) {
-      z[active_[j]] = active_z_[j];
-      w_.noalias() += lcp_.M.col(active_[j]) * active_z_[j];
-    }
-  }
+  double worst = 2 * basis.solve_at(active_, z, w_);  // rows are within sqrt(2) of 1 / sqrt(rho)
+  if (!(worst < HUGE_VAL)) return false;
   // The denominator is data: the load with v+ eliminated, and the size of the event.
   double scale = lcp_.size;
   const auto about = [&](int i, double q) { scale = std::max(scale, std::abs(q) / std::sqrt(scales_.rho[i])); };
