@@ -2,7 +2,8 @@
 //
 // Problem: z >= 0, w = M z + q >= 0, z.w = 0 (n unknowns; lcp.h has the expanded form with free unknowns). The covering
 // vector c > 0 and the artificial z_0 make w = M z + q + c z_0 feasible; from there, whatever variable left the basis
-// last, its complement enters, until z_0 leaves (a solution) or nothing blocks (a ray).
+// last, its complement enters, until z_0 leaves (a solution) or nothing blocks (a ray). A rung of the ladder (attempt)
+// is that path for a perturbed q, from w = q, and from the vertex it ends at further such paths to that of q itself.
 //
 // Sources: C. E. Lemke, Management Science 11 (1965); R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity
 // Problem (1992), sec. 4.4 (algorithm 4.4.5) and 4.9 (degeneracy); P. Fackler, M. Miranda, LEMKE (start from a given
@@ -38,14 +39,14 @@ namespace {
 /// Row whose variable z_0 replaces: the one that needs most of it to be feasible; -1 where none needs any.
 int neediest_row(Basis& basis);
 
-/// The method, from the complementary basis in hand. `ready()` is called before each pivot; false: the basis is no
-/// good.
+/// The method, from the complementary basis in hand: whatever left last, its complement enters. `ready()` is called
+/// before each pivot; false: the basis is no good.
 template <class Ready>
 PathEnd follow(Basis& basis, ComplementaryPath& path, Ready&& ready) {
   const int row = neediest_row(basis);
   if (row < 0) return PathEnd::solution;
   if (!path.enter(basis, row)) return PathEnd::bad_pivot;
-  while (path.goes_on(basis)) {
+  while (path.goes_on(basis)) {  // no longer where z_0 has left, nothing blocked, or the limit is reached
     if (!ready()) return PathEnd::bad_pivot;
     const int entering = complement(path.left, basis.n());
     path.exchange(basis, entering, path.blocking_row(basis, entering));

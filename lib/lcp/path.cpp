@@ -67,11 +67,6 @@ struct Rung {
   double pivot_tolerance;  ///< as a multiple of the option
   double harris;           ///< least allowance of the ratio test (RatioTest), -; 0: rounding alone
 };
-constexpr std::array<Rung, 5> ladder{{{"crash from zero", false, true, 0, 1e-3, 1, 1, 1e-12},
-                                      {"start on the ray", false, false, 0, 1, 4, 1, 0},
-                                      {"crash from zero, other noise", false, true, 0, 1e-1, 2, 1e-2, 0},
-                                      {"start on another ray", false, false, 0, 1, 5, 1e-2, 1e-12},
-                                      {"proximal steps", true, true, 1e-2, 1e-3, 3, 1e-2, 1e-12}}};
 
 /// What the watchdog of a rung has seen.
 struct Watchdog {
@@ -107,6 +102,23 @@ class Path {
     return least_ < HUGE_VAL ? PathEnd::solution : end;
   }
 
+  // The path, from the basis that z_0 enters for the variable of `row`: whatever variable left last, its complement
+  // enters, until z_0 leaves at t = 1. Notes the point where z_0, and with it |F_+|, is least.
+  PathEnd follow(Basis& basis, int row) {
+    if (!path_.enter(basis, row)) return PathEnd::bad_pivot;
+    double least = HUGE_VAL;
+    while (path_.goes_on(basis)) {
+      const double z0 = basis.rhs()[basis.row_of(basis.artificial())];
+      if (z0 < least) {
+        least = z0;
+        read_point(basis, lowest_);
+      }
+      const int entering = complement(path_.left, n_);
+      path_.exchange(basis, entering, path_.blocking_row(basis, entering));
+    }
+    return path_.end;
+  }
+
   void start(Basis& basis, const Rung& rung);
   void proximal_step(const Rung& rung, double eps, unsigned seed);
   PathEnd path_search(Basis& basis, const Eigen::VectorXd& q, const Rung& rung, unsigned seed);
@@ -131,6 +143,13 @@ class Path {
   Eigen::VectorXd values_, falling_;                                     // padded
 };
 
+constexpr std::array<Rung, 5> ladder{{{"crash from zero", false, true, 0, 1e-3, 1, 1, 1e-12},
+                                      {"start on the ray", false, false, 0, 1, 4, 1, 0},
+                                      {"crash from zero, other noise", false, true, 0, 1e-1, 2, 1e-2, 0},
+                                      {"start on another ray", false, false, 0, 1, 5, 1e-2, 1e-12},
+                                      {"proximal steps", true, true, 1e-2, 1e-3, 3, 1e-2, 1e-12}}};
+
+// All rungs, until one solves the problem.
 void Path::solve(Front& front, LcpSolution& solution) {
   Basis& basis = front.basis();
   form_ = &front.form();
@@ -142,7 +161,6 @@ void Path::solve(Front& front, LcpSolution& solution) {
   path_.ratio.resize(basis.padded());
   for (Eigen::VectorXd* x : {&values_, &falling_}) x->resize(basis.padded());
   cover_.resize(n_);
-  lowest_.setZero(n_);
   best_.setZero(n_);
   best_merit_ = HUGE_VAL;
 
@@ -194,37 +212,22 @@ PathEnd Path::path_search(Basis& basis, const Eigen::VectorXd& q, const Rung& ru
   basis.set_load(q);
   basis.set_cover(cover_);
   const int row = first_row(basis, start);
-  if (row < 0) {
-    read_point(basis, map_.z);
-    return PathEnd::solution;
-  }
-
-  if (!path_.enter(basis, row)) return PathEnd::bad_pivot;
-  path_.retreat = rung.crash ? o_.retreat * start : HUGE_VAL;  // a path from the ray cannot come back to it
-  double least = HUGE_VAL;
   lowest_ = map_.z;
-  while (path_.goes_on(basis)) {
-    const double z0 = basis.rhs()[basis.row_of(basis.artificial())];
-    if (z0 < least) {
-      least = z0;
-      read_point(basis, lowest_);
-    }
-    const int entering = complement(path_.left, n_);
-    path_.exchange(basis, entering, path_.blocking_row(basis, entering));
-  }
-  if (path_.end == PathEnd::solution)
+  path_.retreat = rung.crash ? o_.retreat * start : HUGE_VAL;  // a path from the ray cannot come back to it
+  const PathEnd end = row < 0 ? PathEnd::solution : follow(basis, row);
+  if (end == PathEnd::solution)
     read_point(basis, map_.z);
   else
     map_.z = lowest_;
-  const bool ray = path_.end == PathEnd::ray;
-  return ray && !(covered_ && judge_.ray_holds(basis, *load_, cover_, path_.ray_variable)) ? PathEnd::doubtful_ray
-                                                                                           : path_.end;
+  const bool believed = covered_ && end == PathEnd::ray && judge_.ray_holds(basis, *load_, cover_, path_.ray_variable);
+  return end == PathEnd::ray && !believed ? PathEnd::doubtful_ray : end;
 }
 
-// The start x, map_.z away from all ties, and c = -F_+(x) over its largest entry, which is returned.
+// The start x, map_.z away from all ties, and c = -F_+(x) over its largest entry. Returns that entry: c being scaled,
+// z_0 falls from there, and not from 1.
 double Path::choose_cover(Basis& basis, const Eigen::VectorXd& q, const Rung& rung, unsigned seed) {
   for (int i = 0; i < n_; ++i)
-    if (!basis.is_basic(n_ + i)) map_.z[i] = 0;
+    if (!basis.is_basic(n_ + i)) map_.z[i] = 0;  // reach() had no pivot for it
   map_.evaluate(basis, q, map_.z);
   trial_ = map_.z;
   for (int i = 0; i < n_; ++i) {

@@ -32,7 +32,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "lcp/draw.h"
 #include "lcp/front.h"
@@ -95,8 +94,9 @@ class Ynl {
     return SearchEnd::exhausted;
   }
 
-  // One state: the candidates of its basis, and what follows from each. True where `state` has become the next one of
-  // the sequence. A dead end is believed only of a basis taken from the original matrix.
+  // One state: the candidates of its basis; the largest pivot is carried out, and states that follow from the others
+  // wait. True where `state` has become the next one of the sequence; false where that has ended, in an answer
+  // (solved_) or not. A dead end is believed only of a basis taken from the original matrix.
   bool expand(Basis& basis, SearchState& state, LcpSolution& solution) {
     Look found = at_hand_ && worn_ < o_.renew_every ? look(basis, state) : Look::singular;
     if (found != Look::on && (!at_hand_ || worn_ > 0))
@@ -108,7 +108,7 @@ class Ynl {
     const auto& candidates = search_.candidates;
     if (state.z_enters) state.flip(state.out);
     std::size_t first = 0;
-    if (candidates[0].variable == basis.artificial()) {
+    if (candidates[0].variable == basis.artificial()) {  // z_0 leaves: an end, and perhaps the answer
       at_hand_ = false;
       if (basis.pivot(candidates[0].row, entering) && vertex(basis, state, solution)) return false;
       ++first;
