@@ -26,7 +26,8 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 LIMIT = 30  # s, for one problem or run
 EDGES = ("4", "8", "16")
 # Depend on the machine, on the build or on where a file was put.
-APART = ("problem", "vector", "hard_problem_command", "time", "peak_memory_mb", "wall", "file", "program", "version", "build", "machine", "started", "commit")
+APART = ("problem", "vector", "hard_problem_command", "time", "peak_memory_mb", "wall", "file", "program", "version", "build",
+         "machine", "started", "commit")
 
 # Scene, parameters, flags: the published sweeps', long enough for what happens in them, and some under stress.
 SCENES = [
@@ -64,7 +65,8 @@ def choices(program, only_method):
         for solver in row["solvers"] or [None]:
             for variant in row["variants"] or [None]:
                 if solver not in unavailable:
-                    words = ["--method", row["name"], *(["--solver", solver] if solver else []), *(["--variant", variant] if variant else [])]
+                    words = ["--method", row["name"], *(["--solver", solver] if solver else []),
+                             *(["--variant", variant] if variant else [])]
                     methods.append((words, flags))
     return methods, lcp
 
@@ -96,11 +98,14 @@ def cases(program, only_method, streams):
                             "--time-limit", str(LIMIT)], ["run/trajectory.csv", "run/steps.csv"])
 
 
+def is_time(name):
+    return name.endswith("_s") and not name.endswith("per_s")
+
+
 def timeless(value):
     """What stays of a JSON answer when times and the machine are left out."""
     if isinstance(value, dict):
-        return {key: timeless(x) for key, x in value.items() if not any(key.startswith(word) or key.endswith("_s") for word in APART)
-                or key in ("energy_change_j",)}
+        return {key: timeless(x) for key, x in value.items() if not is_time(key) and not key.startswith(APART)}
     return [timeless(x) for x in value] if isinstance(value, list) else value
 
 
@@ -111,7 +116,7 @@ def digest(path):
     data = path.read_bytes()
     if path.name == "steps.csv":
         rows = list(csv.reader(data.decode().splitlines()))
-        keep = [i for i, name in enumerate(rows[0]) if not name.endswith("_s")] if rows else []
+        keep = [i for i, name in enumerate(rows[0]) if not is_time(name)] if rows else []
         data = "\n".join(",".join(row[i] for i in keep) for row in rows).encode()
     return hashlib.sha256(data).hexdigest()
 
