@@ -3,7 +3,7 @@
 // Problem: z >= 0, w = M z + q >= 0, z.w = 0 (n unknowns; lcp.h has the expanded form with free unknowns). The covering
 // vector c > 0 and the artificial z_0 make w = M z + q + c z_0 feasible; from there, whatever variable left the basis
 // last, its complement enters, until z_0 leaves (a solution) or nothing blocks (a ray). A rung of the ladder (attempt)
-// is that path for a perturbed q, from w = q, and from the vertex it ends at further such paths to that of q itself.
+// is that path for a perturbed q, from the basis of all w, and further ones from the vertex it ends at to that of q.
 //
 // Sources: C. E. Lemke, Management Science 11 (1965); R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity
 // Problem (1992), sec. 4.4 (algorithm 4.4.5) and 4.9 (degeneracy); P. Fackler, M. Miranda, LEMKE (start from a given

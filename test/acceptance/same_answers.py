@@ -174,7 +174,7 @@ def main():
     parser.add_argument("--method", default="", help="this method alone [all]")
     parser.add_argument("--only", default="", help="cases whose words contain this")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
-    parser.add_argument("--show", type=int, default=20, help="differences that are named [20]")
+    parser.add_argument("--show", type=int, default=20, help="differences, and cases without an end, that are named [20]")
     parser.add_argument("--save", type=Path, help="keep AFTER's answers here")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
@@ -187,13 +187,15 @@ def main():
     if options.save:
         options.save.write_text(json.dumps(after, sort_keys=True))
     both = before.keys() & after.keys()
-    slow = sum(before[name] is None or after[name] is None for name in both)
+    slow = sorted(name for name in both if before[name] is None or after[name] is None)
     found = list(differences(before, after))
     for name, what, a, b in found[:options.show]:
         print(f"differs in {', '.join(what)}: {name}")
         for key in [key for key in what if key in a["answer"] or key in b["answer"]][:4]:
             print(f"    {key}: {a['answer'].get(key)} | {b['answer'].get(key)}")
-    print(f"{len(both)} cases, {len(both) - slow - len(found)} the same, {len(found)} different, {slow} not brought to an end")
+    for name in slow[:options.show]:
+        print(f"not brought to an end: {name}")
+    print(f"{len(both)} cases, {len(both) - len(slow) - len(found)} the same, {len(found)} different, {len(slow)} not brought to an end")
     sys.exit(1 if found or not both else 0)
 
 
