@@ -16,9 +16,10 @@ namespace cb {
 
 namespace {
 
-/// The pivot column stays in registers while the others stream by; for tables of up to 8 registers a column.
-template <int V>
+/// The pivot column stays in registers while the others stream by; for tables of up to 8 `lanes` a column.
+template <int L>
 void eliminate(double* table, int columns, int r, int s, const double* pivot_column, double inverse) {
+  constexpr int V = L * DenseTableau::lanes / lane_count;
   Lanes c[V];
   for (int v = 0; v < V; ++v) load(pivot_column + lane_count * v, c[v]);
   for (int j = 0; j < columns; ++j) {
@@ -55,7 +56,7 @@ void eliminate_any(double* table, int columns, int r, int s, const double* pivot
 
 }  // namespace
 
-static_assert(DenseTableau::lanes == lane_count);
+static_assert(DenseTableau::lanes % lane_count == 0);
 
 void DenseTableau::start(const Eigen::MatrixXd& M, const Eigen::VectorXd& rows, const Eigen::VectorXd& columns) {
   M_ = &M;
@@ -142,7 +143,7 @@ bool DenseTableau::pivot(int row, int entering) {
   const double p = column[row], inverse = 1 / p;
   if (p == 0 || !std::isfinite(inverse)) return false;
 
-  switch (padded_ / lane_count) {
+  switch (padded_ / lanes) {
     case 1:
       eliminate<1>(table_.data(), n_ + 1, row, s, column, inverse);
       break;
