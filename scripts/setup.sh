@@ -26,6 +26,7 @@ for_tests=(
   python3-cvxopt                     # the convex method against a solver that shares no code
   liborocos-kdl-dev                  # robots against another library
   chromium                           # the report in a browser
+  qemu-user                          # the same numbers on other processors
 )
 
 check=no

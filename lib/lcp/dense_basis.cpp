@@ -17,10 +17,15 @@ namespace cb {
 
 namespace {
 
-/// All columns but s, in which the pivot column stands, of a table of V registers a column. The pivot column stays in
-/// registers while the others stream by.
-template <int V>
+/// Numbers that a column is padded to a multiple of.
+constexpr int granule = 8;
+static_assert(granule % lane_count == 0);
+
+/// All columns but s, in which the pivot column stands, of a table of L times `granule` numbers a column. The pivot
+/// column stays in registers while the others stream by.
+template <int L>
 void eliminate(double* table, int columns, int r, int s, const double* pivot_column, double inverse) {
+  constexpr int V = L * granule / lane_count;
   Lanes c[V];
   for (int v = 0; v < V; ++v) load(pivot_column + lane_count * v, c[v]);
   for (int j = 0; j < columns; ++j) {
@@ -76,7 +81,7 @@ void DenseBasis::start(const LcpProblem& problem, const PairScales& scales) {
   problem_ = &problem;
   scales_ = &scales;
   n_ = problem.n();
-  padded_ = (n_ + lane_count - 1) / lane_count * lane_count;
+  padded_ = (n_ + granule - 1) / granule * granule;
   factorisations_ = 0;
   rhs_.resize(padded_);
   basic_.resize(n_);
@@ -140,9 +145,9 @@ bool DenseBasis::pivot(int row, int entering) {
   const double p = column[row], inverse = 1 / p;
   if (p == 0 || !std::isfinite(inverse)) return false;
 
-  const auto registers = static_cast<std::size_t>(padded_ / lane_count);
-  if (registers <= eliminate_in_registers.size())
-    eliminate_in_registers[registers - 1](table_.data(), n_ + 1, row, s, column, inverse);
+  const auto granules = static_cast<std::size_t>(padded_ / granule);
+  if (granules <= eliminate_in_registers.size())
+    eliminate_in_registers[granules - 1](table_.data(), n_ + 1, row, s, column, inverse);
   else
     eliminate_any(table_.data(), n_ + 1, row, s, column, inverse, padded_);
   // The right-hand side as one more column: the entering variable moves to -rhs_r / p.

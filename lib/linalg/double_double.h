@@ -10,7 +10,7 @@ namespace cb {
 /// systems whose condition leaves nothing of a double. Errors of +, -, * and / are a few 2^-104 of the result.
 /// Source: T. J. Dekker, A floating-point technique for extending the available precision, Numerische Mathematik 18,
 /// 1971; Y. Hida, X. Li, D. Bailey, Algorithms for quad-double precision floating point arithmetic, ARITH-15, 2001.
-/// Files that use it are compiled without contraction of a * b + c, which these sums do not survive.
+/// The build contracts no a * b + c, which these sums would not survive.
 struct DoubleDouble {
   double high = 0, low = 0;
 
