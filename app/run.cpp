@@ -424,6 +424,7 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
   }
   for (const LeftOutItem& item : pruned_run.items())
     if (item.count > 0) summary.left_out.emplace_back(item.name, item.count);
+  for (const auto& [who, count] : pruned_run.answered_by->counts) summary.answered_by.emplace_back(who, count);
   summary.finished = simulation.step_index() >= simulation.steps_total() && summary.status == Status::ok;
 }
 

@@ -333,11 +333,14 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
   begin_island(epsilon, solution);
   bool proven = true;
   ConeStatus ending = ConeStatus::solved;
+  answered_by_ = "rest, again";
   if (previous == nullptr || !stays_at_rest(*previous)) {
     proven = find_bound();
+    answered_by_ = "frictionless";
     if (!slides_freely()) ending = propose(previous);
     if (previous != nullptr) remember(*previous);
   }
+  if (tolerances_.answered_by) tolerances_.answered_by->add(answered_by_);
   solution.iterations += iterations_;
   solution.claimed_residual += std::abs(best_.gap);
   excess_ += std::max(0.0, std::abs(best_.gap) - best_.gap_rounding);
@@ -389,14 +392,15 @@ bool DrumwrightShell::find_bound() {
 }
 
 // Keeps answer_ where it is better than what there is. Is it as good as is asked?
-bool DrumwrightShell::offer(Allowed allowed) {
+bool DrumwrightShell::offer(const Proposer& proposer) {
   certify_unreduced(answer_);
-  const double limit = limit_of(allowed);
+  const double limit = limit_of(proposer.allowed);
   const Certificate certificate = judge(answer_.r, multiplier_);
   const bool done = good(certificate, limit);
   const bool better = best_.infeasibility > limit || std::abs(certificate.gap) < std::abs(best_.gap);
   if (certificate.infeasibility > limit || !better || (!done && good(best_, tolerances_.backward))) return false;
   best_ = certificate;
+  answered_by_ = proposer.name;
   r_ = answer_.r;
   eta_ = multiplier_;
   return done;
@@ -452,7 +456,7 @@ ConeStatus DrumwrightShell::propose(Previous* previous) {
     iterations_ += answer_.iterations;
     if (!proposes) continue;
     // Large multipliers excuse much; with the bounds relaxed they are small, as a rule.
-    if (offer(proposer.allowed) && !excused(best_)) {
+    if (offer(proposer) && !excused(best_)) {
       if (previous != nullptr && proposer.starts_next) {
         previous->by_newton = true;
         previous->nv = island_.M.order();
@@ -1080,6 +1084,7 @@ ContactMethod make_drumwright_shell(const MethodOptions& options) {
   tolerances.bounded = options.compression_bound;
   tolerances.warm_start = options.warm_start;
   tolerances.warm_starts = options.warm_starts;
+  tolerances.answered_by = options.answered_by;
   auto method = std::make_shared<DrumwrightShell>(tolerances);
   const auto solve = [method](const ContactProblem& problem, ContactSolution& solution) {
     (*method)(problem, solution);

@@ -20,11 +20,12 @@ namespace cb {
 class DrumwrightShell {
  public:
   struct Tolerances {
-    double epsilon = 1e-12;                  ///< J, suboptimality at which the solver may stop
-    std::optional<double> epsilon_relative;  ///< the same as a fraction of the kinetic energy before the event, -
-    bool bounded = true;                     ///< bound the sum of normal impulses of each island?
-    bool warm_start = false;                 ///< start from the previous event's answer?
-    std::shared_ptr<long> warm_starts;       ///< counts such starts that were accepted, where it is given
+    double epsilon = 1e-12;                   ///< J, suboptimality at which the solver may stop
+    std::optional<double> epsilon_relative;   ///< the same as a fraction of the kinetic energy before the event, -
+    bool bounded = true;                      ///< bound the sum of normal impulses of each island?
+    bool warm_start = false;                  ///< start from the previous event's answer?
+    std::shared_ptr<long> warm_starts;        ///< counts such starts that were accepted, where it is given
+    std::shared_ptr<AnsweredBy> answered_by;  ///< counts whose answers were taken, an island each, where it is given
     /// -: scaled infeasibility up to which an answer that keeps the bounds is accepted, and one that may miss them:
     /// below the referee's 1e-9, whose sums round otherwise.
     double infeasibility = 1e-10, backward = 9e-10;
@@ -118,7 +119,7 @@ class DrumwrightShell {
   bool dense_relaxed();
   bool dense_short();
   void solve_densely(const ConeProgram& program, double step_fraction);
-  bool offer(Allowed allowed);
+  bool offer(const Proposer& proposer);
   void certify_unreduced(const ConeSolution& x);
   ConeProgram reduced() const;
   ConeProgram relaxed_program();
@@ -174,7 +175,8 @@ class DrumwrightShell {
   double kappa_ = 0, size_ = 0, miss_ = 0;
   Shape shape_ = Shape::general;
   bool inaccurate_ = false;
-  double excess_ = 0;  // J, of the gaps of all islands, beyond rounding
+  std::string_view answered_by_;  // whose answer r_, eta_ are
+  double excess_ = 0;             // J, of the gaps of all islands, beyond rounding
   ConeSolution answer_, trial_, finished_;
   std::vector<Previous> previous_;  // per island
   int iterations_ = 0;

@@ -101,6 +101,8 @@ std::string to_json(const RunSummary& run) {
   for (const auto& [key, value] : run.errors) errors[key] = value;
   Json left_out = Json::array();
   for (const auto& [what, count] : run.left_out) left_out.push_back({{"what", what}, {"count", count}});
+  Json answered_by = Json::object();
+  for (const auto& [who, count] : run.answered_by) answered_by[who] = count;
 
   Json json = {
       {"scenario", run.scenario},
@@ -162,6 +164,7 @@ std::string to_json(const RunSummary& run) {
         {"least_scale", maybe(tally.restitution_scale_min)}}},
       {"conditioning", conditioning(tally)},
       {"left_out", left_out},
+      {"answered_by", answered_by.empty() ? Json() : answered_by},
       {"versions",
        {{"contactbench", run.versions.contactbench},
         {"git", run.versions.git},

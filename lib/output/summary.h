@@ -53,9 +53,10 @@ struct RunSummary {
   std::optional<double> control_eigenvalue;   ///< largest of the controllers' explicit step (explicit_step.h)
   std::optional<double> largest_stable_step;  ///< s, of controllers, springs and damping (explicit_step.h)
   std::vector<std::pair<std::string, long>>
-      left_out;        ///< what pruning left out, with counts over the run; zeros are not here
-  double write_s = 0;  ///< spent on trajectory.csv and steps.csv
-  double wall_s = 0;   ///< all of it, by the clock on the wall
+      left_out;  ///< what pruning left out, with counts over the run; zeros are not here
+  std::vector<std::pair<std::string, long>> answered_by;  ///< whose answers were taken, where the method tries several
+  double write_s = 0;                                     ///< spent on trajectory.csv and steps.csv
+  double wall_s = 0;                                      ///< all of it, by the clock on the wall
   double peak_memory_mb = 0;
 };
 

@@ -10,12 +10,12 @@ SimulationOptions with_pruning(SimulationOptions simulation, const MethodOptions
   return simulation;
 }
 
-ContactMethod make_method(const MethodRow& row, MethodOptions options, const std::shared_ptr<long>& warm_starts,
-                          const std::shared_ptr<LeftOut>& left_out, bool prune) {
-  options.warm_starts = warm_starts;
+ContactMethod make_method(const MethodRow& row, MethodOptions options, const PrunedRun& run, bool prune) {
+  options.warm_starts = run.warm_starts;
+  options.answered_by = run.answered_by;
   // Islands are problems of their own in any case: none may set the scale that another is solved to.
   PruneOptions islands_only{true, false, false, false};
-  return pruned(row, options, left_out, prune ? PruneOptions() : islands_only);
+  return pruned(row, options, run.left_out, prune ? PruneOptions() : islands_only);
 }
 
 }  // namespace
@@ -24,8 +24,8 @@ PrunedRun::PrunedRun(const Scenario& scenario, SimulationOptions options, const 
                      bool prune)
     : left_out(std::make_shared<LeftOut>()),
       warm_starts(std::make_shared<long>(0)),
-      simulation(scenario, with_pruning(options, method, prune), make_method(row, method, warm_starts, left_out, prune),
-                 row.law) {}
+      answered_by(std::make_shared<AnsweredBy>()),
+      simulation(scenario, with_pruning(options, method, prune), make_method(row, method, *this, prune), row.law) {}
 
 std::vector<LeftOutItem> PrunedRun::items() const {
   std::vector<LeftOutItem> all = cb::items(*left_out);

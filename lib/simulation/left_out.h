@@ -7,7 +7,7 @@ namespace cb {
 
 /// A simulation with a method that leaves out what the scene does not need, or the plain way, and what it left out.
 struct PrunedRun {
-  /// `prune`: leave out, or not; `options.warm_starts` and `simulation.prune` are set here.
+  /// `prune`: leave out, or not; `options.warm_starts`, `options.answered_by` and `simulation.prune` are set here.
   PrunedRun(const Scenario& scenario, SimulationOptions simulation, const MethodRow& row, MethodOptions options,
             bool prune);
   /// All items, also those that were not left out; times over all steps so far.
@@ -15,6 +15,7 @@ struct PrunedRun {
 
   std::shared_ptr<LeftOut> left_out;
   std::shared_ptr<long> warm_starts;
+  std::shared_ptr<AnsweredBy> answered_by;
   Simulation simulation;
 };
 

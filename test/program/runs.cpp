@@ -290,6 +290,20 @@ TEST_CASE("pruning says what it left out, and the sphere hits the ground as with
     CHECK(std::stod(last[0][i]) == Approx(std::stod(last[1][i])).margin(1e-10));
 }
 
+TEST_CASE("convex says whose answer was taken in each event, and others, which try one way, do not", "[program]") {
+  TemporaryDirectory directory;
+  for (const char* method : {"convex", "ap"})
+    REQUIRE(run(directory.path(), {"run", "sliding_box.xml", "--method", method, "--duration", "2", "--step", "0.01",
+                                   "--out", method, "--quiet"})
+                .code == 0);
+  const Json convex = summary(directory.path() / "convex"), &answered = convex["answered_by"];
+  long islands = 0;
+  for (const auto& item : answered.items()) islands += item.value().get<long>();
+  CHECK(islands == convex["solves"].get<long>());  // one box
+  CHECK(answered["sticking"].get<long>() > 50);    // pulled by less than friction holds, or not at all
+  CHECK(summary(directory.path() / "ap")["answered_by"].is_null());
+}
+
 TEST_CASE("the summary on standard output is the one in the file", "[program]") {
   TemporaryDirectory directory;
   const Result result =
