@@ -9,9 +9,9 @@
 //
 // Source: M. Anitescu, F. A. Potra, Formulating dynamic multi-rigid-body contact problems with friction as solvable
 // linear complementarity problems, Nonlinear Dynamics 14 (1997): the one-step LCP, and for e > 0 their compression and
-// decompression phases with Poisson's hypothesis: the first LCP gives c (compression); then e c_n acts at each contact,
-// and a second LCP of the same matrix, its friction bounded by mu (e c_n + c_n'), keeps contacts from approaching
-// again.
+// decompression phases with Poisson's hypothesis: the first LCP gives c (compression); then theta e c_n acts at each
+// contact, and a second LCP of the same matrix, its friction bounded by mu (theta e c_n + c_n'), keeps contacts from
+// approaching again.
 //
 // Differences from the source:
 //  1. Impulses and velocities of one event only: forces have acted before (docs/architecture.md, "The path of a step").
@@ -20,7 +20,8 @@
 //     free unknowns, so that what is sparse stays sparse. dense_limit decides, by the number of unknowns.
 //  4. A contact with mu = 0 has no use for its c_t and lam: where told so (MethodOptions::idle_friction) they are no
 //     unknowns, and z gets c_t = 0 and the lam that its slip asks for. Not with e > 0 or regularisation.
-//  5. Optional regularisation: E is added to the diagonal of all rows of the LCP, in the unit of each row.
+//  5. In the source theta = 1, by which events may gain energy; here it is as large as they do not (restitution.h).
+//  6. Optional regularisation: E is added to the diagonal of all rows of the LCP, in the unit of each row.
 //
 // With --warm-start, where the previous event left everything at rest, its impulses are tried first: if they hold the
 // present event at rest and lie in the polygons, they are an answer with lam = 0. Then the active set of the previous
@@ -40,6 +41,7 @@
 #include "methods/lcp_status.h"
 #include "methods/registry.h"
 #include "methods/resting_impulse.h"
+#include "methods/restitution.h"
 #include "methods/same_event.h"
 
 namespace cb {
@@ -77,6 +79,7 @@ class AnitescuPotra {
   int first_direction(int f) const { return nc_ + k_ * f; }       // unknowns c_t of the f-th contact with friction
   int slip_bound(int f) const { return nc_ + k_ * rough() + f; }  // and its lam
   void add_impulses(ContactSolution& solution) const;
+  void decompress(const ContactProblem& problem, ContactSolution& solution);
 
   int k_;
   double regularise_;
@@ -94,6 +97,8 @@ class AnitescuPotra {
   LcpSolution answer_;
   std::vector<double> u_, v_, restored_, scratch_;
   std::vector<double> weight_;  // nc, 1/kg
+  Islands islands_;
+  Restitution restitution_;
 
   // Warm start: the last answer, and the equations of its active set.
   bool warm_ = false;
@@ -263,7 +268,8 @@ void AnitescuPotra::build_expanded(const ContactProblem& problem) {
   negate_transposed(lcp_.B, lcp_.C);
 }
 
-// The vectors of the LCP for velocity v before the phase; the slack of the friction bound is restored_ (mu e c_n).
+// The vectors of the LCP for velocity v before the phase; the slack of the friction bound is restored_ (mu theta e
+// c_n).
 void AnitescuPotra::set_load(const ContactProblem& problem, const std::vector<double>& v) {
   lcp_.q.resize(unknowns());
   contact_velocity(problem, v, u_);
@@ -573,19 +579,20 @@ void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& soluti
                       solution.impulse, size_, true);
   else
     resting_.forget();
-  if (!elastic) return;
+  if (elastic) decompress(problem, solution);
+}
 
-  // Decompression: e c_n is given back, and what would approach again is kept from it.
+// theta e c_n is given back, and what would approach again is kept from it.
+void AnitescuPotra::decompress(const ContactProblem& problem, ContactSolution& solution) {
+  find_islands(problem, islands_);
+  solution.restitution_scale = restitution_.give_back(problem, factor_, islands_, true, solution.impulse);
   for (int c = 0; c < nc_; ++c) {
-    const double given_back = problem.restitution[c] * answer_.z[c];
-    solution.impulse[3 * c] += given_back;
     const double* r = &solution.impulse[3 * c];
     double& about = lcp_.groups.size[c];
     about = std::max(about, std::sqrt(weight_[c] * (r[0] * r[0] + r[1] * r[1] + r[2] * r[2])));
-    restored_[c] = problem.mu[c] * given_back;
+    restored_[c] = problem.mu[c] * restitution_.given()[c];
   }
-  apply_impulse(problem, factor_, solution.impulse, v_);
-  set_load(problem, v_);
+  set_load(problem, restitution_.v());
   if (solve_phase(solution)) add_impulses(solution);
 }
 
