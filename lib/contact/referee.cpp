@@ -368,9 +368,9 @@ Referee::Worst Referee::anitescu_potra(const ContactProblem& problem, const Cont
 }
 
 // theta of each island as the answer's impulses have it (least squares of r_n - c_n - c_n' = theta e c_n), into
-// given_back_ as theta e c_n. It is to be the largest up to 1 that gains no energy: 0 <= 1 - theta _|_ -E >= 0, E the
-// energy gained by then. 1 - theta counts as the impulse that is missing, of the island's size; E as a fraction of what
-// compression took, E_0, and restitution changed. phase_ and scratch_u_ are those of compression.
+// given_back_ as theta e c_n. It is 1, or leaves E = 0, E the energy gained by then. 1 - theta counts as the impulse
+// that is missing, of the island's size; E as a fraction of what compression took, E_0, and restitution changed. phase_
+// and scratch_u_ are those of compression.
 void Referee::restitution(const ContactProblem& problem, const ContactSolution& solution, Worst& worst) {
   const int nc = problem.nc();
   const double *first = solution.z.data(), *second = first + (solution.k + 2) * nc;
@@ -399,9 +399,9 @@ void Referee::restitution(const ContactProblem& problem, const ContactSolution& 
   for (int g = 0; g < islands_.count; ++g) {
     const double* island = &sum_[fields * static_cast<std::size_t>(g)];
     const double size = std::max(std::abs(island[2]) + std::abs(island[3] - island[2]), island[4] / accepted);
-    const double left = size > 0 ? -island[3] / size : 0;
+    const double left = size > 0 ? std::abs(island[3]) / size : 0;
     const double missing = island_size_[g] > 0 ? (1 - theta(island)) * std::sqrt(island[0]) / island_size_[g] : 0;
-    see_island(worst, std::abs(std::min(missing, left)), 1, g);
+    see_island(worst, std::min(std::abs(missing), left), 1, g);
   }
 }
 

@@ -20,7 +20,9 @@
 //     free unknowns, so that what is sparse stays sparse. dense_limit decides, by the number of unknowns.
 //  4. A contact with mu = 0 has no use for its c_t and lam: where told so (MethodOptions::idle_friction) they are no
 //     unknowns, and z gets c_t = 0 and the lam that its slip asks for. Not with e > 0 or regularisation.
-//  5. In the source theta = 1, by which events may gain energy; here it is as large as they do not (restitution.h).
+//  5. In the source theta = 1. Islands that gain energy by that are solved once more with the largest theta by which
+//  they
+//     cannot (restitution.h).
 //  6. Optional regularisation: E is added to the diagonal of all rows of the LCP, in the unit of each row.
 //
 // With --warm-start, where the previous event left everything at rest, its impulses are tried first: if they hold the
@@ -52,6 +54,9 @@ namespace {
 constexpr double warm_tolerance = 1e-12;
 /// -: impulses below this fraction of the largest, and slip bounds of the fastest contact, are not active.
 constexpr double rounding = 1e-13;
+/// -: gain of energy over a fourth of |r.u-| (at most the island's energy, where it gains less) from which restitution
+/// is scaled; a tenth of what the referee accepts.
+constexpr double gain_rounding = 1e-10;
 /// -: an entry of W below this fraction of what its two contacts have in other directions is rounding.
 constexpr double entry_rounding = 1e-15;
 
@@ -80,6 +85,8 @@ class AnitescuPotra {
   int slip_bound(int f) const { return nc_ + k_ * rough() + f; }  // and its lam
   void add_impulses(ContactSolution& solution) const;
   void decompress(const ContactProblem& problem, ContactSolution& solution);
+  void give_back(const ContactProblem& problem, ContactSolution& solution);
+  bool bound_gains(const ContactProblem& problem, const ContactSolution& solution);
 
   int k_;
   double regularise_;
@@ -97,8 +104,14 @@ class AnitescuPotra {
   LcpSolution answer_;
   std::vector<double> u_, v_, restored_, scratch_;
   std::vector<double> weight_;  // nc, 1/kg
+
+  // Decompression.
   Islands islands_;
   Restitution restitution_;
+  ContactSolution compression_;                // what there is without it
+  Eigen::VectorXd sizes_;                      // and lcp_.groups.size then
+  std::vector<char> bounded_;                  // per island: would it gain energy by all of e c_n?
+  std::vector<std::array<double, 2>> gained_;  // per island, J: r.(u+ + u-)/2, r.u-
 
   // Warm start: the last answer, and the equations of its active set.
   bool warm_ = false;
@@ -582,10 +595,24 @@ void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& soluti
   if (elastic) decompress(problem, solution);
 }
 
-// theta e c_n is given back, and what would approach again is kept from it.
+// All of e c_n is given back, and what would approach again is kept from it; where an island gains energy by that, so
+// much that it cannot.
 void AnitescuPotra::decompress(const ContactProblem& problem, ContactSolution& solution) {
   find_islands(problem, islands_);
-  solution.restitution_scale = restitution_.give_back(problem, factor_, islands_, true, solution.impulse);
+  bounded_.assign(islands_.count, 0);
+  compression_ = solution;
+  sizes_ = lcp_.groups.size;
+  do {
+    solution = compression_;
+    lcp_.groups.size = sizes_;
+    give_back(problem, solution);
+    if (!solve_phase(solution)) return;
+    add_impulses(solution);
+  } while (bound_gains(problem, solution));
+}
+
+void AnitescuPotra::give_back(const ContactProblem& problem, ContactSolution& solution) {
+  solution.restitution_scale = restitution_.give_back(problem, factor_, islands_, bounded_, solution.impulse);
   for (int c = 0; c < nc_; ++c) {
     const double* r = &solution.impulse[3 * c];
     double& about = lcp_.groups.size[c];
@@ -593,7 +620,27 @@ void AnitescuPotra::decompress(const ContactProblem& problem, ContactSolution& s
     restored_[c] = problem.mu[c] * restitution_.given()[c];
   }
   set_load(problem, restitution_.v());
-  if (solve_phase(solution)) add_impulses(solution);
+}
+
+// Does an island that is not bounded yet gain energy, as the referee measures it? It is from now on.
+bool AnitescuPotra::bound_gains(const ContactProblem& problem, const ContactSolution& solution) {
+  apply_impulse(problem, factor_, solution.impulse, v_);
+  contact_velocity(problem, v_, u_);
+  contact_velocity(problem, problem.v_minus, scratch_);
+  gained_.assign(islands_.count, {0, 0});
+  for (int i = 0; i < 3 * nc_; ++i) {
+    auto& [gain, before] = gained_[islands_.of_contact[i / 3]];
+    gain += solution.impulse[i] * (u_[i] + scratch_[i]) / 2;
+    before += solution.impulse[i] * scratch_[i];
+  }
+  bool again = false;
+  for (int g = 0; g < islands_.count; ++g) {
+    const auto& [gain, before] = gained_[g];
+    if (bounded_[g] || !(gain > gain_rounding * std::abs(before) / 4)) continue;
+    bounded_[g] = 1;
+    again = true;
+  }
+  return again;
 }
 
 }  // namespace

@@ -96,8 +96,8 @@ void DrumwrightShell::operator()(const ContactProblem& problem, ContactSolution&
   bool elastic = false;
   for (double e : problem.restitution) elastic = elastic || e != 0;
   if (!elastic) return;
-  solution.restitution_scale =
-      restitution_.give_back(problem, factor_, islands_, tolerances_.bounded_restitution, solution.impulse);
+  bounded_.assign(islands_.count, tolerances_.bounded_restitution ? 1 : 0);
+  solution.restitution_scale = restitution_.give_back(problem, factor_, islands_, bounded_, solution.impulse);
   if (!approaches_again()) return;
   first_impulse_ = solution.impulse;
   if (!solve(problem, restitution_.v(), solution.epsilon, solution)) return;

@@ -188,6 +188,7 @@ class DrumwrightShell {
 
   // Of the second phase of restitution.
   Restitution restitution_;
+  std::vector<char> bounded_;  // per island
   std::vector<double> first_impulse_;
 };
 

@@ -1,13 +1,12 @@
 // Poisson's restitution that gains no energy.
 //
-// Poisson: of a compression's normal impulses r_n restitution gives e r_n back. For each contact by itself that bounds
-// no energy: with friction or coupled contacts e r_n does work on velocities that it did not come from. Here, on each
-// island,
+// Poisson: of a compression's normal impulses r_n restitution gives e r_n back, and a phase that takes energy only
+// stops what approaches then. That bounds no energy where friction or coupled contacts let e r_n do work on velocities
+// that it did not come from. Here, on each island that is bounded,
 //   theta e r_n,  theta <= 1 the largest with  E(theta) = E_0 + theta a + theta^2 b <= 0                    J
 //   E_0 = r.(u_c + u-)/2,   a = g.u_c,   b = g.W g/2,   g = e r_n along the normals, u_c after compression
 // E is what contacts have gained by then as seen from the stops: driven ones (w != 0) put in -r.w besides. E_0 <= 0,
-// since r = 0 is admissible, and b >= 0, so that theta is the larger root, or 1. What still approaches then is stopped
-// by a phase that takes energy only.
+// since r = 0 is admissible, and b >= 0, so that theta is the larger root, or 1.
 //
 // Source: the difference of anitescu_potra.cpp and drumwright_shell.cpp from their sources, where theta = 1.
 // Cannot fail: without numbers in the data theta = 1, and the answer is refused for what it is.
@@ -20,12 +19,12 @@
 namespace cb {
 
 double Restitution::give_back(const ContactProblem& problem, const BlockCholesky& factor, const Islands& islands,
-                              bool bounded, std::vector<double>& impulse) {
+                              const std::vector<char>& bounded, std::vector<double>& impulse) {
   const int nc = problem.nc();
   asked_.assign(3 * nc, 0.0);
   for (int c = 0; c < nc; ++c) asked_[3 * c] = problem.restitution[c] * impulse[3 * c];
   theta_.assign(islands.count, 1.0);
-  if (bounded) {
+  if (std::find(bounded.begin(), bounded.end(), 1) != bounded.end()) {
     contact_velocity(problem, problem.v_minus, u_minus_);
     apply_impulse(problem, factor, impulse, v_);
     contact_velocity(problem, v_, u_);
@@ -41,7 +40,8 @@ double Restitution::give_back(const ContactProblem& problem, const BlockCholesky
       linear += asked_[i] * u_[i];
       quadratic += 0.5 * asked_[i] * change_u_[i];
     }
-    for (int g = 0; g < islands.count; ++g) theta_[g] = scale(energy_[g]);
+    for (int g = 0; g < islands.count; ++g)
+      if (bounded[g]) theta_[g] = scale(energy_[g]);
   }
   given_.resize(nc);
   for (int c = 0; c < nc; ++c) {

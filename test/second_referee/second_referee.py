@@ -274,7 +274,7 @@ class Judgement:
         return largest(over(self.root * np.sqrt(squares), self.S), share)
 
     def given_back(self, asked, phases, compression, u):
-        """theta e c_n by what r is beside both phases, and how far theta is from the largest up to 1 that gains no energy."""
+        """theta e c_n by what r is beside both phases, and how far theta is from 1, and from what leaves E = 0."""
         p = self.p
         squares = p.sums(p.weight * asked**2)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -285,9 +285,9 @@ class Judgement:
         E_0, E = self.work(compression, u), self.work(r, after)
         size = np.maximum(np.abs(E_0) + np.abs(E - E_0), self.open_work(r, after, self.rho) / ACCEPTED)
         with np.errstate(divide="ignore", invalid="ignore"):
-            left = np.where(size > 0, -E / size, 0.0)
+            left = np.where(size > 0, np.abs(E) / size, 0.0)
             missing = np.where(self.S_g > 0, (1 - theta) * np.sqrt(squares) / self.S_g, 0.0)
-        return given, largest(np.abs(np.minimum(missing, left)))
+        return given, largest(np.minimum(np.abs(missing), left))
 
     def convex(self):
         p, r, u, root, bounded = self.p, self.r, self.u, self.root, self.answer["bounded"]
