@@ -562,8 +562,9 @@ bool Simulation::solve_event(Lap& lap) {
     record_.status = Status::inaccurate;
     reason_ = fmt::format("{}, at t = {:.9g} s", Referee::refusal(residuals_, options_.accepted_residual), state_.t);
   }
-  for (std::size_t row = 0; row < problem_.offset.size(); ++row)  // what is driven does work
-    energy_input_ += std::abs(solution_.impulse[row] * problem_.offset[row]);
+  if (!scenario_.model.trees.empty())  // what is driven does work
+    for (std::size_t row = 0; row < problem_.offset.size(); ++row)
+      energy_input_ += std::abs(solution_.impulse[row] * problem_.offset[row]);
   record_.event_energy_gain += residuals_.energy_gain;
   if (residuals_.energy_before > 0)
     record_.event_energy_gain_relative =
