@@ -5,9 +5,10 @@
 // Columns with T_rj = 0 are left alone: at the start of a sparse problem that is most of them.
 // Fails (returns false) on a pivot that is zero or not finite; the table is then unchanged.
 
-#include "lcp/dense_tableau.h"
+#include "lcp/dense_basis.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "lcp/vector_lanes.h"
@@ -16,7 +17,8 @@ namespace cb {
 
 namespace {
 
-/// The pivot column stays in registers while the others stream by; for tables of up to 8 registers a column.
+/// All columns but s, in which the pivot column stands, of a table of V registers a column. The pivot column stays in
+/// registers while the others stream by.
 template <int V>
 void eliminate(double* table, int columns, int r, int s, const double* pivot_column, double inverse) {
   Lanes c[V];
@@ -36,6 +38,10 @@ void eliminate(double* table, int columns, int r, int s, const double* pivot_col
   }
 }
 
+constexpr std::array eliminate_in_registers{eliminate<1>, eliminate<2>, eliminate<3>, eliminate<4>,
+                                            eliminate<5>, eliminate<6>, eliminate<7>, eliminate<8>};
+
+/// The same for columns of any length.
 void eliminate_any(double* table, int columns, int r, int s, const double* pivot_column, double inverse, int padded) {
   for (int j = 0; j < columns; ++j) {
     if (j == s) continue;
@@ -53,43 +59,51 @@ void eliminate_any(double* table, int columns, int r, int s, const double* pivot
   }
 }
 
-}  // namespace
-
-static_assert(DenseTableau::lanes == lane_count);
-
-void DenseTableau::start(const Eigen::MatrixXd& M, const Eigen::VectorXd& rows, const Eigen::VectorXd& columns) {
-  M_ = &M;
-  row_scale_ = &rows;
-  column_scale_ = &columns;
-  n_ = static_cast<int>(M.rows());
-  padded_ = (n_ + lanes - 1) / lanes * lanes;
-  table_.resize(Eigen::Index(padded_) * (n_ + 1));
-  rhs_.resize(padded_);
-  basic_.resize(n_);
-  nonbasic_.resize(n_ + 1);
-  slot_.resize(2 * n_ + 1);
+/// out += f column
+void add(const double* column, double f, double* out, int padded) {
+  for (int k = 0; k < padded; k += lane_count) {
+    Lanes x, c;
+    load(out + k, x);
+    load(column + k, c);
+    x += c * f;
+    store(x, out + k);
+  }
 }
 
-void DenseTableau::restart() {
-  const auto& M = *M_;
+}  // namespace
+
+void DenseBasis::start(const LcpProblem& problem, const PairScales& scales) {
+  problem_ = &problem;
+  scales_ = &scales;
+  n_ = problem.n();
+  padded_ = (n_ + lane_count - 1) / lane_count * lane_count;
+  factorisations_ = 0;
+  rhs_.resize(padded_);
+  basic_.resize(n_);
+  place_.resize(2 * n_ + 1);
+}
+
+// T = R M C; place_ has the column of a nonbasic variable.
+void DenseBasis::restart() {
+  const auto& M = problem_->M;
+  table_.resize(Eigen::Index(padded_) * (n_ + 1));
   rhs_.setZero();
   for (int j = 0; j < n_; ++j) {
     double* column = table_.data() + std::size_t(j) * padded_;
-    Eigen::Map<Eigen::VectorXd>(column, n_) = M.col(j).cwiseProduct(*row_scale_) * (*column_scale_)[j];
+    Eigen::Map<Eigen::VectorXd>(column, n_) = M.col(j).cwiseProduct(scales_->rows) * scales_->columns[j];
     std::fill(column + n_, column + padded_, 0.0);
     basic_[j] = j;
-    nonbasic_[j] = n_ + j;
-    slot_[j] = -1 - j;
-    slot_[n_ + j] = j;
+    place_[j] = -1 - j;
+    place_[n_ + j] = j;
   }
-  nonbasic_[n_] = 2 * n_;
-  slot_[2 * n_] = n_;
+  place_[2 * n_] = n_;
   std::fill_n(table_.data() + std::size_t(n_) * padded_, padded_, 0.0);
 }
 
 // The basic z (and z_0) enter for the nonbasic w by the largest pivots left, whatever pair they are of.
-bool DenseTableau::renew(const std::vector<int>& active, int out, const Eigen::VectorXd& q,
-                         const Eigen::VectorXd& cover) {
+bool DenseBasis::renew(const std::vector<int>& active, int out, const Eigen::VectorXd& q,
+                       const Eigen::VectorXd& cover) {
+  ++factorisations_;
   entering_.clear();
   leaving_ = active;
   for (const int i : active) entering_.push_back(n_ + i);
@@ -104,7 +118,7 @@ bool DenseTableau::renew(const std::vector<int>& active, int out, const Eigen::V
     double largest = 0;
     std::size_t best_column = 0, best_row = 0;
     for (std::size_t j = 0; j < entering_.size(); ++j) {
-      const double* change = column(entering_[j]);
+      const double* change = column_of(entering_[j]);
       for (std::size_t i = 0; i < leaving_.size(); ++i) {
         const double size = std::abs(change[row_of(leaving_[i])]);
         if (!(size > largest)) continue;
@@ -120,56 +134,17 @@ bool DenseTableau::renew(const std::vector<int>& active, int out, const Eigen::V
   return true;
 }
 
-void DenseTableau::multiply(const Eigen::VectorXd& z, Eigen::VectorXd& w) const {
-  w.setZero(n_);
-  for (int j = 0; j < n_; ++j)
-    if (z[j] != 0) w.noalias() += M_->col(j) * z[j];
-}
-
-void DenseTableau::magnitudes(const Eigen::VectorXd& z, Eigen::VectorXd& terms) const {
-  terms.setZero(n_);
-  for (int j = 0; j < n_; ++j)
-    if (z[j] != 0) terms += M_->col(j).cwiseAbs() * z[j];
-}
-
-void DenseTableau::set_cover(const Eigen::VectorXd& cover) {
-  transform(cover.data(), table_.data() + std::size_t(slot_[2 * n_]) * padded_);
-}
-
-bool DenseTableau::pivot(int row, int entering) {
-  const int s = slot_[entering];
+bool DenseBasis::pivot(int row, int entering) {
+  const int s = place_[entering];
   double* column = table_.data() + std::size_t(s) * padded_;
   const double p = column[row], inverse = 1 / p;
   if (p == 0 || !std::isfinite(inverse)) return false;
 
-  switch (padded_ / lane_count) {
-    case 1:
-      eliminate<1>(table_.data(), n_ + 1, row, s, column, inverse);
-      break;
-    case 2:
-      eliminate<2>(table_.data(), n_ + 1, row, s, column, inverse);
-      break;
-    case 3:
-      eliminate<3>(table_.data(), n_ + 1, row, s, column, inverse);
-      break;
-    case 4:
-      eliminate<4>(table_.data(), n_ + 1, row, s, column, inverse);
-      break;
-    case 5:
-      eliminate<5>(table_.data(), n_ + 1, row, s, column, inverse);
-      break;
-    case 6:
-      eliminate<6>(table_.data(), n_ + 1, row, s, column, inverse);
-      break;
-    case 7:
-      eliminate<7>(table_.data(), n_ + 1, row, s, column, inverse);
-      break;
-    case 8:
-      eliminate<8>(table_.data(), n_ + 1, row, s, column, inverse);
-      break;
-    default:
-      eliminate_any(table_.data(), n_ + 1, row, s, column, inverse, padded_);
-  }
+  const auto registers = static_cast<std::size_t>(padded_ / lane_count);
+  if (registers <= eliminate_in_registers.size())
+    eliminate_in_registers[registers - 1](table_.data(), n_ + 1, row, s, column, inverse);
+  else
+    eliminate_any(table_.data(), n_ + 1, row, s, column, inverse, padded_);
   // The right-hand side as one more column: the entering variable moves to -rhs_r / p.
   const double step = -rhs_[row] * inverse;
   for (int i = 0; i < padded_; i += lane_count) {
@@ -186,45 +161,69 @@ bool DenseTableau::pivot(int row, int entering) {
 
   const int leaving = basic_[row];
   basic_[row] = entering;
-  nonbasic_[s] = leaving;
-  slot_[entering] = -1 - row;
-  slot_[leaving] = s;
+  place_[entering] = -1 - row;
+  place_[leaving] = s;
   return true;
 }
 
-void DenseTableau::transform(const double* q, double* out) const {
+void DenseBasis::set_load(const Eigen::VectorXd& q) { transform(q.data(), rhs_.data()); }
+
+void DenseBasis::set_cover(const Eigen::VectorXd& cover) {
+  transform(cover.data(), table_.data() + std::size_t(place_[2 * n_]) * padded_);
+}
+
+// Values of the basic variables where all nonbasic ones are zero and q is `q`.
+void DenseBasis::transform(const double* q, double* out) const {
   std::fill(out, out + padded_, 0.0);
   for (int i = 0; i < n_; ++i)
     if (is_basic(i)) out[row_of(i)] += q[i];
   // A nonbasic w_i appears in the dictionary as w_i - q_i.
-  for (int i = 0; i < n_; ++i) {
-    if (is_basic(i) || q[i] == 0) continue;
-    const double* column = table_.data() + std::size_t(slot_[i]) * padded_;
-    const double f = q[i];
-    for (int k = 0; k < padded_; k += lane_count) {
-      Lanes x, c;
-      load(out + k, x);
-      load(column + k, c);
-      x -= c * f;
-      store(x, out + k);
-    }
-  }
+  for (int i = 0; i < n_; ++i)
+    if (!is_basic(i) && q[i] != 0) add(column_of(i), -q[i], out, padded_);
 }
 
-void DenseTableau::solve_active(const std::vector<int>& active, double* x, double* scratch) const {
+void DenseBasis::solve_active(const std::vector<int>& active, double* x, double* scratch) {
   std::fill(scratch, scratch + padded_, 0.0);
-  for (const int i : active) {
-    const double* column = table_.data() + std::size_t(slot_[i]) * padded_;
-    const double f = x[i];
-    for (int k = 0; k < padded_; k += lane_count) {
-      Lanes y, c;
-      load(scratch + k, y);
-      load(column + k, c);
-      y += c * f;
-      store(y, scratch + k);
-    }
-  }
+  for (const int i : active) add(column_of(i), x[i], scratch, padded_);
   for (const int i : active) x[i] = scratch[row_of(n_ + i)];
+}
+
+void DenseBasis::multiply(const Eigen::VectorXd& z, Eigen::VectorXd& w) {
+  w.setZero(n_);
+  for (int j = 0; j < n_; ++j)
+    if (z[j] != 0) w.noalias() += problem_->M.col(j) * z[j];
+}
+
+void DenseBasis::magnitudes(const Eigen::VectorXd& z, Eigen::VectorXd& terms) {
+  terms.setZero(n_);
+  for (int j = 0; j < n_; ++j)
+    if (z[j] != 0) terms += problem_->M.col(j).cwiseAbs() * z[j];
+}
+
+// A singular set shows in w.
+double DenseBasis::solve_at(const std::vector<int>& active, Eigen::VectorXd& z, Eigen::VectorXd& w) {
+  const auto& M = problem_->M;
+  const auto m = static_cast<int>(active.size());
+  active_matrix_.resize(m, m);
+  active_error_.resize(m);
+  for (int j = 0; j < m; ++j) {
+    for (int i = 0; i < m; ++i) active_matrix_(i, j) = M(active[i], active[j]);
+    active_error_[j] = -problem_->q[active[j]];
+  }
+  if (m > 0) {
+    active_factor_.compute(active_matrix_);
+    active_z_ = active_factor_.solve(active_error_);
+    active_error_.noalias() -= active_matrix_ * active_z_;
+    active_correction_ = active_factor_.solve(active_error_);
+    active_z_ += active_correction_;
+  }
+  z.setZero(n_);
+  w = problem_->q;
+  for (int j = 0; j < m; ++j) {
+    z[active[j]] = active_z_[j];
+    w.noalias() += M.col(active[j]) * active_z_[j];
+  }
+  return 0;
 }
 
 }  // namespace cb
