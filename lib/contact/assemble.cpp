@@ -2,6 +2,16 @@
 
 namespace cb {
 
+namespace {
+
+// Of a body's point, m/s.
+Vec3 velocity_at(const State& state, int body, const Vec3& position) {
+  const double* v = &state.v[6 * static_cast<std::size_t>(body)];
+  return Vec3(v) + Vec3(v + 3).cross(position - state.pose[body].p);
+}
+
+}  // namespace
+
 void Assembler::add_tree_rows(const Model& model, const State& state, int body, const Vec3& position, double sign,
                               const Mat3& axes, Eigen::Ref<Eigen::Matrix3Xd> J) {
   const Tree& tree = model.trees[model.bodies[body].tree];
@@ -13,7 +23,10 @@ void Assembler::add_tree_rows(const Model& model, const State& state, int body, 
 void Assembler::assemble(const Model& model, const State& state, const std::vector<Shape>& shapes,
                          const std::vector<ContactPoint>& contacts, const std::vector<LimitContact>& limits,
                          const std::vector<double>& mu, const std::vector<double>& restitution, double turn,
-                         ContactProblem& problem, std::vector<BlockOwner>& owners) {
+                         ContactProblem& problem, std::vector<BlockOwner>& owners, const std::vector<char>& driven) {
+  const auto is_driven = [&](int body) {
+    return !driven.empty() && model.bodies[body].tree >= 0 && driven[model.bodies[body].tree] != 0;
+  };
   problem.clear();
   owners.clear();
 
@@ -23,7 +36,7 @@ void Assembler::assemble(const Model& model, const State& state, const std::vect
   for (const ContactPoint& contact : contacts) {
     for (int shape : {contact.shape_a, contact.shape_b}) {
       const int body = shapes[shape].body;
-      if (body < 0) continue;
+      if (body < 0 || is_driven(body)) continue;
       const int tree = model.bodies[body].tree;
       (tree < 0 ? block_of_body_[body] : block_of_tree_[tree]) = 0;
     }
@@ -53,6 +66,8 @@ void Assembler::assemble(const Model& model, const State& state, const std::vect
     problem.v_minus.insert(problem.v_minus.end(), state.qd.begin() + tree.v, state.qd.begin() + tree.v + tree.nv);
   }
 
+  problem.offset.assign(3 * (contacts.size() + limits.size()), 0.0);
+  std::size_t row = 0;
   for (const ContactPoint& contact : contacts) {
     Mat3 axes;  // rows n, t1, t2
     Vec3 t1, t2;
@@ -61,12 +76,16 @@ void Assembler::assemble(const Model& model, const State& state, const std::vect
 
     problem.J.add_band();
     const auto block = [&](int body) {
-      if (body < 0) return -1;
+      if (body < 0 || is_driven(body)) return -1;
       const int tree = model.bodies[body].tree;
       return tree < 0 ? block_of_body_[body] : block_of_tree_[tree];
     };
     const int a = shapes[contact.shape_a].body, b = shapes[contact.shape_b].body;
     const int block_a = block(a), block_b = block(b);
+    Eigen::Map<Vec3> offset(&problem.offset[row]);
+    row += 3;
+    if (a >= 0 && is_driven(a)) offset += axes * velocity_at(state, a, contact.position);
+    if (b >= 0 && is_driven(b)) offset -= axes * velocity_at(state, b, contact.position);
     const auto add = [&](int body, int index, double sign) {
       if (model.bodies[body].tree >= 0) {
         auto J = problem.J.entry(problem.J.add_entry(index, problem.M.block_size(index)));
@@ -76,8 +95,8 @@ void Assembler::assemble(const Model& model, const State& state, const std::vect
       auto J = problem.J.entry(problem.J.add_entry(index, 6));
       const Vec3 arm = contact.position - state.pose[body].p;
       J.leftCols<3>() = sign * axes;
-      for (int row = 0; row < 3; ++row)
-        J.row(row).tail<3>() = sign * arm.cross(Vec3(axes.row(row))).transpose();  // d.(w x arm) = w.(arm x d)
+      for (int i = 0; i < 3; ++i)
+        J.row(i).tail<3>() = sign * arm.cross(Vec3(axes.row(i))).transpose();  // d.(w x arm) = w.(arm x d)
     };
     if (block_a >= 0 && block_a == block_b) {  // two links of one tree: one entry
       auto J = problem.J.entry(problem.J.add_entry(block_a, problem.M.block_size(block_a)));
@@ -85,15 +104,13 @@ void Assembler::assemble(const Model& model, const State& state, const std::vect
       add_tree_rows(model, state, b, contact.position, -1, axes, J);
       continue;
     }
-    const bool b_first = a >= 0 && b >= 0 && block_b < block_a;
-    if (b >= 0 && b_first) add(b, block_b, -1);
-    if (a >= 0) add(a, block_a, 1);
-    if (b >= 0 && !b_first) add(b, block_b, -1);
+    const bool b_first = block_a >= 0 && block_b >= 0 && block_b < block_a;
+    if (b_first) add(b, block_b, -1);
+    if (block_a >= 0) add(a, block_a, 1);
+    if (block_b >= 0 && !b_first) add(b, block_b, -1);
   }
   problem.mu = mu;
   problem.restitution = restitution;
-  problem.offset.assign(3 * (contacts.size() + limits.size()), 0.0);
-  std::size_t row = 3 * contacts.size();
   for (const LimitContact& limit : limits) {
     problem.J.add_band();
     const int index = block_of_tree_[limit.tree];

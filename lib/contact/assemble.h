@@ -26,14 +26,16 @@ struct BlockOwner {
 /// tree's velocities are its qd. `owners` receives who they are. Contacts come first, in their order, then limits: row
 /// n acts on the joint's rate (a torque impulse in N m s at a revolute one), the tangential rows are 0, mu = 0 and
 /// restitution = 0.
+/// Trees that are `driven` (indexed as Model::trees; empty: none) get no block, as what is fixed does not: how they
+/// move is no impulse's doing. Their velocity at a contact is in the offset.
 class Assembler {
  public:
   /// `mu`, `restitution`: one per contact. `turn`: angle of t1, t2 about -normal (from a to b), rad. Contacts between
-  /// two fixed shapes must not occur.
+  /// two shapes that are fixed or driven must not occur.
   void assemble(const Model& model, const State& state, const std::vector<Shape>& shapes,
                 const std::vector<ContactPoint>& contacts, const std::vector<LimitContact>& limits,
                 const std::vector<double>& mu, const std::vector<double>& restitution, double turn,
-                ContactProblem& problem, std::vector<BlockOwner>& owners);
+                ContactProblem& problem, std::vector<BlockOwner>& owners, const std::vector<char>& driven = {});
 
  private:
   void add_tree_rows(const Model& model, const State& state, int body, const Vec3& position, double sign,

@@ -16,7 +16,7 @@ struct ContactProblem {
   BlockDiagonalMatrix M;            ///< nv x nv, symmetric positive definite, one block a tree of bodies
   BandMatrix J;                     ///< 3 nc x nv; rows n, t1, t2 per contact; u_n < 0 approaches
   std::vector<double> v_minus;      ///< nv, velocity before the event
-  std::vector<double> offset;       ///< 3 nc, w in m/s; in a simulation zero but for limits of joints that move
+  std::vector<double> offset;       ///< 3 nc, w in m/s; zero in a simulation but where a stop or body is driven
   std::vector<double> mu;           ///< nc, Coulomb coefficient
   std::vector<double> restitution;  ///< nc, in [0, 1]
 

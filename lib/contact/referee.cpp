@@ -250,14 +250,14 @@ void Referee::judge(const ContactProblem& problem, const ContactSolution& soluti
   switch (law) {
     case Law::anitescu_potra:
       worst = anitescu_potra(problem, solution, elastic);
-      if (elastic) gains(problem, out, worst);  // Poisson's e c_n does work on velocities that it did not come from
+      if (elastic) gains(problem, solution.impulse, worst);
       break;
     case Law::convex:
       if (!elastic) return convex(problem, solution, out);
       // Poisson's second phase moves the answer off the optimum of the first: what is left is feasibility, and that no
       // energy comes from nowhere.
       worst = feasible(problem, solution, [&](int c) { return island_size_[islands_.of_contact[c]]; });
-      gains(problem, out, worst);
+      gains(problem, solution.impulse, worst);
       break;
     case Law::newton:
       worst = newton(problem, solution);
@@ -271,11 +271,23 @@ void Referee::judge(const ContactProblem& problem, const ContactSolution& soluti
   out.worst_island = worst.island;
 }
 
-// No law of restitution with e <= 1 gains energy; limits of joints that are driven may.
-void Referee::gains(const ContactProblem& problem, const Residuals& out, Worst& worst) const {
-  const bool driven = std::any_of(problem.offset.begin(), problem.offset.end(), [](double w) { return w != 0; });
-  if (driven || !(out.energy_gain > worst.ratio * out.energy_before)) return;
-  worst = {out.energy_before > 0 ? out.energy_gain / out.energy_before : HUGE_VAL, -1, -1};
+// No law of restitution with e <= 1 gains energy. What contacts do to an island as seen from the stops, driven ones
+// too, is gain = sum r.(u+ + u-)/2, held against a fourth of |sum r.u-|: where an answer gains no more than that that
+// is at most the island's kinetic energy, in every frame in which its stops rest.
+void Referee::gains(const ContactProblem& problem, std::span<const double> r, Worst& worst) {
+  constexpr std::size_t fields = 3;  // gain, sum r.u-, what rounding leaves open of the gain, all J
+  sum_.assign(fields * static_cast<std::size_t>(islands_.count), 0.0);
+  for (int c = 0; c < problem.nc(); ++c) {
+    const ConstVec3 rc(&r[3 * c]), u(&u_plus_[3 * c]), q(&u_minus_[3 * c]);
+    double* island = &sum_[fields * static_cast<std::size_t>(islands_.of_contact[c])];
+    island[0] += 0.5 * rc.dot(u + q);
+    island[1] += rc.dot(q);
+    island[2] += open_work(rc, u, q, c);
+  }
+  for (int g = 0; g < islands_.count; ++g) {
+    const double* island = &sum_[fields * static_cast<std::size_t>(g)];
+    see_island(worst, island[0], std::max(std::abs(island[1]) / 4, island[2] / accepted), g);
+  }
 }
 
 // Takes note of an error. Without size there is nothing an error could be made of, but in a claim of it.
@@ -286,10 +298,20 @@ void Referee::see(Worst& worst, double error, double size, int contact) const {
   worst.island = islands_.of_contact[contact];
 }
 
+// What rounding leaves open of r.(u + q)/2, J: of the velocities, and by them of the impulses.
+double Referee::open_work(const Vector3d& r, const Vector3d& u, const Vector3d& q, int contact) const {
+  const double rho = open(contact);
+  return rho > 0 ? rho * (r.norm() + (u.norm() + q.norm() + rho) / weight_[contact]) : 0;
+}
+
+void Referee::see_island(Worst& worst, double error, double size, int island) {
+  if (error > worst.ratio * size) worst = {size > 0 ? error / size : HUGE_VAL, -1, island};
+}
+
 // Natural map of the LCP, in impulses: rows of c_n and c_t divided by w_i; lam (m/s) divided by w_i too. What the
 // polygon's impulses do not add up to is an error of the answer as well. With restitution z holds two phases (Poisson):
-// compression from v-, then e c_n is given back and decompression keeps contacts from approaching, its friction bounded
-// by mu (e c_n + c_n').
+// compression from v-, then theta e c_n is given back and decompression keeps contacts from approaching, its friction
+// bounded by mu (theta e c_n + c_n').
 Referee::Worst Referee::anitescu_potra(const ContactProblem& problem, const ContactSolution& solution, bool elastic) {
   const int nc = problem.nc(), k = solution.k, unknowns = (k + 2) * nc;
   if (static_cast<int>(solution.z.size()) != (elastic ? 2 : 1) * unknowns || !all_finite(solution.z))
@@ -303,6 +325,7 @@ Referee::Worst Referee::anitescu_potra(const ContactProblem& problem, const Cont
       sine_[i] = std::sin(2 * M_PI * i / k);
     }
   }
+  Worst shares;
   given_back_.assign(nc, 0.0);
   phase_.assign(3 * nc, 0.0);
   error_.assign(nc, 0.0);  // squares
@@ -335,13 +358,51 @@ Referee::Worst Referee::anitescu_potra(const ContactProblem& problem, const Cont
       if (last)
         for (int i = 0; i < 3; ++i) add(phase_[3 * c + i] - solution.impulse[3 * c + i]);
       error_[c] += w * error;
-      given_back_[c] = problem.restitution[c] * z[c];
     }
+    if (!last) restitution(problem, solution, shares);
   }
   Worst worst;
   for (int c = 0; c < nc; ++c) see(worst, error_[c], size2_[c], c);
   worst.ratio = std::sqrt(worst.ratio);
-  return worst;
+  return shares.ratio > worst.ratio ? shares : worst;
+}
+
+// theta of each island as the answer's impulses have it (least squares of r_n - c_n - c_n' = theta e c_n), into
+// given_back_ as theta e c_n. It is 1, or leaves E = 0, E the energy gained by then. 1 - theta counts as the impulse
+// that is missing, of the island's size; E as a fraction of what compression took, E_0, and restitution changed. phase_
+// and scratch_u_ are those of compression.
+void Referee::restitution(const ContactProblem& problem, const ContactSolution& solution, Worst& worst) {
+  const int nc = problem.nc();
+  const double *first = solution.z.data(), *second = first + (solution.k + 2) * nc;
+  constexpr std::size_t fields = 5;  // of least squares, theta^2 and theta; E_0, E, what rounding leaves open; all J
+  sum_.assign(fields * static_cast<std::size_t>(islands_.count), 0.0);
+  const auto of_island = [&](int c) { return &sum_[fields * static_cast<std::size_t>(islands_.of_contact[c])]; };
+  for (int c = 0; c < nc; ++c) {
+    double* island = of_island(c);
+    const double asked = problem.restitution[c] * first[c];
+    given_back_[c] = asked;
+    island[0] += weight_[c] * asked * asked;
+    island[1] += weight_[c] * asked * (solution.impulse[3 * c] - first[c] - second[c]);
+    island[2] += 0.5 * ConstVec3(&phase_[3 * c]).dot(ConstVec3(&scratch_u_[3 * c]) + ConstVec3(&u_minus_[3 * c]));
+  }
+  const auto theta = [&](const double* island) { return island[0] > 0 ? island[1] / island[0] : 1; };
+  between_ = phase_;
+  for (int c = 0; c < nc; ++c) between_[3 * c] += given_back_[c] *= theta(of_island(c));
+  apply_impulse(problem, factor_, between_, scratch_v_);
+  contact_velocity(problem, scratch_v_, scratch_u_);
+  for (int c = 0; c < nc; ++c) {
+    double* island = of_island(c);
+    const ConstVec3 rc(&between_[3 * c]), u(&scratch_u_[3 * c]), q(&u_minus_[3 * c]);
+    island[3] += 0.5 * rc.dot(u + q);
+    island[4] += open_work(rc, u, q, c);
+  }
+  for (int g = 0; g < islands_.count; ++g) {
+    const double* island = &sum_[fields * static_cast<std::size_t>(g)];
+    const double size = std::max(std::abs(island[2]) + std::abs(island[3] - island[2]), island[4] / accepted);
+    const double left = size > 0 ? std::abs(island[3]) / size : 0;
+    const double missing = island_size_[g] > 0 ? (1 - theta(island)) * std::sqrt(island[0]) / island_size_[g] : 0;
+    see_island(worst, std::min(std::abs(missing), left), 1, g);
+  }
 }
 
 void Referee::convex(const ContactProblem& problem, const ContactSolution& solution, Residuals& out) {

@@ -53,8 +53,10 @@ class Referee {
     double ratio = 0;
     int contact = -1, island = -1;
   };
-  void gains(const ContactProblem& problem, const Residuals& out, Worst& worst) const;
+  void gains(const ContactProblem& problem, std::span<const double> r, Worst& worst);
   void see(Worst& worst, double error, double size, int contact) const;
+  double open_work(const Eigen::Vector3d& r, const Eigen::Vector3d& u, const Eigen::Vector3d& q, int contact) const;
+  static void see_island(Worst& worst, double error, double size, int island);
   void find_same_islands(const ContactProblem& problem);
   void look_at_terms(const ContactProblem& problem, const ContactSolution& solution);
   void add_changes(const ContactProblem& problem, const ContactSolution& solution);
@@ -62,6 +64,7 @@ class Referee {
   void balance(const ContactProblem& problem, std::span<const double> v_plus, Residuals& out);
   void judge(const ContactProblem& problem, const ContactSolution& solution, Law law, bool elastic, Residuals& out);
   Worst anitescu_potra(const ContactProblem& problem, const ContactSolution& solution, bool elastic);
+  void restitution(const ContactProblem& problem, const ContactSolution& solution, Worst& worst);
   void convex(const ContactProblem& problem, const ContactSolution& solution, Residuals& out);
   void least_sum(const ContactProblem& problem, const ContactSolution& solution, Worst& worst);
   void gaps(const ContactProblem& problem, const ContactSolution& solution, Residuals& out);
@@ -84,7 +87,8 @@ class Referee {
   std::vector<double> weight_;    // nc, w_i
   std::vector<double> u_plus_, u_minus_, y_, u_dual_, scratch_v_, scratch_u_, difference_, momentum_, columns_,
       changes_;
-  std::vector<double> cosine_, sine_, given_back_, phase_, error_;  // anitescu_potra: k, k, nc, 3 nc, nc
+  std::vector<double> cosine_, sine_, given_back_, phase_, between_,
+      error_;  // anitescu_potra: k, k, nc, 3 nc, 3 nc, nc
   std::vector<double> slack_, slack_rounding_, sum_, kappa_, kappa_scale_, kappa_miss_, gap_,
       gap_rounding_;  // per island
 };

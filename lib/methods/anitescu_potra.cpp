@@ -9,9 +9,9 @@
 //
 // Source: M. Anitescu, F. A. Potra, Formulating dynamic multi-rigid-body contact problems with friction as solvable
 // linear complementarity problems, Nonlinear Dynamics 14 (1997): the one-step LCP, and for e > 0 their compression and
-// decompression phases with Poisson's hypothesis: the first LCP gives c (compression); then e c_n acts at each contact,
-// and a second LCP of the same matrix, its friction bounded by mu (e c_n + c_n'), keeps contacts from approaching
-// again.
+// decompression phases with Poisson's hypothesis: the first LCP gives c (compression); then theta e c_n acts at each
+// contact, and a second LCP of the same matrix, its friction bounded by mu (theta e c_n + c_n'), keeps contacts from
+// approaching again.
 //
 // Differences from the source:
 //  1. Impulses and velocities of one event only: forces have acted before (docs/architecture.md, "The path of a step").
@@ -20,7 +20,10 @@
 //     free unknowns, so that what is sparse stays sparse. dense_limit decides, by the number of unknowns.
 //  4. A contact with mu = 0 has no use for its c_t and lam: where told so (MethodOptions::idle_friction) they are no
 //     unknowns, and z gets c_t = 0 and the lam that its slip asks for. Not with e > 0 or regularisation.
-//  5. Optional regularisation: E is added to the diagonal of all rows of the LCP, in the unit of each row.
+//  5. In the source theta = 1. Islands that gain energy by that are solved once more with the largest theta by which
+//  they
+//     cannot (restitution.h).
+//  6. Optional regularisation: E is added to the diagonal of all rows of the LCP, in the unit of each row.
 //
 // With --warm-start, where the previous event left everything at rest, its impulses are tried first: if they hold the
 // present event at rest and lie in the polygons, they are an answer with lam = 0. Then the active set of the previous
@@ -38,6 +41,7 @@
 #include "methods/lcp_status.h"
 #include "methods/registry.h"
 #include "methods/resting_impulse.h"
+#include "methods/restitution.h"
 #include "methods/same_event.h"
 
 namespace cb {
@@ -47,6 +51,9 @@ namespace {
 /// -: of what the event is about; impulses kept from a resting one may leave their polygon by it. Larger: slip that a
 /// cold start would see.
 constexpr double rounding = 1e-13;
+/// -: gain of energy over a fourth of |r.u-| (at most the island's energy, where it gains less) from which restitution
+/// is scaled; a tenth of what the referee accepts.
+constexpr double gain_rounding = 1e-10;
 /// -: an entry of W below this fraction of what its two contacts have in other directions is rounding.
 constexpr double entry_rounding = 1e-15;
 
@@ -73,6 +80,9 @@ class AnitescuPotra {
   int first_direction(int f) const { return layout().first_direction(f); }  // unknowns c_t of the f-th with friction
   int slip_bound(int f) const { return layout().slip_bound(f); }            // and its lam
   void add_impulses(ContactSolution& solution) const;
+  void decompress(const ContactProblem& problem, ContactSolution& solution);
+  void give_back(const ContactProblem& problem, ContactSolution& solution);
+  bool bound_gains(const ContactProblem& problem, const ContactSolution& solution);
 
   int k_;
   double regularise_;
@@ -90,6 +100,14 @@ class AnitescuPotra {
   LcpSolution answer_;
   std::vector<double> u_, v_, restored_, scratch_;
   std::vector<double> weight_;  // nc, 1/kg
+
+  // Decompression.
+  Islands islands_;
+  Restitution restitution_;
+  ContactSolution compression_;                // what there is without it
+  Eigen::VectorXd sizes_;                      // and lcp_.groups.size then
+  std::vector<char> bounded_;                  // per island: would it gain energy by all of e c_n?
+  std::vector<std::array<double, 2>> gained_;  // per island, J: r.(u+ + u-)/2, r.u-
 
   bool warm_ = false;
   std::shared_ptr<long> warm_starts_;
@@ -251,7 +269,8 @@ void AnitescuPotra::build_expanded(const ContactProblem& problem) {
   negate_transposed(lcp_.B, lcp_.C);
 }
 
-// The vectors of the LCP for velocity v before the phase; the slack of the friction bound is restored_ (mu e c_n).
+// The vectors of the LCP for velocity v before the phase; the slack of the friction bound is restored_ (mu theta e
+// c_n).
 void AnitescuPotra::set_load(const ContactProblem& problem, const std::vector<double>& v) {
   lcp_.q.resize(unknowns());
   contact_velocity(problem, v, u_);
@@ -461,20 +480,55 @@ void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& soluti
                       solution.impulse, size_, true);
   else
     resting_.forget();
-  if (!elastic) return;
+  if (elastic) decompress(problem, solution);
+}
 
-  // Decompression: e c_n is given back, and what would approach again is kept from it.
+// All of e c_n is given back, and what would approach again is kept from it; where an island gains energy by that, so
+// much that it cannot.
+void AnitescuPotra::decompress(const ContactProblem& problem, ContactSolution& solution) {
+  find_islands(problem, islands_);
+  bounded_.assign(islands_.count, 0);
+  compression_ = solution;
+  sizes_ = lcp_.groups.size;
+  do {
+    solution = compression_;
+    lcp_.groups.size = sizes_;
+    give_back(problem, solution);
+    if (!solve_phase(solution)) return;
+    add_impulses(solution);
+  } while (bound_gains(problem, solution));
+}
+
+void AnitescuPotra::give_back(const ContactProblem& problem, ContactSolution& solution) {
+  solution.restitution_scale = restitution_.give_back(problem, factor_, islands_, bounded_, solution.impulse);
   for (int c = 0; c < nc_; ++c) {
-    const double given_back = problem.restitution[c] * answer_.z[c];
-    solution.impulse[3 * c] += given_back;
     const double* r = &solution.impulse[3 * c];
     double& about = lcp_.groups.size[c];
     about = std::max(about, std::sqrt(weight_[c] * (r[0] * r[0] + r[1] * r[1] + r[2] * r[2])));
-    restored_[c] = problem.mu[c] * given_back;
+    restored_[c] = problem.mu[c] * restitution_.given()[c];
   }
+  set_load(problem, restitution_.v());
+}
+
+// Does an island that is not bounded yet gain energy, as the referee measures it? It is from now on.
+bool AnitescuPotra::bound_gains(const ContactProblem& problem, const ContactSolution& solution) {
   apply_impulse(problem, factor_, solution.impulse, v_);
-  set_load(problem, v_);
-  if (solve_phase(solution)) add_impulses(solution);
+  contact_velocity(problem, v_, u_);
+  contact_velocity(problem, problem.v_minus, scratch_);
+  gained_.assign(islands_.count, {0, 0});
+  for (int i = 0; i < 3 * nc_; ++i) {
+    auto& [gain, before] = gained_[islands_.of_contact[i / 3]];
+    gain += solution.impulse[i] * (u_[i] + scratch_[i]) / 2;
+    before += solution.impulse[i] * scratch_[i];
+  }
+  bool again = false;
+  for (int g = 0; g < islands_.count; ++g) {
+    const auto& [gain, before] = gained_[g];
+    if (bounded_[g] || !(gain > gain_rounding * std::abs(before) / 4)) continue;
+    bounded_[g] = 1;
+    again = true;
+  }
+  return again;
 }
 
 }  // namespace

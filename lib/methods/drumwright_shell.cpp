@@ -28,7 +28,7 @@
 //
 // Restitution (Poisson): normal impulses of the first phase times 1 + theta e; where a contact still approaches, a
 // second phase from the velocity reached. In the paper theta = 1, by which events with friction or coupled contacts
-// gain energy; here theta <= 1 is the largest by which an island does not (difference 6).
+// gain energy; here theta <= 1 is the largest by which an island does not (restitution.h; difference 6).
 // Fails: `nonconverged`, `singular`, `not_finite` with the best feasible impulses met (at worst the frictionless ones).
 
 #include "methods/drumwright_shell.h"
@@ -36,7 +36,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numeric>
 
 #include "cone/dense_interior_point.h"
 #include "linalg/finite.h"
@@ -58,47 +57,6 @@ double energy(const BlockDiagonalMatrix& M, const std::vector<double>& v, const 
   for (std::size_t i = 0; i < offset.size(); ++i)
     in_offset = std::max(in_offset, 0.5 * offset[i] * offset[i] / weight[i / 3]);
   return 0.5 * quadratic_form(M, v) + in_offset;
-}
-
-/// Per block: do stops on both sides leave one rate to it? Then no impulse changes how it moves.
-std::vector<char> held_blocks(const ContactProblem& problem) {
-  const int blocks = problem.M.blocks();
-  std::vector<char> held(blocks, 0);
-  std::vector<double> least(blocks, -HUGE_VAL), most(blocks, HUGE_VAL);  // rates that the stops allow
-  for (int c = 0; c < problem.nc(); ++c) {
-    const int e = problem.J.band[c];
-    if (problem.J.band[c + 1] != e + 1 || problem.mu[c] != 0) continue;
-    const int b = problem.J.block[e];
-    if (problem.M.block_size(b) != 1) continue;
-    const double slope = problem.J.entry(e)(0, 0), rate = -problem.offset[3 * c] / slope;
-    if (slope > 0) least[b] = std::max(least[b], rate);
-    if (slope < 0) most[b] = std::min(most[b], rate);
-    held[b] = least[b] == most[b] ? 1 : 0;
-  }
-  return held;
-}
-
-/// Contacts joined by blocks that impulses move: what one such group gains another cannot pay for. Returns how many.
-int moving_groups(const ContactProblem& problem, std::vector<int>& group) {
-  const std::vector<char> held = held_blocks(problem);
-  std::vector<int> parent(problem.M.blocks() + 1);
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](int b) {
-    while (parent[b] != b) b = parent[b] = parent[parent[b]];
-    return b;
-  };
-  const BandMatrix& J = problem.J;
-  const auto first_moving = [&](int c) {
-    for (int e = J.band[c]; e < J.band[c + 1]; ++e)
-      if (!held[J.block[e]]) return J.block[e];
-    return J.band[c] < J.band[c + 1] ? J.block[J.band[c]] : problem.M.blocks();  // the last: of fixed bodies alone
-  };
-  for (int c = 0; c < problem.nc(); ++c)
-    for (int e = J.band[c]; e < J.band[c + 1]; ++e)
-      if (!held[J.block[e]]) parent[root(J.block[e])] = root(first_moving(c));
-  group.resize(problem.nc());
-  for (int c = 0; c < problem.nc(); ++c) group[c] = root(first_moving(c));
-  return problem.M.blocks() + 1;
 }
 
 void fail(ContactSolution& solution, Status status, std::string reason) {
@@ -132,64 +90,24 @@ void DrumwrightShell::operator()(const ContactProblem& problem, ContactSolution&
   bool elastic = false;
   for (double e : problem.restitution) elastic = elastic || e != 0;
   if (!elastic) return;
-  give_back(problem, solution);
+  bounded_.assign(islands_.count, tolerances_.bounded_restitution ? 1 : 0);
+  solution.restitution_scale = restitution_.give_back(problem, factor_, islands_, bounded_, solution.impulse);
   if (!approaches_again()) return;
   first_impulse_ = solution.impulse;
-  if (!solve(problem, v_between_, solution.epsilon, solution)) return;
+  if (!solve(problem, restitution_.v(), solution.epsilon, solution)) return;
   for (int i = 0; i < 3 * nc; ++i) solution.impulse[i] += first_impulse_[i];
 }
 
 // Does any contact still approach, at more than a fraction of its island's normal velocities?
 bool DrumwrightShell::approaches_again() {
+  const std::vector<double>& u = restitution_.u();
   std::vector<double>& fastest = h_;
   fastest.assign(islands_.count, 0.0);
   for (std::size_t c = 0; c < islands_.of_contact.size(); ++c)
-    fastest[islands_.of_contact[c]] = std::max(fastest[islands_.of_contact[c]], std::abs(u_step_[3 * c]));
+    fastest[islands_.of_contact[c]] = std::max(fastest[islands_.of_contact[c]], std::abs(u[3 * c]));
   for (std::size_t c = 0; c < islands_.of_contact.size(); ++c)
-    if (-u_step_[3 * c] > tolerances_.infeasibility * fastest[islands_.of_contact[c]]) return true;
+    if (-u[3 * c] > tolerances_.infeasibility * fastest[islands_.of_contact[c]]) return true;
   return false;
-}
-
-// Adds theta e times the normal impulses, on each group of moving bodies with the largest theta <= 1 by which the event
-// gains no energy but what driven limits put in, -r.w: compression took E_0 = r.(u_c + u-) / 2 <= 0 (r = 0 is
-// admissible), and g = theta e r_n adds theta a + theta^2 b with a = e r_n.u_c, b = e r_n.W e r_n / 2. (What is left
-// approaching is solved for once more, which takes energy only.) Leaves v_between_ and its contact velocities in
-// u_step_.
-void DrumwrightShell::give_back(const ContactProblem& problem, ContactSolution& solution) {
-  const int nc = problem.nc();
-  std::vector<double>& r = solution.impulse;
-  first_impulse_.assign(3 * nc, 0.0);
-  for (int c = 0; c < nc; ++c) first_impulse_[3 * c] = problem.restitution[c] * r[3 * c];
-  contact_velocity(problem, problem.v_minus, h_);
-  apply_impulse(problem, factor_, r, v_between_);
-  contact_velocity(problem, v_between_, u_step_);
-  // J M^-1 J^T e r_n.
-  h_v_.assign(problem.nv(), 0.0);
-  multiply_transposed_add(problem.J, problem.M, first_impulse_, h_v_);
-  factor_.solve_in_place(h_v_);
-  step_.resize(3 * nc);
-  multiply(problem.J, problem.M, h_v_, step_);
-  const int groups = moving_groups(problem, group_);
-  taken_.assign(groups, {0, 0, 0});
-  for (int i = 0; i < 3 * nc; ++i) {
-    auto& [constant, linear, quadratic] = taken_[group_[i / 3]];
-    const double given = first_impulse_[i];
-    constant += 0.5 * r[i] * (u_step_[i] + h_[i]);
-    linear += given * u_step_[i];
-    quadratic += 0.5 * given * step_[i];
-  }
-  theta_.assign(groups, 1.0);
-  for (int g = 0; g < groups && tolerances_.bounded_restitution; ++g) {
-    const auto& [constant, a, b] = taken_[g];
-    const double c = std::min(constant, 0.0);  // not so by rounding alone
-    if (a + b + c <= tolerances_.energy_rounding * (std::abs(a) + b - c)) continue;
-    const double root = std::sqrt(a * a - 4 * b * c);
-    theta_[g] = std::min(1.0, a > 0 ? -2 * c / (a + root) : (root - a) / (2 * b));
-    solution.restitution_scale = std::min(solution.restitution_scale, theta_[g]);
-  }
-  for (int c = 0; c < nc; ++c) r[3 * c] += theta_[group_[c]] * first_impulse_[3 * c];
-  apply_impulse(problem, factor_, r, v_between_);
-  contact_velocity(problem, v_between_, u_step_);
 }
 
 // Checks the data, factors M, and finds the weights.

@@ -11,6 +11,7 @@
 #include "methods/least_sum.h"
 #include "methods/registry.h"
 #include "methods/resting_impulse.h"
+#include "methods/restitution.h"
 #include "methods/stopping_impulse.h"
 
 namespace cb {
@@ -56,8 +57,6 @@ class DrumwrightShell {
     double finish_proximal = 1e-12, finish_first_proximal = 1e-8;
     /// Restitution scaled so that no island gains energy? Without: as published.
     bool bounded_restitution = true;
-    /// -: gain of energy over the sum of its terms that counts as rounding.
-    double energy_rounding = 1e-14;
     ConeOptions cone;
   };
   explicit DrumwrightShell(const Tolerances& tolerances);
@@ -86,7 +85,6 @@ class DrumwrightShell {
   };
   /// One phase (restitution has two): from `v0` to impulses `r` with certificate.
   bool solve(const ContactProblem& problem, const std::vector<double>& v0, double epsilon, ContactSolution& solution);
-  void give_back(const ContactProblem& problem, ContactSolution& solution);
   bool approaches_again();
   bool weigh(const ContactProblem& problem, ContactSolution& solution);
   void extract(const ContactProblem& problem, const std::vector<double>& v0, int island);
@@ -182,10 +180,9 @@ class DrumwrightShell {
   int iterations_ = 0;
 
   // Of the second phase of restitution.
-  std::vector<double> v_between_, first_impulse_, h_v_;
-  std::vector<std::array<double, 3>> taken_;  // per group, J: energy of the event as a polynomial in theta
-  std::vector<double> theta_;                 // per group
-  std::vector<int> group_;                    // per contact: of those that restitution is scaled with
+  Restitution restitution_;
+  std::vector<char> bounded_;  // per island
+  std::vector<double> first_impulse_;
 };
 
 }  // namespace cb

@@ -412,6 +412,7 @@ void Pruned::take_over(const ContactProblem& problem, std::span<const int> conta
   else
     solution.claimed_residual = std::max(solution.claimed_residual, answer.claimed_residual);
   solution.epsilon = std::max(solution.epsilon, answer.epsilon);
+  solution.restitution_scale = std::min(solution.restitution_scale, answer.restitution_scale);
 
   const std::size_t n = contacts.size(), nc = problem.nc(), k = options_.k;
   const auto scatter = [&](const std::vector<double>& from, std::size_t first, std::size_t width,

@@ -161,6 +161,7 @@ std::string to_json(const RunSummary& run) {
        {{"bounces_left_out", tally.bounces_left_out},
         {"largest_speed_m_per_s", tally.bounce_speed_max},
         {"largest_distance_m", tally.bounce_distance_max},
+        {"scaled_events", tally.scaled_events},
         {"least_scale", maybe(tally.restitution_scale_min)}}},
       {"conditioning", conditioning(tally)},
       {"left_out", left_out},

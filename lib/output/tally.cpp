@@ -64,8 +64,10 @@ void RunTally::observe_event(const EventRecord& event, bool holds) {
   const Residuals& checked = event.residuals;
   if (std::isfinite(checked.model)) residuals.add(checked.model);
   raise(gain_max, checked.energy_gain);
-  if (checked.gap)
+  if (event.solution.restitution_scale < 1) {
+    ++scaled_events;
     restitution_scale_min = std::min(restitution_scale_min.value_or(1), event.solution.restitution_scale);
+  }
   if (checked.energy_before > 0) raise(gain_relative_max, checked.energy_gain / checked.energy_before);
 }
 

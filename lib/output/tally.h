@@ -46,11 +46,11 @@ struct RunTally {
   double penetration_inside_max = 0;                  ///< m, within one, before it was taken away
   long penetration_removals = 0;                      ///< steps at whose end poses were displaced for it
   double penetration_displacement_max = 0;            ///< m, furthest that a point was moved so in a step
-  long long bounces_left_out = 0;  ///< impacts whose pair had restitution left out (simulation/bounces.h)
-  double bounce_speed_max = 0;     ///< m/s, that one of these would have parted with
-  double bounce_distance_max = 0;  ///< m, how far that is by the end of the step
-  /// -, of the convex method: how much of a compression's impulse restitution gave back where it gave back least.
-  std::optional<double> restitution_scale_min;
+  long long bounces_left_out = 0;               ///< impacts whose pair had restitution left out (simulation/bounces.h)
+  double bounce_speed_max = 0;                  ///< m/s, that one of these would have parted with
+  double bounce_distance_max = 0;               ///< m, how far that is by the end of the step
+  long long scaled_events = 0;                  ///< whose restitution was scaled so that no island gains energy
+  std::optional<double> restitution_scale_min;  ///< -, of these: the least share of restitution that was left
   StepTimes times;
   StreamMedian residuals;
   /// On demand: the problem of the worst condition among those measured.

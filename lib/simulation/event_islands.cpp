@@ -11,7 +11,8 @@ int EventIslands::root(int node) {
 }
 
 void EventIslands::find(const Model& model, const std::vector<Shape>& shapes, const std::vector<ContactPoint>& contacts,
-                        const std::vector<LimitContact>& limits, const std::vector<char>& approaches) {
+                        const std::vector<LimitContact>& limits, const std::vector<char>& driven,
+                        const std::vector<char>& approaches) {
   const auto bodies = static_cast<int>(model.bodies.size()), trees = static_cast<int>(model.trees.size());
   all_ = bodies + trees <= 1 ||
          std::all_of(approaches.begin(), approaches.end(), [](char approaching) { return approaching != 0; });
@@ -19,7 +20,8 @@ void EventIslands::find(const Model& model, const std::vector<Shape>& shapes, co
 
   const auto node = [&](int shape) {
     const int body = shapes[shape].body;
-    return body >= 0 && model.bodies[body].tree >= 0 ? bodies + model.bodies[body].tree : body;
+    if (body < 0 || model.bodies[body].tree < 0) return body;
+    return driven[model.bodies[body].tree] != 0 ? -1 : bodies + model.bodies[body].tree;
   };
   parent_.resize(bodies + trees);
   std::iota(parent_.begin(), parent_.end(), 0);

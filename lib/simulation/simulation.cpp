@@ -324,6 +324,7 @@ void Simulation::find_contacts() {
   restitution_.clear();
   patches_.clear();
   depth_ = overlap_ratio_ = 0;
+  if (!scenario_.model.trees.empty()) find_driven();
   for (const auto& [i, j] : *pairs_) {
     poll_stop();
     const std::size_t first = contacts_.size();
@@ -333,12 +334,16 @@ void Simulation::find_contacts() {
     const int left_out = contact_points(scenario_.shapes[i], motions_[i].pose, i, scenario_.shapes[j], motions_[j].pose,
                                         j, tolerance, contacts_, corners_only);
     if (contacts_.size() == first) continue;
-    if (left_out > 0) patches_.emplace_back(static_cast<int>(first), left_out);
-    mu_.resize(contacts_.size(), law.mu);
-    const bool over = bounces_.any() && bounces_.over({i, j}, law.restitution);
-    restitution_.resize(contacts_.size(), over ? 0 : law.restitution);
     double depth = 0;
     for (std::size_t c = first; c < contacts_.size(); ++c) depth = std::max(depth, -contacts_[c].gap);
+    if (!moved_by_impulses(i) && !moved_by_impulses(j)) {
+      contacts_.resize(first);
+    } else {
+      if (left_out > 0) patches_.emplace_back(static_cast<int>(first), left_out);
+      mu_.resize(contacts_.size(), law.mu);
+      const bool over = bounces_.any() && bounces_.over({i, j}, law.restitution);
+      restitution_.resize(contacts_.size(), over ? 0 : law.restitution);
+    }
     depth_ = std::max(depth_, depth);
     if (depth <= tolerance) continue;
     if (depth * options_.closed_gap > options_.penetration_limit * tolerance) fail_overlap(i, j, depth);
@@ -359,6 +364,7 @@ void Simulation::fail_overlap(int i, int j, double depth) {
 // made of is selected.
 bool Simulation::approaching() {
   approaches_.clear();
+  if (!scenario_.model.trees.empty()) drive();
   for (const ContactPoint& contact : contacts_) {
     double speed = gravity_speed_;  // before terms cancel: what rolls is at rest where it touches, to their rounding
     const auto velocity = [&](int shape) -> Vec3 {
@@ -381,7 +387,7 @@ bool Simulation::approaching() {
 
 // mu_, restitution_, limits_ and patches_ become the event's; contacts_ stays what touches.
 void Simulation::select_islands() {
-  islands_.find(scenario_.model, scenario_.shapes, contacts_, limits_, approaches_);
+  islands_.find(scenario_.model, scenario_.shapes, contacts_, limits_, driven_, approaches_);
   if (!islands_.all()) {
     std::erase_if(patches_, [&](const auto& patch) { return !islands_.includes(patch.first); });
     event_contacts_.clear();
@@ -428,10 +434,47 @@ void Simulation::shuffle_contacts() {
   }
 }
 
+// Trees of which stops on both sides leave each joint one rate. No impulse changes how these move, so that they are no
+// part of an event: bodies on one belt are joined by it as little as by the ground.
+void Simulation::find_driven() {
+  const std::vector<Tree>& trees = scenario_.model.trees;
+  driven_.assign(trees.size(), 0);
+  for (std::size_t t = 0; t < trees.size(); ++t)
+    driven_[t] = std::all_of(trees[t].joints.begin(), trees[t].joints.end(), [&](const Joint& joint) {
+      if (joint.nv() == 0) return true;
+      const auto closed = [&](double sign) {
+        return joint.limit_gap(sign, state_.q[joint.q], state_.t) <= options_.closed_gap;
+      };
+      return joint.q >= 0 && closed(1) && closed(-1);
+    });
+}
+
+// Their joints have these rates, whatever that takes, which counts as energy put in.
+void Simulation::drive() {
+  for (std::size_t t = 0; t < driven_.size(); ++t) {
+    const Tree& tree = scenario_.model.trees[t];
+    const auto has_rate = [&](const Joint& joint) { return joint.nv() == 0 || state_.qd[joint.v] == joint.limit_rate; };
+    if (driven_[t] == 0 || std::all_of(tree.joints.begin(), tree.joints.end(), has_rate)) continue;
+    const double before = tree_energy(scenario_.model, tree, state_);
+    for (const Joint& joint : tree.joints)
+      if (joint.nv() != 0) state_.qd[joint.v] = joint.limit_rate;
+    link_twists(scenario_.model, tree, state_);
+    energy_input_ += std::abs(tree_energy(scenario_.model, tree, state_) - before);
+  }
+}
+
+bool Simulation::moved_by_impulses(int shape) const {
+  const int body = scenario_.shapes[shape].body;
+  if (body < 0) return false;
+  const int tree = scenario_.model.bodies[body].tree;
+  return tree < 0 || driven_[tree] == 0;
+}
+
 // Joints at a limit, and which of them go on into it.
 void Simulation::find_limits() {
   limits_.clear();
   for (int t = 0; t < static_cast<int>(scenario_.model.trees.size()); ++t) {
+    if (driven_[t] != 0) continue;
     const std::vector<Joint>& joints = scenario_.model.trees[t].joints;
     for (int j = 0; j < static_cast<int>(joints.size()); ++j) {
       const Joint& joint = joints[j];
@@ -472,7 +515,7 @@ double Simulation::first_limit(double horizon) {
 bool Simulation::solve_event(Lap& lap) {
   const std::vector<ContactPoint>& contacts = event_contacts();
   assembler_.assemble(scenario_.model, state_, scenario_.shapes, contacts, limits_, mu_, restitution_,
-                      scenario_.rotate_cone, problem_, owners_);
+                      scenario_.rotate_cone, problem_, owners_, driven_);
   lap.add_to(record_.times.assembly_s);
   solution_.clear();
   method_(problem_, solution_);
@@ -519,8 +562,9 @@ bool Simulation::solve_event(Lap& lap) {
     record_.status = Status::inaccurate;
     reason_ = fmt::format("{}, at t = {:.9g} s", Referee::refusal(residuals_, options_.accepted_residual), state_.t);
   }
-  for (std::size_t row = 3 * contacts.size(); row < problem_.offset.size(); row += 3)  // limits that move do work
-    energy_input_ += std::abs(solution_.impulse[row] * problem_.offset[row]);
+  if (!scenario_.model.trees.empty())  // what is driven does work
+    for (std::size_t row = 0; row < problem_.offset.size(); ++row)
+      energy_input_ += std::abs(solution_.impulse[row] * problem_.offset[row]);
   record_.event_energy_gain += residuals_.energy_gain;
   if (residuals_.energy_before > 0)
     record_.event_energy_gain_relative =

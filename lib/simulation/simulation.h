@@ -144,6 +144,9 @@ class Simulation {
   void fail_overlap(int i, int j, double depth);
   void shuffle_contacts();
   void find_limits();
+  void find_driven();
+  void drive();
+  bool moved_by_impulses(int shape) const;
   void select_islands();
   bool solve_event(Lap& lap);
   bool patch_spins();
@@ -198,6 +201,7 @@ class Simulation {
   std::vector<double> kept_;            // per tree, J: kinetic energy after a move
   std::vector<double> before_, after_;  // of a tree: rates before a kick; accelerations
   double joint_speed_ = 0;              // largest |qdd| h of the step
+  std::vector<char> driven_;            // per tree: do stops leave each of its joints one rate?
   Drift drift_;
   Overlap overlap_;
 

@@ -82,6 +82,30 @@ TEST_CASE("the Jacobian's rows are the velocity of a's point less that of b's al
   }
 }
 
+TEST_CASE("a driven robot is no unknown, and its contacts have the same velocities") {
+  for (unsigned seed = 0; seed < 5; ++seed) {
+    World world(seed, seed % 2 == 0);
+    std::vector<ContactPoint> contacts;
+    for (const auto& [a, b] : {std::pair{5, 6}, {5, 7}, {0, 5}, {6, 3}, {5, 2}})
+      contacts.push_back({world.robot.vector(2), world.robot.vector(1).normalized(), 0, a, b});
+    const std::vector<double> zeros(contacts.size(), 0.0);
+    ContactProblem p, driven;
+    std::vector<BlockOwner> owners, owners_driven;
+    const auto assemble = [&](ContactProblem& into, std::vector<BlockOwner>& who, const std::vector<char>& trees) {
+      Assembler().assemble(world.robot.model, world.robot.state, world.shapes, contacts, {}, zeros, zeros, 0.3, into,
+                           who, trees);
+    };
+    assemble(p, owners, {});
+    assemble(driven, owners_driven, {1});
+    CHECK(driven.M.blocks() == p.M.blocks() - 1);
+    for (const BlockOwner& owner : owners_driven) CHECK(owner.tree < 0);
+    std::vector<double> u, u_driven;
+    contact_velocity(p, p.v_minus, u);
+    contact_velocity(driven, driven.v_minus, u_driven);
+    for (std::size_t i = 0; i < u.size(); ++i) CHECK(u_driven[i] == Approx(u[i]).margin(1e-12));
+  }
+}
+
 TEST_CASE("a joint at its limit approaches it with its rate less the limit's own, from either side") {
   World world(3, false);
   Tree& tree = world.robot.model.trees[0];

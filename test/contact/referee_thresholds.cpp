@@ -196,17 +196,61 @@ TEST_CASE("friction that gives energy is refused though all works add up") {
   CHECK(held(spheres));
 }
 
-TEST_CASE("an energy gain with restitution counts from 1e-9 of the energy before, unless a limit is driven") {
+namespace {
+
+/// A ball without friction falls between two walls that rise at `slope` from the vertical, and one of them alone gives
+/// back: theta of the impulse that stopped it, after which the other stops it once more.
+Exact ball_in_a_wedge(double slope, double theta) {
+  const double m = 2, v = 3, r = m * v / (2 * std::sin(slope)), again = theta * r * std::cos(2 * slope);
+  Exact out{"a ball in a wedge", Law::anitescu_potra, {}, {}, {}};
+  add_body(out.problem, m, Vector3d::Constant(0.4 * m), {0, -v, 0});
+  for (const double side : {1.0, -1.0}) {
+    const Vector3d n(side * std::cos(slope), std::sin(slope), 0), t2(0, 0, 1);
+    Eigen::Matrix3d axes;
+    axes << n.transpose(), t2.cross(n).transpose(), t2.transpose();
+    add_contact(out.problem, 0, -n, -1, {}, axes, 0, side > 0 ? 1 : 0);
+  }
+  ContactSolution& s = out.solution;
+  s.k = 4;
+  s.impulse = {r * (1 + theta), 0, 0, r + again, 0, 0};
+  for (const double first : {r, 0.0}) {
+    s.z.push_back(first);
+    s.z.push_back(first > 0 ? r : again);
+    s.z.insert(s.z.end(), 2 * 4, 0.0);
+    s.z.insert(s.z.end(), 2, 100 * v);  // lam: without friction anything that is not less than the slip
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("a share of restitution between all and what keeps the energy counts from 1e-9 of that energy") {
+  // E(theta) = m v^2 / 2 (theta^2 / (4 sin^2) - 1).
+  const double slope = 0.2, theta = 2 * std::sin(slope);
+  for (const double sign : {-1.0, 1.0}) {
+    CHECK(held(ball_in_a_wedge(slope, theta * (1 + sign * below * accepted))));
+    CHECK_FALSE(held(ball_in_a_wedge(slope, theta * (1 + sign * above * accepted))));
+  }
+  for (const double wrong : {0.0, 0.7, 0.999, 1.001}) CHECK_FALSE(held(ball_in_a_wedge(slope, wrong)));
+  CHECK(held(ball_in_a_wedge(slope, 1)));  // the other wall takes what is too much
+  CHECK(held(ball_in_a_wedge(0.6, 1)));
+  CHECK_FALSE(held(ball_in_a_wedge(0.6, 0.99)));
+  CHECK_FALSE(held(ball_in_a_wedge(0.6, 1.01)));
+}
+
+TEST_CASE("an energy gain with restitution counts from 1e-9 of the energy before, as seen from a driven stop") {
   Exact sphere{"a sphere that rebounds without loss", Law::convex, {}, {}, {}};
   const double m = 2, v = 3;
   add_body(sphere.problem, m, Vector3d::Constant(0.4 * m), {0, -v, 0});
   add_contact(sphere.problem, 0, {0, -1, 0}, -1, {}, ground_axes(), 0.5, 1);
   sphere.solution.impulse = {2 * m * v, 0, 0};
   // v+ = (1 + 2 d) v has (1 + 4 d) of the energy.
-  from_both_sides(sphere, [](ContactSolution& s, double factor) { s.impulse[0] *= 1 + factor * accepted / 4; });
-  sphere.problem.offset[0] = 1e-12;
-  sphere.solution.impulse[0] *= 1 + 1e-3;
-  CHECK(held(sphere));
+  const auto more = [](ContactSolution& s, double factor) { s.impulse[0] *= 1 + factor * accepted / 4; };
+  from_both_sides(sphere, more);
+  // A stop that comes at 3 m/s for a sphere at rest gives it 6 m/s, and what it has then, but no more.
+  sphere.problem.v_minus[1] = 0;
+  sphere.problem.offset[0] = -v;
+  from_both_sides(sphere, more);
 }
 
 TEST_CASE("a gap counts from the island's share of epsilon, and islands without impulses have none") {

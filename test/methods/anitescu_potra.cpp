@@ -133,6 +133,55 @@ TEST_CASE("A falling cube with e = 1 bounces with its energy, and one that only 
   CHECK(std::abs(bounced.residuals.energy_gain) < 1e-14);
 }
 
+TEST_CASE("A ball that one wall of a wedge throws against the other leaves along it with cos(slope) of its speed") {
+  // Two walls stop it with r = m v / (2 sin) each; all of the one's thrown back is 1 / (4 sin^2) of its energy, but the
+  // other wall takes what is too much: restitution is not scaled.
+  for (const double slope : {0.05, 0.2, 0.5, 0.6, 1.0}) {
+    const double m = 2, v = 3;
+    ContactProblem p;
+    test::add_body(p, m, Vector3d::Constant(0.4 * m), {0, -v, 0});
+    for (const double side : {1.0, -1.0}) {
+      const Vector3d n(side * std::cos(slope), std::sin(slope), 0), t2(0, 0, 1);
+      Eigen::Matrix3d axes;
+      axes << n.transpose(), t2.cross(n).transpose(), t2.transpose();
+      test::add_contact(p, 0, -n, -1, {}, axes, 0, side > 0 ? 1 : 0);
+    }
+    CAPTURE(slope);
+    for (const std::string_view solver : {"lemke", "path", "ynl"}) {
+      const Answer a = solve(p, 4, 0, solver);
+      CHECK(a.solution.status == Status::ok);
+      CHECK(a.residuals.model < 1e-12);
+      CHECK(a.solution.restitution_scale == 1);
+      if (slope < M_PI / 4) CHECK(std::hypot(a.v[0], a.v[1]) == Approx(v * std::cos(slope)).epsilon(1e-12));
+    }
+  }
+}
+
+TEST_CASE("No event gains energy, whatever restitution its contacts have") {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> uniform;
+  std::normal_distribution<double> normal;
+  const auto vector = [&] { return Vector3d(normal(random), normal(random), normal(random)); };
+  for (int again = 0; again < 400; ++again) {
+    ContactProblem p;
+    const int bodies = 1 + again % 4, contacts = bodies + again % 5;
+    for (int b = 0; b < bodies; ++b)
+      test::add_body(p, 0.1 + uniform(random), Vector3d::Constant(0.02 + 0.1 * uniform(random)), vector(), vector());
+    for (int c = 0; c < contacts; ++c) {
+      const Vector3d n = vector().normalized(), t1 = n.unitOrthogonal();
+      Eigen::Matrix3d axes;
+      axes << n.transpose(), t1.transpose(), n.cross(t1).transpose();
+      const int a = c % bodies, b = c / bodies % 2 == 0 || bodies == 1 ? -1 : (a + 1) % bodies;
+      test::add_contact(p, std::max(a, b), vector(), std::min(a, b), vector(), axes, uniform(random), uniform(random));
+    }
+    const Answer a = solve(p, 8);
+    CAPTURE(again, a.solution.restitution_scale);
+    CHECK(a.solution.status == Status::ok);
+    CHECK(a.residuals.model < 1e-9);
+    CHECK(a.residuals.energy_gain <= 1e-9 * a.residuals.energy_before);
+  }
+}
+
 TEST_CASE("Stacks at rest and perturbed pass the referee by the dense and the sparse path") {
   // 4 boxes at k = 4 are dense (96 unknowns), 4 at k = 8 (160) and more are sparse.
   for (const int k : {4, 8})

@@ -206,14 +206,32 @@ class Judgement:
         law = self.answer["law"]
         if law == "convex" and not self.elastic:
             return self.convex()
-        look = Look(model=largest(self.polygon(), self.gains()) if law == "ap" else self.impact(law), tolerance=self.noise(self.S_g[self.p.island] if law == "convex" else self.S))
+        look = Look(model=self.polygon() if law == "ap" else self.impact(law), tolerance=self.noise(self.S_g[self.p.island] if law == "convex" else self.S))
+        if self.elastic and law in ("ap", "convex"):
+            look.model = largest(look.model, self.gains())
+            look.tolerance += self.gain_noise()
         look.holds = look.model <= ACCEPTED
         look.near = abs(look.model - ACCEPTED) <= look.tolerance
         return look
 
+    def work(self, r, u):
+        """Of impulses r after which contacts move with u, on each island, as seen from the stops."""
+        return self.p.sums(np.sum(r * (u + self.p.u_minus), axis=1) / 2)
+
     def gains(self):
-        """Energy that restitution gains, over what there was; a driven limit may give some."""
-        return over(self.energy_gain, self.energy_before) if self.elastic and not np.any(self.p.w != 0) else 0.0
+        """Energy that restitution gains."""
+        p, r = self.p, self.r
+        before = np.abs(p.sums(np.sum(r * p.u_minus, axis=1))) / 4
+        return over(self.work(r, self.u), np.maximum(before, self.open_work(r, self.u, self.rho) / ACCEPTED))
+
+    def open_work(self, r, u, rho):
+        return self.p.sums(rho * (norm(r) + (norm(u) + norm(self.p.u_minus) + rho) / self.p.weight))
+
+    def gain_noise(self):
+        p, r = self.p, self.r
+        before = np.abs(p.sums(np.sum(r * p.u_minus, axis=1))) / 4
+        size = np.maximum(before, self.open_work(r, self.u, self.rho) / ACCEPTED)
+        return NEAR * largest(over(self.open_work(r, self.u, self.terms_rho), size))
 
     def impact(self, law):
         p, r, u = self.p, self.r, self.u
@@ -221,8 +239,6 @@ class Judgement:
         out = largest(over(-u[:, 0] / self.root, S), over(-r[:, 0] * self.root, S), over((norm(r[:, 1:]) - p.mu * r[:, 0]) * self.root, S))
         if law == "newton" and p.nc == 1 and p.u_minus[0, 0] < 0:
             out = largest(out, over(abs(u[:, 0] + p.e * p.u_minus[:, 0]) / self.root, self.S))
-        if law == "convex":
-            out = largest(out, self.gains())
         if law == "mirtich":
             stored, returned, friction = (self.vector(part, p.nc) for part in ("compression", "restitution", "friction"))
             if stored is None or returned is None or friction is None:
@@ -233,10 +249,6 @@ class Judgement:
                           over(np.abs(p.sums(balance)), energy))
         return out
 
-    def gain(self):
-        """With restitution: energy from nowhere."""
-        return largest(over(self.energy_gain, self.energy_before)) if self.elastic and not np.any(self.p.w != 0) else 0.0
-
     def polygon(self):
         p, k = self.p, self.answer["k"]
         unknowns = (k + 2) * p.nc
@@ -245,7 +257,7 @@ class Judgement:
             return math.inf
         angles = 2 * math.pi * np.arange(k) / k
         d = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-        given_back, total, squares = np.zeros(p.nc), np.zeros((p.nc, 3)), np.zeros(p.nc)
+        given_back, total, squares, share = np.zeros(p.nc), np.zeros((p.nc, 3)), np.zeros(p.nc), 0.0
         phases = z.reshape(-1, unknowns)
         for i, phase in enumerate(phases):
             c_n, c_t, lam = phase[: p.nc], phase[p.nc : (k + 1) * p.nc].reshape(p.nc, k), phase[(k + 1) * p.nc :]
@@ -256,9 +268,26 @@ class Judgement:
             squares += np.minimum(c_n, u[:, 0] / w) ** 2
             squares += np.sum(np.minimum(c_t, (u[:, 1:] @ d.T + lam[:, None]) / w[:, None]) ** 2, axis=1)
             squares += np.minimum(lam / w, p.mu * (c_n + given_back) - c_t.sum(axis=1)) ** 2
-            given_back = p.e * c_n
+            if i < len(phases) - 1:
+                given_back, share = self.given_back(p.e * c_n, c_n + phases[1][: p.nc], total, u)
         squares += np.sum((total - self.r) ** 2, axis=1)
-        return largest(over(self.root * np.sqrt(squares), self.S), self.gain())
+        return largest(over(self.root * np.sqrt(squares), self.S), share)
+
+    def given_back(self, asked, phases, compression, u):
+        """theta e c_n by what r is beside both phases, and how far theta is from 1, and from what leaves E = 0."""
+        p = self.p
+        squares = p.sums(p.weight * asked**2)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            theta = np.where(squares > 0, p.sums(p.weight * asked * (self.r[:, 0] - phases)) / squares, 1.0)
+        given = theta[p.island] * asked
+        r = compression + np.stack([given, 0 * given, 0 * given], axis=1)
+        after = (p.J @ (p.v + p.MiJt @ r.ravel()) + p.w).reshape(p.nc, 3)
+        E_0, E = self.work(compression, u), self.work(r, after)
+        size = np.maximum(np.abs(E_0) + np.abs(E - E_0), self.open_work(r, after, self.rho) / ACCEPTED)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            left = np.where(size > 0, np.abs(E) / size, 0.0)
+            missing = np.where(self.S_g > 0, (1 - theta) * np.sqrt(squares) / self.S_g, 0.0)
+        return given, largest(np.minimum(np.abs(missing), left))
 
     def convex(self):
         p, r, u, root, bounded = self.p, self.r, self.u, self.root, self.answer["bounded"]

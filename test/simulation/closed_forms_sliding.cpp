@@ -109,9 +109,7 @@ void check_box_on_driven_belt(const Claimant& who) {
 }
 
 // The slip at the start is -V along the belt: rolling begins with v = -2/7 of that, 2 V / 7, after 2 V / (7 mu g).
-// `recoil`: steps about that time in which methods that take the belt's drive and the ball by turns may be off: to an
-// impact of the ball the belt is free.
-void check_ball_on_driven_belt(const Claimant& who, int recoil = 0) {
+void check_ball_on_driven_belt(const Claimant& who) {
   constexpr double h = 1e-3, V = 1.4, mu = 0.2, radius = 0.25;
   INFO(who.name);
   Scenario s = empty_scene(h, 10);
@@ -123,7 +121,6 @@ void check_ball_on_driven_belt(const Claimant& who, int recoil = 0) {
   const int rolls = static_cast<int>(std::ceil(2 * V / 7 / (mu * g * h)));
   for (int n = 1; n <= rolls + 40; ++n) {
     run.step();
-    if (recoil > 0 && n >= rolls - 1 && n < rolls + recoil) continue;
     CHECK(std::abs(run.velocity(1).x() - std::min(n * mu * g * h, 2 * V / 7)) < rounding * V);
   }
 }
@@ -136,7 +133,7 @@ TEST_CASE("a driven belt takes a box along with mu g up to its own speed", "[clo
 
 TEST_CASE("a ball put on a driven belt rolls off with two sevenths of its speed", "[closed]") {
   for (const Claimant& who : complementarity()) check_ball_on_driven_belt(who);
-  for (const Claimant& who : {newton(), mirtich()}) check_ball_on_driven_belt(who, 15);
+  for (const Claimant& who : {newton(), mirtich()}) check_ball_on_driven_belt(who);
 }
 
 // What drives the belt is no contact: it bears m mu g, which is no part of the bound (limit rows have no share in
@@ -144,6 +141,32 @@ TEST_CASE("a ball put on a driven belt rolls off with two sevenths of its speed"
 TEST_CASE("the drive of a belt takes nothing from what the compression bound leaves to friction", "[closed]") {
   check_box_on_driven_belt(convex(true));
   check_ball_on_driven_belt(convex(true));
+}
+
+// The tall box tips, or would without the bound on compression, and leans on how impulses are shared; the heavy one
+// slides.
+TEST_CASE("a box on a driven belt does not feel what else is on the belt", "[closed]") {
+  constexpr double h = 1e-3, speed = 2, mu = 0.8;
+  for (const Claimant& who : complementarity() + std::vector{newton(), mirtich(), convex(true), convex(false)})
+    for (const double e : {0.0, 0.5}) {
+      INFO(who.name << ": e " << e);
+      const auto belt = [&](bool both) {
+        Scenario s = empty_scene(h, 10);
+        add_belt(s, 5, speed);
+        drive(s, speed);
+        add_box(s, {0.2, 1, 0.2}, 2, {{0, 0.5, 0}, Quat::Identity()});
+        if (both) add_box(s, {0.6, 0.3, 0.6}, 300, {{3, 0.15, 0}, Quat::Identity()});
+        collide_all(s, mu, e);
+        return s;
+      };
+      Stepped alone(belt(false), who), together(belt(true), who);
+      for (int n = 0; n < (e > 0 ? 1 : 60); ++n) {  // bounces are chaotic, and split each other's steps
+        alone.step();
+        together.step();
+        CHECK((alone.velocity(1) - together.velocity(1)).norm() < rounding * speed);
+        CHECK((alone.spin(1) - together.spin(1)).norm() < rounding * speed);
+      }
+    }
 }
 
 // Free on its rail the belt, of mass B, gives what it takes: v_box = mu g t, v_belt = V - m / B mu g t, up to the
