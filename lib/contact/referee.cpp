@@ -250,14 +250,14 @@ void Referee::judge(const ContactProblem& problem, const ContactSolution& soluti
   switch (law) {
     case Law::anitescu_potra:
       worst = anitescu_potra(problem, solution, elastic);
-      if (elastic) gains(problem, solution.impulse, worst);
+      if (elastic) gains(problem, solution, worst);
       break;
     case Law::convex:
       if (!elastic) return convex(problem, solution, out);
       // Poisson's second phase moves the answer off the optimum of the first: what is left is feasibility, and that no
       // energy comes from nowhere.
       worst = feasible(problem, solution, [&](int c) { return island_size_[islands_.of_contact[c]]; });
-      gains(problem, solution.impulse, worst);
+      gains(problem, solution, worst);
       break;
     case Law::newton:
       worst = newton(problem, solution);
@@ -274,7 +274,8 @@ void Referee::judge(const ContactProblem& problem, const ContactSolution& soluti
 // No law of restitution with e <= 1 gains energy. What contacts do to an island as seen from the stops, driven ones
 // too, is gain = sum r.(u+ + u-)/2, held against a fourth of |sum r.u-|: where an answer gains no more than that that
 // is at most the island's kinetic energy, in every frame in which its stops rest.
-void Referee::gains(const ContactProblem& problem, std::span<const double> r, Worst& worst) {
+void Referee::gains(const ContactProblem& problem, const ContactSolution& solution, Worst& worst) {
+  const std::vector<double>& r = solution.impulse;
   constexpr std::size_t fields = 3;  // gain, sum r.u-, what rounding leaves open of the gain, all J
   sum_.assign(fields * static_cast<std::size_t>(islands_.count), 0.0);
   for (int c = 0; c < problem.nc(); ++c) {
@@ -286,7 +287,9 @@ void Referee::gains(const ContactProblem& problem, std::span<const double> r, Wo
   }
   for (int g = 0; g < islands_.count; ++g) {
     const double* island = &sum_[fields * static_cast<std::size_t>(g)];
-    see_island(worst, island[0], std::max(std::abs(island[1]) / 4, island[2] / accepted), g);
+    // Suboptimality that the solver was allowed (convex) may be a gain, where it is little beside the island.
+    const double allowed = std::min(solution.epsilon / accepted, island_size_[g] * island_size_[g]);
+    see_island(worst, island[0], std::max({std::abs(island[1]) / 4, island[2] / accepted, allowed}), g);
   }
 }
 

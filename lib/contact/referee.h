@@ -53,7 +53,7 @@ class Referee {
     double ratio = 0;
     int contact = -1, island = -1;
   };
-  void gains(const ContactProblem& problem, std::span<const double> r, Worst& worst);
+  void gains(const ContactProblem& problem, const ContactSolution& solution, Worst& worst);
   void see(Worst& worst, double error, double size, int contact) const;
   double open_work(const Eigen::Vector3d& r, const Eigen::Vector3d& u, const Eigen::Vector3d& q, int contact) const;
   static void see_island(Worst& worst, double error, double size, int island);

@@ -84,6 +84,7 @@ void DrumwrightShell::operator()(const ContactProblem& problem, ContactSolution&
                          ? *tolerances_.epsilon_relative * energy(problem.M, problem.v_minus, problem.offset, weight_)
                          : tolerances_.epsilon;
   if (nc == 0) return;
+  second_phase_ = false;
   if (!solve(problem, problem.v_minus, solution.epsilon, solution)) return;
 
   // Poisson: what compression took in, restitution gives back by the fraction e.
@@ -94,19 +95,20 @@ void DrumwrightShell::operator()(const ContactProblem& problem, ContactSolution&
   solution.restitution_scale = restitution_.give_back(problem, factor_, islands_, bounded_, solution.impulse);
   if (!approaches_again()) return;
   first_impulse_ = solution.impulse;
+  second_phase_ = true;
   if (!solve(problem, restitution_.v(), solution.epsilon, solution)) return;
   for (int i = 0; i < 3 * nc; ++i) solution.impulse[i] += first_impulse_[i];
 }
 
-// Does any contact still approach, at more than a fraction of its island's normal velocities?
+// Does any contact still approach, at more than a fraction of what its island's normal velocities are worth?
 bool DrumwrightShell::approaches_again() {
-  const std::vector<double>& u = restitution_.u();
+  const auto scaled = [&](std::size_t c) { return restitution_.u()[3 * c] / std::sqrt(weight_[c]); };
   std::vector<double>& fastest = h_;
   fastest.assign(islands_.count, 0.0);
   for (std::size_t c = 0; c < islands_.of_contact.size(); ++c)
-    fastest[islands_.of_contact[c]] = std::max(fastest[islands_.of_contact[c]], std::abs(u[3 * c]));
+    fastest[islands_.of_contact[c]] = std::max(fastest[islands_.of_contact[c]], std::abs(scaled(c)));
   for (std::size_t c = 0; c < islands_.of_contact.size(); ++c)
-    if (-u[3 * c] > tolerances_.infeasibility * fastest[islands_.of_contact[c]]) return true;
+    if (-scaled(c) > tolerances_.infeasibility * fastest[islands_.of_contact[c]]) return true;
   return false;
 }
 
@@ -219,7 +221,8 @@ Certificate DrumwrightShell::judge(std::span<const double> r, std::span<const do
   if (good(plain, tolerances_.infeasibility) || std::abs(plain.gap) > epsilon_ + most_excused * plain.size * plain.size)
     return plain;
   const double terms = plain.size + std::sqrt(quadratic_form(island_.M, island_.v0));
-  if (plain.infeasibility * plain.size > beyond_rounding * terms) return plain;
+  if (plain.infeasibility > tolerances_.backward && plain.infeasibility * plain.size > beyond_rounding * terms)
+    return plain;
   velocities_.bound_rounding(program_, r, {});
   return certify(program_, r, eta, velocities_, q_, tolerances_.cone.rounding_units);
 }
@@ -296,6 +299,8 @@ void DrumwrightShell::begin_island(double epsilon, ContactSolution& solution) {
         (q_[3 * c] * q_[3 * c] + q_[3 * c + 1] * q_[3 * c + 1] + q_[3 * c + 2] * q_[3 * c + 2]) / island_.weight[c];
   }
   size_ = std::sqrt(size_);
+  // What the first phase gave back is all that the event had: a gap here would be a gain of energy.
+  if (second_phase_) epsilon_ = std::min(epsilon_, tolerances_.gain * size_ * size_);
 }
 
 // kappa with its proof, and what program the island comes down to. Without the bound f is a first guess only.

@@ -55,6 +55,8 @@ class DrumwrightShell {
     double short_step = 0.5;
     /// -: ConeOptions::proximal and careful_proximal of the Newton steps that finish its answers.
     double finish_proximal = 1e-12, finish_first_proximal = 1e-8;
+    /// -: gap of restitution's second phase as a fraction of the island's energy: what the event may gain by it.
+    double gain = 1e-10;
     /// Restitution scaled so that no island gains energy? Without: as published.
     bool bounded_restitution = true;
     ConeOptions cone;
@@ -172,7 +174,7 @@ class DrumwrightShell {
   const ConeSolution* start_ = nullptr;  // the previous event's answer, where it may be started from
   double kappa_ = 0, size_ = 0, miss_ = 0;
   Shape shape_ = Shape::general;
-  bool inaccurate_ = false;
+  bool inaccurate_ = false, second_phase_ = false;
   std::string_view answered_by_;  // whose answer r_, eta_ are
   double excess_ = 0;             // J, of the gaps of all islands, beyond rounding
   ConeSolution answer_, trial_, finished_;

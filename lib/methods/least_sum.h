@@ -39,7 +39,7 @@ class LeastSum {
   // -: complementarity aimed at, of the present, at least: fast first; then, where products fell so far behind the
   // others that they leave no room for a turn of the path, never to the edge itself. From where on it is good enough.
   static constexpr std::array<double, 2> centres = {0, 1e-2};
-  static constexpr double enough = 1e-17;
+  static constexpr double enough = 1e-21;
   static constexpr int iteration_limit = 100, patience = 10;
 
   bool minimise(Real sigma, const DoubleDoubleVector& b, const Vector& c);

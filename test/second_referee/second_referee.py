@@ -220,18 +220,19 @@ class Judgement:
 
     def gains(self):
         """Energy that restitution gains."""
+        return over(self.work(r, self.u), self.gain_size())
+
+    def gain_size(self):
         p, r = self.p, self.r
         before = np.abs(p.sums(np.sum(r * p.u_minus, axis=1))) / 4
-        return over(self.work(r, self.u), np.maximum(before, self.open_work(r, self.u, self.rho) / ACCEPTED))
+        allowed = np.minimum(self.answer["epsilon"] / ACCEPTED, self.S_g**2)
+        return np.maximum(np.maximum(before, self.open_work(r, self.u, self.rho) / ACCEPTED), allowed)
 
     def open_work(self, r, u, rho):
         return self.p.sums(rho * (norm(r) + (norm(u) + norm(self.p.u_minus) + rho) / self.p.weight))
 
     def gain_noise(self):
-        p, r = self.p, self.r
-        before = np.abs(p.sums(np.sum(r * p.u_minus, axis=1))) / 4
-        size = np.maximum(before, self.open_work(r, self.u, self.rho) / ACCEPTED)
-        return NEAR * largest(over(self.open_work(r, self.u, self.terms_rho), size))
+        return NEAR * largest(over(self.open_work(self.r, self.u, self.terms_rho), self.gain_size()))
 
     def impact(self, law):
         p, r, u = self.p, self.r, self.u
