@@ -291,3 +291,34 @@ TEST_CASE("an answer that violates its constraints is not solved, whatever gap i
     }
   CHECK(violating > 0);
 }
+
+TEST_CASE("the rounding of a contact's velocity is that of the terms it is the sum of, entry by entry", "[cone]") {
+  Chain chain(3, 2, 4);
+  std::mt19937 random(9);
+  std::normal_distribution<double> normal;
+  for (double& w : chain.offset) w = normal(random);
+  const ConeProgram p = chain.program();
+  const int nc = p.nc(), nv = p.nv();
+  std::vector<double> r(3 * nc), eta(nc);
+  for (double& x : r) x = normal(random);
+  for (double& x : eta) x = std::abs(normal(random));
+  Eigen::MatrixXd M = Eigen::MatrixXd::Zero(nv, nv), J = Eigen::MatrixXd::Zero(3 * nc, nv);
+  for (int b = 0; b < p.M->blocks(); ++b) M.block(6 * b, 6 * b, 6, 6) = p.M->block(b);
+  for (int c = 0; c < nc; ++c)
+    for (int e = chain.J.band[c]; e < chain.J.band[c + 1]; ++e)
+      J.block(3 * c, 6 * chain.J.block[e], 3, 6) = chain.J.entry(e);
+  // eta acts along the normals like r_n.
+  Eigen::VectorXd load = Eigen::Map<Eigen::VectorXd>(r.data(), 3 * nc).cwiseAbs();
+  for (int c = 0; c < nc; ++c) load[3 * c] += eta[c];
+  Eigen::VectorXd terms = Eigen::Map<const Eigen::VectorXd>(chain.v0.data(), nv).cwiseAbs();
+  for (int c = 0; c < nc; ++c)
+    terms += M.llt().solve(J.middleRows(3 * c, 3).transpose()).cwiseAbs() * load.segment<3>(3 * c);
+  const Eigen::VectorXd sums =
+      J.cwiseAbs() * terms + Eigen::Map<const Eigen::VectorXd>(chain.offset.data(), 3 * nc).cwiseAbs();
+  ConeVelocities velocities;
+  velocities.evaluate(p, r, eta);
+  velocities.bound_rounding(p, r, eta);
+  for (int c = 0; c < nc; ++c)
+    CHECK(velocities.rounding[c] ==
+          Approx(std::numeric_limits<double>::epsilon() * sums.segment<3>(3 * c).norm() / std::sqrt(chain.weight[c])));
+}
