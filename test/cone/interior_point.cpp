@@ -240,3 +240,85 @@ TEST_CASE("a program with NaN, or without iterations, says so", "[cone]") {
   CHECK(x.status == ConeStatus::not_finite);
   for (double r : x.r) CHECK(r == 0);
 }
+
+TEST_CASE("the interior point method alone comes to a small gap, with normal velocities bounded and with the sum",
+          "[cone]") {
+  // No Newton step on a guess of what is active, neither on the way nor at the end.
+  ConeOptions alone;
+  alone.polish_from = 0;
+  alone.careful_limit = 0;
+  alone.gap_tolerance = 1e-8;
+  alone.feasibility = 1e-9;
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    const Chain chain(4, 2, seed);
+    ConeProgram p = chain.program();
+    ConeSolution free, below, bounded;
+    InteriorPoint(alone).solve(p, free);
+    double sum = 0;
+    for (int c = 0; c < p.nc(); ++c) sum += free.r[3 * c];
+    p.kappa = 0.7 * sum;
+    InteriorPoint(alone).solve(p, bounded);
+    double bounded_sum = 0;
+    for (int c = 0; c < p.nc(); ++c) bounded_sum += bounded.r[3 * c];
+    CHECK(bounded_sum <= p.kappa * (1 + 1e-8));
+    p.kappa = std::numeric_limits<double>::infinity();
+    p.bounded_below = true;
+    InteriorPoint(alone).solve(p, below);
+    for (const ConeSolution* x : {&free, &below, &bounded}) {
+      INFO("seed " << seed << (x == &below ? ", below" : x == &bounded ? ", bounded" : ""));
+      CHECK(x->status == ConeStatus::solved);
+      CHECK(x->iterations <= 40);
+    }
+  }
+}
+
+TEST_CASE("an answer that violates its constraints is not solved, whatever gap is asked for", "[cone]") {
+  ConeOptions hasty;
+  hasty.gap_tolerance = 1e9;
+  hasty.polish_from = 0;
+  hasty.careful_limit = 0;
+  int violating = 0;
+  for (unsigned seed = 0; seed < 10; ++seed)
+    for (hasty.iteration_limit = 1; hasty.iteration_limit <= 6; ++hasty.iteration_limit) {
+      const Chain chain(4, 2, seed);
+      ConeProgram p = chain.program();
+      p.bounded_below = true;
+      ConeSolution x;
+      InteriorPoint(hasty).solve(p, x);
+      if (!(x.infeasibility > 1e-9)) continue;
+      ++violating;
+      CHECK(x.status != ConeStatus::solved);
+    }
+  CHECK(violating > 0);
+}
+
+TEST_CASE("the rounding of a contact's velocity is that of the terms it is the sum of, entry by entry", "[cone]") {
+  Chain chain(3, 2, 4);
+  std::mt19937 random(9);
+  std::normal_distribution<double> normal;
+  for (double& w : chain.offset) w = normal(random);
+  const ConeProgram p = chain.program();
+  const int nc = p.nc(), nv = p.nv();
+  std::vector<double> r(3 * nc), eta(nc);
+  for (double& x : r) x = normal(random);
+  for (double& x : eta) x = std::abs(normal(random));
+  Eigen::MatrixXd M = Eigen::MatrixXd::Zero(nv, nv), J = Eigen::MatrixXd::Zero(3 * nc, nv);
+  for (int b = 0; b < p.M->blocks(); ++b) M.block(6 * b, 6 * b, 6, 6) = p.M->block(b);
+  for (int c = 0; c < nc; ++c)
+    for (int e = chain.J.band[c]; e < chain.J.band[c + 1]; ++e)
+      J.block(3 * c, 6 * chain.J.block[e], 3, 6) = chain.J.entry(e);
+  // eta acts along the normals like r_n.
+  Eigen::VectorXd load = Eigen::Map<Eigen::VectorXd>(r.data(), 3 * nc).cwiseAbs();
+  for (int c = 0; c < nc; ++c) load[3 * c] += eta[c];
+  Eigen::VectorXd terms = Eigen::Map<const Eigen::VectorXd>(chain.v0.data(), nv).cwiseAbs();
+  for (int c = 0; c < nc; ++c)
+    terms += M.llt().solve(J.middleRows(3 * c, 3).transpose()).cwiseAbs() * load.segment<3>(3 * c);
+  const Eigen::VectorXd sums =
+      J.cwiseAbs() * terms + Eigen::Map<const Eigen::VectorXd>(chain.offset.data(), 3 * nc).cwiseAbs();
+  ConeVelocities velocities;
+  velocities.evaluate(p, r, eta);
+  velocities.bound_rounding(p, r, eta);
+  for (int c = 0; c < nc; ++c)
+    CHECK(velocities.rounding[c] ==
+          Approx(std::numeric_limits<double>::epsilon() * sums.segment<3>(3 * c).norm() / std::sqrt(chain.weight[c])));
+}

@@ -589,3 +589,16 @@ TEST_CASE("an answer that fulfils both phases of Poisson's law and gains energy 
   CHECK(found.model == Approx(found.energy_gain / (work / 4)).epsilon(1e-12));
   CHECK_FALSE(held(rod));
 }
+
+TEST_CASE("why an answer is refused names what is not finite, else the residual and where it is") {
+  Exact sphere = newton_sphere();
+  std::vector<double> v_plus;
+  sphere.solution.impulse[0] *= 1.5;
+  const std::string wrong =
+      Referee::refusal(Referee().check(sphere.problem, sphere.solution, sphere.law, v_plus), accepted);
+  CHECK(wrong.find("checked residual") == 0);
+  CHECK(wrong.find("at contact 0 of island 0") != std::string::npos);
+  sphere.solution.impulse[0] = std::numeric_limits<double>::quiet_NaN();
+  CHECK(Referee::refusal(Referee().check(sphere.problem, sphere.solution, sphere.law, v_plus), accepted) ==
+        "the impulses are not finite");
+}

@@ -184,3 +184,12 @@ TEST_CASE("a pendulum swings with the period of its length") {
   }
   CHECK(4 * quarter == Approx(2 * 3.14159265358979 * std::sqrt(2 * length / (3 * g))).epsilon(2e-4));
 }
+
+TEST_CASE("each body of a tree is moved by its own joint, and one that is in no tree by none") {
+  for (unsigned seed = 0; seed < 4; ++seed) {
+    const RandomTree t(seed, 5, seed % 2 == 1);
+    for (int i = 0; i < static_cast<int>(t.tree().joints.size()); ++i)
+      CHECK(joint_of_body(t.tree(), t.tree().joints[i].body) == i);
+    CHECK(joint_of_body(t.tree(), static_cast<int>(t.model.bodies.size())) == -1);
+  }
+}

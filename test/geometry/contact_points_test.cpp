@@ -45,6 +45,15 @@ TEST_CASE("A corner just beyond the tolerance is no contact, one just inside is,
   CHECK(found[0].position.y() == Approx(0.4e-9).margin(1e-16));
 }
 
+TEST_CASE("A sphere beside, above or off a corner of a box touches it within the tolerance and not beyond") {
+  for (const Vec3& away : {Vec3(0, 1, 0), Vec3(-1, 0, 0), Vec3(0.6, 0, 0.8)}) {
+    // From the surface, in the middle of a face or at the corner of the top: along the normal there.
+    const Vec3 foot = away.z() > 0 ? Vec3(0.5, 0.2, 0.5) : Vec3(0.5 * away);
+    for (const double gap : {0.8e-9, 1.2e-9, 0.1})
+      CHECK(points(sphere(0.3), at(foot + (0.3 + gap) * away), box(1, 1, 1), at(0, 0, 0)).size() == (gap < 1e-9));
+  }
+}
+
 TEST_CASE("A box balanced on its corner, its edge or its face touches with one, two or four points") {
   const Shape cube = box(1, 1, 1);
   const double r2 = std::sqrt(0.5), r3 = std::sqrt(0.75);

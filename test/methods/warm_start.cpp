@@ -192,3 +192,23 @@ TEST_CASE("an event is the one before up to its last bits alone", "[warm_start]"
   CHECK_FALSE(again([](ContactProblem& p) { p.offset[2] = 1e-300; }));
   CHECK(solved > 0);
 }
+
+// A body slides on two points; then both are the same point, and the matrix of those that carried is singular: to the
+// last bit, as all numbers are sums of powers of two.
+TEST_CASE("contacts that carried each its share and are redundant now get a cold start", "[warm_start]") {
+  const auto on_points = [](double arm) {
+    ContactProblem p;
+    add_free_body(p, 1, 0.25);
+    p.v_minus[0] = 3;
+    p.v_minus[1] = -1;
+    for (const double x : {-arm, arm}) {
+      add_contact(p, 0.5);
+      add_entry(p, 0, {x, -0.5, 0}, upward_axes(), 1);
+    }
+    return p;
+  };
+  Pair ap("ap");
+  ap.meets(on_points(0.5));
+  ap.meets(on_points(0));
+  CHECK(*ap.accepted == 0);
+}

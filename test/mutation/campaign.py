@@ -5,7 +5,8 @@ fault's own room first, all that could see it where these pass.
   scripts/test.sh --mutants                       the whole campaign (hours on one core)
   test/mutation/campaign.py --room contact        the faults of one room
   test/mutation/campaign.py --id referee-holds    one fault
-  test/mutation/campaign.py --nearest             own room's tests only: a first look
+  test/mutation/campaign.py --nearest             own room's tests only: a first look; without it after that, all tests for who passed
+  test/mutation/campaign.py --drawn-only --seed 2  faults that were never drawn before
   test/mutation/campaign.py --list                the faults, without running anything
 
 Faults are the rows of mutants.toml, written by people who read the code, and more than as many drawn by generate.py, so that
@@ -103,7 +104,10 @@ class Copy:
             shutil.copymode(ROOT / name, target)
         watched = [f for f in sorted(self.files) if f.startswith(PARTS) and not f.startswith("test/mutation/")]
         self.digest = digest_of(*(part for name in watched for part in (name, (ROOT / name).read_bytes())))
-        self.undisturbed = {}  # test -> s that it takes, digest of the program that it runs
+        # Test -> s that it takes, digest of the program that it runs; kept while the tree without a fault is the same.
+        self.undisturbed, self.timed = {}, folder / "undisturbed.json"
+        if self.timed.exists() and (kept := json.loads(self.timed.read_text()))["tree"] == self.digest:
+            self.undisturbed = kept["tests"]
 
     def call(self, command, timeout=None, env=None, limited=False):
         """Exit code, what it printed; code None where it did not come back."""
@@ -183,6 +187,7 @@ class Copy:
         if failure := self.run(name, 1800):
             raise SystemExit(f"fails without a fault: {failure}")
         self.undisturbed[name] = time.monotonic() - start, self.of_programs(name)
+        self.timed.write_text(json.dumps({"tree": self.digest, "tests": self.undisturbed}))
 
 
 def order(copy, fault, nearest_only):
@@ -227,6 +232,8 @@ def judge(copy, fault, tests):
 
 def faults_of(options, files):
     faults, reasons = written()
+    if options.drawn_only:
+        faults = []
     faults += generate.draw(ROOT, files, options.generated, options.seed)
     names = collections.Counter(fault["id"] for fault in faults)
     twice = [name for name, count in names.items() if count > 1]
@@ -274,6 +281,7 @@ def main():
     parser.add_argument("--id", action="append", help="this fault only; may be repeated")
     parser.add_argument("--generated", type=int, default=DRAWN, help=f"faults drawn by generate.py [{DRAWN}]")
     parser.add_argument("--seed", type=int, default=1, help="of the drawing [1]")
+    parser.add_argument("--drawn-only", action="store_true", help="without those of mutants.toml")
     parser.add_argument("--nearest", action="store_true", help="the own room's tests only; who passes them is noted as `passed`, and done again")
     parser.add_argument("--afresh", action="store_true", help="earlier results count for nothing")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
@@ -303,6 +311,9 @@ def main():
         of_tests = copy.of_tests(tests) if options.nearest else copy.digest
         if options.afresh or not stands(row, fault, of_file, of_tests):
             begun = time.monotonic()
+            near = order(copy, fault, True)
+            if not options.afresh and row and row["outcome"] == "passed" and stands(row, fault, of_file, copy.of_tests(near)):
+                tests = [name for name in tests if name not in near]  # it passed them already
             outcome, killer = judge(copy, fault, tests)
             if options.nearest and outcome == "survived":
                 outcome = "passed"

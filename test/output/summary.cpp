@@ -6,10 +6,12 @@
 #include <catch2/catch.hpp>
 #include <cerrno>
 #include <csignal>
+#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "output/machine.h"
 #include "output/temporary.h"
 
 using namespace cb;
@@ -49,6 +51,34 @@ TEST_CASE("the median survives the ends of the number line", "[output]") {
   REQUIRE(median.median().has_value());
   CHECK(std::isfinite(*median.median()));
   CHECK(*median.median() > 1e30);
+}
+
+TEST_CASE("a tally keeps the largest displacement, penetration and bounce, whenever it was", "[output]") {
+  RunTally tally;
+  for (const double size : {1.0, 3.0, 2.0}) {
+    StepRecord record;
+    record.max_penetration = size;
+    record.penetration_inside = 2 * size;
+    record.penetration_displacement = 3 * size;
+    record.bounce_speed = 4 * size;
+    record.bounce_distance = 5 * size;
+    tally.observe_step(record, true);
+  }
+  CHECK(tally.penetration_max == 3);
+  CHECK(tally.penetration_inside_max == 6);
+  CHECK(tally.penetration_displacement_max == 9);
+  CHECK(tally.bounce_speed_max == 12);
+  CHECK(tally.bounce_distance_max == 15);
+  CHECK(tally.penetration_removals == 3);
+}
+
+TEST_CASE("memory is told in units of 2^20 bytes, as the system tells it", "[output]") {
+  std::ifstream status("/proc/self/status");
+  double told = 0;  // kB, of 2^10 bytes
+  for (std::string word; status >> word;)
+    if (word == "VmHWM:") status >> told;
+  if (told == 0) return;  // not on this system
+  CHECK(peak_memory_mb() == Approx(told / 1024).epsilon(0.2));
 }
 
 TEST_CASE("a tally adds counts up and keeps the worst of the rest", "[output]") {

@@ -436,6 +436,22 @@ TEST_CASE("list names what is here", "[program]") {
   CHECK(run(directory.path(), {"list"}).code == 0);
 }
 
+TEST_CASE("an installed program lists the scenes that came with it, and nothing else beside them", "[program]") {
+  TemporaryDirectory directory;
+  const fs::path installed = directory.path() / "bin" / "contactbench";
+  const fs::path scenes = directory.path() / "share" / "contactbench" / "scenarios";
+  fs::create_directories(installed.parent_path());
+  fs::create_directories(scenes / "kept.xml");
+  fs::copy_file(PROGRAM, installed);
+  fs::copy_file(SOURCE_ROOT "/scenarios/sticking_box.xml", scenes / "sticking_box.xml");
+  std::ofstream(scenes / "README") << "scenes\n";
+  const fs::path listed = directory.path() / "list.json";
+  REQUIRE(std::system(("'" + installed.string() + "' list scenarios --json > '" + listed.string() + "'").c_str()) == 0);
+  const Json list = Json::parse(read_file(listed));
+  REQUIRE(list.size() == 1);
+  CHECK(list[0]["name"] == "sticking_box.xml");
+}
+
 TEST_CASE("help and version are answers, not errors", "[program]") {
   TemporaryDirectory directory;
   for (const std::vector<std::string>& arguments :

@@ -69,6 +69,21 @@ class WrongMethods(unittest.TestCase):
                     residuals = json.loads((Path(out) / "summary.json").read_text())["residuals"]
                     self.assertEqual(residuals["false_claims"], refuted)
 
+    def test_a_run_that_is_stopped_keeps_its_worst_problem_and_does_not_solve_it_again(self):
+        kept = []
+        for limits in (["--duration", "2"], ["--duration", "1e5", "--time-limit", "0.5"]):
+            with tempfile.TemporaryDirectory() as out:
+                subprocess.run([PROGRAM, "run", ROOT / "scenarios/sliding_box.xml", "--method", "boastful", "--record-every", "0", "--out", out,
+                                "--quiet", *limits], stderr=subprocess.DEVNULL)
+                kept.append(json.loads((Path(out) / "summary.json").read_text()))
+        whole, stopped = kept
+        if whole["hard_problem"] is None:
+            self.skipTest("no HDF5 in this build: problems are not kept")
+        self.assertIsNotNone(whole["hard_problem_command"])
+        self.assertEqual(stopped["status"], "time_limit")
+        self.assertIsNotNone(stopped["hard_problem"])
+        self.assertIsNone(stopped["hard_problem_command"])
+
 
 if __name__ == "__main__":
     unittest.main()

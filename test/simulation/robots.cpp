@@ -102,6 +102,26 @@ TEST_CASE("a limit that moves takes the joint along, and what the joint pushes; 
   }
 }
 
+// A limit that hardly moves and one at 1 m/s: what the second puts in is 1e8 times what the first does, and a ball that
+// lands in the same event has nearly nothing.
+TEST_CASE("the work of every limit that moves counts as put in") {
+  const auto ram = [](const std::string& name, const std::string& rate) {
+    return "<robot name=\"" + name + R"("><link name=")" + name + R"(_ram" mass="1" position="0 0 0" inertia="1 1 1"/>
+      <joint name=")" +
+           name + R"(_rail" kind="prismatic" parent="world" child=")" + name +
+           R"(_ram" axis="1 0 0" lower="0" limit_rate=")" + rate + R"("/></robot>)";
+  };
+  for (const bool slow_first : {true, false}) {
+    const std::string ball = R"(<half_space name="ground" point="0 -0.1 0" normal="0 1 0"/>
+      <sphere name="ball" radius="0.1" mass="1" position="5 0 0" velocity="0 -1e-5 0"/>)";
+    const Scenario s = scene(ball + ram("a", slow_first ? "1e-4" : "1") + ram("b", slow_first ? "1" : "1e-4"),
+                             "<contacts><pair a=\"ball\" b=\"ground\" mu=\"0\"/></contacts>", 1e-3, 0.01, "0 0 0");
+    Simulation simulation(s, options_of(s), method("newton"), find_method("newton")->law);
+    while (simulation.step_index() < simulation.steps_total()) REQUIRE(simulation.step().status == Status::ok);
+    CHECK(simulation.state().qd[slow_first ? 1 : 0] == Approx(1));
+  }
+}
+
 TEST_CASE("a driven joint that pushes a body into a wall ends there, as infeasible, with every method") {
   const Scenario s = scene(R"(<half_space name="wall" point="1.6 0 0" normal="-1 0 0"/>
     <robot name="press"><link name="ram" mass="2" position="0 0 0" inertia="1 1 1">

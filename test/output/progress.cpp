@@ -1,0 +1,60 @@
+#include "output/progress.h"
+
+#include <fcntl.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <string>
+
+using namespace cb;
+
+namespace {
+
+/// Standard error is a terminal while it lives.
+class Terminal {
+ public:
+  Terminal() : end_(posix_openpt(O_RDWR | O_NOCTTY)), before_(dup(STDERR_FILENO)) {
+    if (end_ < 0 || grantpt(end_) != 0 || unlockpt(end_) != 0) return;
+    const int terminal = open(ptsname(end_), O_RDWR | O_NOCTTY);
+    if (terminal < 0) return;
+    works = dup2(terminal, STDERR_FILENO) >= 0;
+    close(terminal);
+  }
+  ~Terminal() {
+    dup2(before_, STDERR_FILENO);
+    close(before_);
+    close(end_);
+  }
+  Terminal(const Terminal&) = delete;
+  Terminal& operator=(const Terminal&) = delete;
+
+  /// What was written since the last time, some of which there must be.
+  std::string said() const {
+    char text[512];
+    const ssize_t length = read(end_, text, sizeof text);
+    return {text, text + std::max<ssize_t>(0, length)};
+  }
+
+  bool works = false;
+
+ private:
+  int end_, before_;
+};
+
+}  // namespace
+
+TEST_CASE("a terminal is told how far a run is and the time that is left at the pace so far", "[output]") {
+  const Terminal terminal;
+  if (!terminal.works) {
+    WARN("no terminals here");
+    return;
+  }
+  Progress progress(true);
+  const Progress::Clock::time_point start = Progress::Clock::now();
+  progress.update(start + std::chrono::seconds(3700), 0.5, 2, 7);
+  const std::string line = terminal.said();
+  CHECK(line.find("0.500 of 2 s (25 %), 7 contacts, 3:05:00 left") != std::string::npos);
+  progress.update(start + std::chrono::seconds(3800), 0, 2, 7);
+  CHECK(terminal.said().find("0 %), 7 contacts, 0:00:00 left") != std::string::npos);
+}
