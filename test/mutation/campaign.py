@@ -48,9 +48,12 @@ MEMORY = 4 << 30       # bytes of data a test may hold: a fault that makes it ea
 APART = {"rooms"}
 PARTS = ("lib/", "app/", "test/", "scripts/", "scenarios/", "CMake")
 # Tests of scripts that a fault there reaches first; the others of this list follow.
-SCRIPTS = {"scripts/sweep": "scripts_sweep", "scripts/references": "scripts_sweep", "scripts/report": "scripts_report",
-           "scripts/claims": "scripts_report", "scripts/recommend": "scripts_recommend", "scripts/replay": "replay", "scripts/solve_all": "replay",
-           "scripts/stress": "scripts_stress", "scripts/stressing/look": "scripts_first_day", "scripts/check_convex": "convex_peer"}
+SCRIPTS = {f"scripts/contactbench/{name}": test for name, test in {
+    "sweep": "scripts_sweep", "plan": "scripts_sweep", "references": "scripts_recommend", "recommend": "scripts_recommend",
+    "replay": "replay", "solve_all": "replay", "stress": "scripts_stress", "measures": "scripts_stress", "problems": "scripts_stress",
+    "limits": "scripts_stress", "look": "scripts_campaign", "campaign": "scripts_campaign", "scenes": "scripts_campaign",
+    "reduce": "scripts_campaign", "picture": "scripts_first_day", "start": "scripts_first_day", "check_convex": "convex_peer",
+    "": "scripts_report"}.items()}
 
 
 def digest_of(*parts):
