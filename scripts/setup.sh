@@ -26,6 +26,7 @@ for_tests=(
   python3-cvxopt                     # the convex method against a solver that shares no code
   liborocos-kdl-dev                  # robots against another library
   chromium                           # the report in a browser
+  yapf3 flake8 pylint                # how scripts/ is written
 )
 
 check=no

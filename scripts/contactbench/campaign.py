@@ -1,7 +1,9 @@
-"""The campaign of random scenes: runs every method over them with and without pruning, looks at each run, writes the tables.
+"""The campaign of random scenes: runs every method over them with and without pruning, looks at each run, writes the
+tables.
 
-Each finished run is one line of random_runs.jsonl in the folder of the results; a run that is there already, of the same program, scene
-and limit, is not done again. So a campaign that was stopped goes on, and one with more scenes begins where the smaller one ended.
+Each finished run is one line of random_runs.jsonl in the folder of the results; a run that is there already, of the
+same program, scene and limit, is not done again. So a campaign that was stopped goes on, and one with more scenes
+begins where the smaller one ended.
 """
 import collections
 import concurrent.futures
@@ -11,7 +13,6 @@ import re
 import shlex
 import shutil
 import signal
-import subprocess
 import sys
 import tempfile
 import time
@@ -22,20 +23,23 @@ import pandas as pd
 from . import look, program, reduce, scenes
 from .templates import render
 
-METHODS = {name: flags.split() for name, flags in {
-    "ap/lemke": "--method ap --solver lemke", "ap/path": "--method ap --solver path", "ap/ynl": "--method ap --solver ynl",
-    "convex/bound-on": "--method convex --compression-bound on", "convex/bound-off": "--method convex --compression-bound off",
-    "newton/uncapped": "--method newton --variant uncapped", "newton/stick-tested": "--method newton --variant stick-tested",
-    "mirtich": "--method mirtich"}.items()}
+METHODS = {
+    name: flags.split() for name, flags in {
+        "ap/lemke": "--method ap --solver lemke", "ap/path": "--method ap --solver path",
+        "ap/ynl": "--method ap --solver ynl", "convex/bound-on": "--method convex --compression-bound on",
+        "convex/bound-off": "--method convex --compression-bound off",
+        "newton/uncapped": "--method newton --variant uncapped",
+        "newton/stick-tested": "--method newton --variant stick-tested", "mirtich": "--method mirtich"}.items()}
 MEMORY_MB = 2000
 SOLVE_LIMIT = 60  # s that a kept problem may take
 TIME_LIMIT = 10.0  # s of waiting that a run may take
 # What a method's own law allows, and its page says: found, counted, and no defect of the program.
 DEPARTS = {"newton/uncapped": {"energy": "its friction is not capped (docs/methods/newton.md)"}}
 LATE = 2.0  # s after its limit of time that a run may come back, on a machine with other work
-COLUMNS = ["scene", "family", "kind", "method", "prune", "verdict", "status", "faults", "departures", "penetration_m", "penetration_of_size",
-           "where", "energy_gain", "event_energy_gain", "momentum_of_bound", "false_claims", "residual", "t_reached", "events", "run_s", "reason",
-           "again", "command"]
+COLUMNS = [
+    "scene", "family", "kind", "method", "prune", "verdict", "status", "faults", "departures", "penetration_m",
+    "penetration_of_size", "where", "energy_gain", "event_energy_gain", "momentum_of_bound", "false_claims", "residual",
+    "t_reached", "events", "run_s", "reason", "again", "command"]
 
 
 def kind_of(fault):
@@ -43,14 +47,15 @@ def kind_of(fault):
 
 
 def examine(job, path, model, folder):
-    """A run and the look at it: what a row of the table is made of, and the summary. A fault counts as a defect where the run says `ok`,
-    unless the method's law is known for it; a crash, a hang and damaged numbers always do."""
+    """A run and the look at it: what a row of the table is made of, and the summary. A fault counts as a defect where
+    the run says `ok`, unless the method's law is known for it; a crash, a hang and damaged numbers always do."""
     began, limit = time.monotonic(), job["time_limit"]
     # A run that is still there half as long again after its limit does not hear it: a hang.
-    status, reason, hung, summary = program.watched(job["program"], path, [*job["flags"], "--time-limit", f"{limit:g}"], folder, job["statuses"],
-                                                    1.5 * limit + 5, MEMORY_MB)
+    status, reason, hung, summary = program.watched(job["program"], path, [*job["flags"], "--time-limit", f"{limit:g}"],
+                                                    folder, job["statuses"], 1.5 * limit + 5, MEMORY_MB)
     took = time.monotonic() - began
-    row = {"status": status, "reason": reason, "faults": [], "departures": [], "false_claims": 0, "run_s": round(took, 3)}
+    row = {
+        "status": status, "reason": reason, "faults": [], "departures": [], "false_claims": 0, "run_s": round(took, 3)}
     if hung:
         row["faults"].append("hang: stopped from outside")
     elif took > limit + LATE:
@@ -59,17 +64,19 @@ def examine(job, path, model, folder):
         row["faults"].append(f"{status}: {reason}"[:200])
     if summary:
         seen, residuals = look.look(folder, model, summary), summary["residuals"]
-        row |= {"penetration_m": seen.penetration, "penetration_of_size": seen.penetration_relative, "where": seen.where,
-                "energy_gain": seen.energy_gain, "event_energy_gain": seen.event_gain, "momentum_of_bound": seen.momentum,
-                "false_claims": residuals["false_claims"], "residual": residuals["max"], "git": summary["versions"]["git"],
-                "t_reached": summary["t_reached"], "events": summary["events"]}
+        row |= {
+            "penetration_m": seen.penetration, "penetration_of_size": seen.penetration_relative, "where": seen.where,
+            "energy_gain": seen.energy_gain, "event_energy_gain": seen.event_gain, "momentum_of_bound": seen.momentum,
+            "false_claims": residuals["false_claims"], "residual": residuals["max"], "git": summary["versions"]["git"],
+            "t_reached": summary["t_reached"], "events": summary["events"]}
         row["faults"] += [fault for fault in seen.faults if status == "ok" or kind_of(fault) == "files"]
         if status == "ok" and row["false_claims"]:
             row["faults"].append(f"claims: {row['false_claims']} claims of success were refuted")
     known = DEPARTS.get(job["method"], {})
     row["departures"] = [fault for fault in row["faults"] if kind_of(fault) in known]
     row["faults"] = [fault for fault in row["faults"] if fault not in row["departures"]]
-    row["verdict"] = "defect" if row["faults"] else "typed" if status != "ok" else "model" if row["departures"] else "ok"
+    law = "model" if row["departures"] else "ok"
+    row["verdict"] = "defect" if row["faults"] else "typed" if status != "ok" else law
     return row, summary
 
 
@@ -83,9 +90,10 @@ def digest(*parts):
 
 
 def keep(job, row, folder, summary):
-    """Keeps a failing run's scene, its hard problem and the commands; whether the problem fails again by its command: yes, no, or
-    nothing."""
-    path, place = Path(job["path"]), Path(job["failing"]) / f"{row['scene']}__{row['method'].replace('/', '-')}__prune-{row['prune']}"
+    """Keeps a failing run's scene, its hard problem and the commands; whether the problem fails again by its command:
+    yes, no, or nothing."""
+    path, place = Path(
+        job["path"]), Path(job["failing"]) / f"{row['scene']}__{row['method'].replace('/', '-')}__prune-{row['prune']}"
     shutil.rmtree(place, ignore_errors=True)
     place.mkdir(parents=True)
     for source in [path] + [path.parent / name for name in job["files"]]:
@@ -103,10 +111,12 @@ def keep(job, row, folder, summary):
 
 def solves(path, command, place):
     """Does the program answer the kept problem `ok`, by the command that it said itself? Its files stand in `place`."""
-    words = [path if word.endswith("contactbench") else place / word if (place / word).is_file() else word for word in shlex.split(command)]
+    words = [
+        path if word.endswith("contactbench") else place / word if (place / word).is_file() else word
+        for word in shlex.split(command)]
     try:
         done = program.call(*words, timeout=SOLVE_LIMIT)
-    except subprocess.TimeoutExpired:
+    except program.Late:
         return False
     return done.returncode == 0 and re.search(r"^\W*status\W+ok\b", done.stdout, re.MULTILINE) is not None
 
@@ -115,8 +125,9 @@ def do(job):
     path = Path(job["path"])
     with tempfile.TemporaryDirectory(prefix="campaign") as folder:
         row, summary = examine(job, path, look.Model(path), folder)
-        row = {**{key: job[key] for key in ("scene", "family", "kind", "method", "prune", "key")}, **row,
-               "command": f"contactbench run {path.name} {' '.join(job['flags'])}", "again": ""}
+        row = {
+            **{key: job[key] for key in ("scene", "family", "kind", "method", "prune", "key")},
+            **row, "command": f"contactbench run {path.name} {' '.join(job['flags'])}", "again": ""}
         if row["verdict"] in ("typed", "defect"):
             row["again"] = keep(job, row, folder, summary)
     return row
@@ -124,16 +135,20 @@ def do(job):
 
 def jobs_of(some, options):
     program_hash = hashlib.sha256(Path(options.program).read_bytes()).hexdigest()[:16]
-    look_hash = digest(Path(look.__file__).read_text())  # another look is another run: it sees the files, which are not kept
+    look_hash = digest(Path(
+        look.__file__).read_text())  # another look is another run: it sees the files, which are not kept
     statuses = program.statuses_of(program.listed(options.program))
     for scene in some:
         path = scenes.write(scene, options.out / "scenes")
         for method, flags in METHODS.items():
             for prune in (options.prune or ["on", "off"]) if not options.method or method in options.method else []:
-                key = digest(program_hash, scene.xml(), *scene.files.values(), method, prune, f"{options.time_limit:g}", look_hash)
-                yield {"scene": scene.name, "family": scene.family, "kind": scene.kind, "method": method, "prune": prune, "key": key,
-                       "path": str(path), "files": list(scene.files), "flags": flags + ["--prune", prune], "program": options.program,
-                       "time_limit": options.time_limit, "statuses": statuses, "failing": str(options.out / "failing")}
+                key = digest(program_hash, scene.xml(), *scene.files.values(), method, prune, f"{options.time_limit:g}",
+                             look_hash)
+                yield {
+                    "scene": scene.name, "family": scene.family, "kind": scene.kind, "method": method, "prune": prune,
+                    "key": key, "path": str(path), "files": list(scene.files), "flags": flags + ["--prune", prune],
+                    "program": options.program, "time_limit": options.time_limit, "statuses": statuses,
+                    "failing": str(options.out / "failing")}
 
 
 def finished(path):
@@ -171,28 +186,37 @@ def page(rows, manifest):
         return sum(any(kind_of(found) == kind for found in row[what]) for row in of(method=method))
 
     def shares(**want):
-        ok = [(sum(row["status"] == "ok" for row in some), len(some)) for some in (of(**want, method=m) for m in methods)]
+        ok = [(sum(row["status"] == "ok" for row in some), len(some)) for some in (of(**want, method=m)
+                                                                                   for m in methods)]
         return [f"{good}/{count}" if count else "" for good, count in ok]
+
     families = [(family, kind) for family in scenes.FAMILIES for kind in scenes.KINDS if of(family=family, kind=kind)]
     statuses = collections.Counter(row["status"] for row in rows).most_common()
     faults = collections.Counter(kind_of(fault) for row in rows for fault in row["faults"]).most_common()
     worst = max(of(status="ok"), key=lambda row: row.get("penetration_of_size") or 0, default={})
     kept = [row["again"] for row in rows if row["verdict"] == "typed" and row["again"]]
-    return render("random.md", manifest=manifest, scenes=len({row["scene"] for row in rows}), runs=len(rows), methods=methods,
-                  shares=[(*key, shares(family=key[0], kind=key[1])) for key in families] +
-                  [("all", kind, shares(kind=kind)) for kind in scenes.KINDS],
-                  ends=[(status, [len(of(method=m, status=status)) for m in methods]) for status, _ in statuses],
-                  defects=[(kind, [having(kind, m) for m in methods]) for kind, _ in faults] or [("none", [0] * len(methods))],
-                  departs=[(kind, method, having(kind, method, "departures"), reason) for method, known in DEPARTS.items()
-                           for kind, reason in known.items() if having(kind, method, "departures")],
-                  worst=worst if worst.get("penetration_of_size") else None, listing=listing(rows, methods), kept=kept)
+    return render(
+        "random.md", manifest=manifest, scenes=len({row["scene"]
+                                                    for row in rows}), runs=len(rows), methods=methods, shares=[
+                                                        (*key, shares(family=key[0], kind=key[1]))
+                                                        for key in families] + [("all", kind, shares(kind=kind))
+                                                                                for kind in scenes.KINDS],
+        ends=[(status, [len(of(method=m, status=status)) for m in methods])
+              for status, _ in statuses], defects=[(kind, [having(kind, m) for m in methods])
+                                                   for kind, _ in faults] or [("none", [0] * len(methods))], departs=[
+                                                       (kind, method, having(kind, method, "departures"), reason)
+                                                       for method, known in DEPARTS.items()
+                                                       for kind, reason in known.items()
+                                                       if having(kind, method, "departures")],
+        worst=worst if worst.get("penetration_of_size") else None, listing=listing(rows, methods), kept=kept)
 
 
 def listing(rows, methods):
     """Which scenes fail how: method, fault or end, scenes."""
     ends = collections.defaultdict(dict)
     for row in rows:
-        for end in {kind_of(fault) for fault in row["faults"]} | ({f"*{row['status']}*"} if row["verdict"] == "typed" else set()):
+        for end in {kind_of(fault)
+                    for fault in row["faults"]} | ({f"*{row['status']}*"} if row["verdict"] == "typed" else set()):
             ends[methods.index(row["method"]), end][f"{row['scene']} ({row['family']})"] = None
     return [(methods[m], end, ", ".join(some)) for (m, end), some in sorted(ends.items())]
 
@@ -209,7 +233,8 @@ def deaf():
 
 
 def run_all(todo, known, record, count):
-    """Runs what is to do; each row goes to the file and into `known` at once. An interruption leaves what is finished."""
+    """Runs what is to do; each row goes to the file and into `known` at once. An interruption leaves what is
+    finished."""
     began = time.monotonic()
     with open(record, "a") as file, concurrent.futures.ProcessPoolExecutor(count, initializer=deaf) as pool:
         futures = [pool.submit(do, job) for job in todo]
@@ -220,8 +245,8 @@ def run_all(todo, known, record, count):
                 file.write(json.dumps(row) + "\n")
                 file.flush()
                 if row["verdict"] == "defect":
-                    print(f"{row['scene']} {row['family']} {row['kind']} {row['method']} prune {row['prune']}: {row['status']}; "
-                          f"{'; '.join(row['faults'])}", flush=True)
+                    print(*(row[key] for key in ("scene", "family", "kind", "method")),
+                          f"prune {row['prune']}: {row['status']}; {'; '.join(row['faults'])}", flush=True)
                 if done % 50 == 0:
                     left = (time.monotonic() - began) / done * (len(todo) - done)
                     print(f"{done} of {len(todo)}, {left:.0f} s left", file=sys.stderr, flush=True)
@@ -237,6 +262,7 @@ def reduce_all(rows, jobs, out):
         if row["verdict"] not in ("ok", "model") and label(row) not in ("pruning", "time_limit"):
             first.setdefault((label(row), row["family"], row["method"]), (row, job))
     for (kind, _, method), (row, job) in first.items():
+
         def same(path, kind=kind, job=job):
             try:
                 model = look.Model(path)
@@ -246,6 +272,7 @@ def reduce_all(rows, jobs, out):
                     return label(examine(job, path, model, folder)[0]) == kind
             except (ValueError, OSError):
                 return False
+
         name = f"{row['scene']}__{method.replace('/', '-')}__{kind}"
         print(f"{name}: {reduce.reduce(Path(job['path']), out / 'reduced' / f'{name}.xml', same)}", flush=True)
 
@@ -253,7 +280,9 @@ def reduce_all(rows, jobs, out):
 def main(options):
     """Runs what scripts/stress.py --random asks for; returns the exit code."""
     some = [scenes.make(options.seed, number) for number in range(options.first, options.first + options.random)]
-    some = [scene for scene in some if (not options.family or scene.family in options.family) and options.kind in (None, scene.kind)]
+    some = [
+        scene for scene in some
+        if (not options.family or scene.family in options.family) and options.kind in (None, scene.kind)]
     if options.write_scenes:
         for scene in some:
             print(scenes.write(scene, options.write_scenes))
@@ -263,16 +292,18 @@ def main(options):
     record = out / "random_runs.jsonl"
     jobs, known = list(jobs_of(some, options)), finished(record)
     todo = [job for job in jobs if job["key"] not in known]
-    print(f"{len(some)} scenes, {len(jobs)} runs, {len(jobs) - len(todo)} of them done before", file=sys.stderr, flush=True)
+    print(f"{len(some)} scenes, {len(jobs)} runs, {len(jobs) - len(todo)} of them done before", file=sys.stderr,
+          flush=True)
     run_all(todo, known, record, options.jobs)
     rows = [known[job["key"]] for job in jobs if job["key"] in known]
     disagreements(rows)
     version = next((row["git"] for row in rows if row.get("git")), "a program that said nothing of itself")
-    command = f"scripts/stress.py --random {options.random} --seed {options.seed}" + (f" --first {options.first}" if options.first else "")
+    command = f"scripts/stress.py --random {options.random} --seed {options.seed}" + (f" --first {options.first}"
+                                                                                      if options.first else "")
     write_tables(rows, out, {"git": version, "command": command, "runs": len(jobs)})
     if options.reduce:
         reduce_all(rows, jobs, out)
     count = collections.Counter(row["verdict"] for row in rows)
-    print(f"{len(rows)} runs: {count['ok']} ok, {count['model']} as their law allows, {count['typed']} typed, {count['defect']} defects; "
-          f"{out}/random.md")
+    print(f"{len(rows)} runs: {count['ok']} ok, {count['model']} as their law allows, {count['typed']} typed, "
+          f"{count['defect']} defects; {out}/random.md")
     return 1 if count["defect"] or len(rows) < len(jobs) else 0

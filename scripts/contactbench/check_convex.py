@@ -12,7 +12,6 @@ Exit code: 0 agreement, 1 disagreement, 77 without CVXOPT and numpy (Debian: pyt
 """
 import itertools
 import json
-import subprocess
 import tempfile
 from pathlib import Path
 
@@ -24,8 +23,8 @@ from . import program
 
 cvxopt.solvers.options.update(show_progress=False, maxiters=100)
 
-
 # Problems: M (block diagonal), J (rows n, t1, t2 a contact), v_minus, mu.
+
 
 def frame(rng):
     """Three orthonormal rows: n, t1, t2."""
@@ -75,6 +74,7 @@ def beside(first, second):
     """Two systems that do not touch."""
     def diagonal(a, b):
         return np.block([[a, np.zeros((a.shape[0], b.shape[1]))], [np.zeros((b.shape[0], a.shape[1])), b]])
+
     return (diagonal(first[0], second[0]), diagonal(first[1], second[1]), np.concatenate([first[2], second[2]]),
             np.concatenate([first[3], second[3]]))
 
@@ -94,6 +94,7 @@ def problems():
 
 
 # The program, with CVXOPT.
+
 
 def matrix(a):
     return cvxopt.matrix(np.ascontiguousarray(a, dtype=float))
@@ -165,13 +166,15 @@ def reference(W, q, mu, bounded):
     objective = np.concatenate([np.linalg.lstsq(B, q / scale, rcond=None)[0], np.zeros(n)])
     square = np.diag(np.concatenate([np.ones(rank), np.zeros(n)]))
     for tolerance, kkt_solver, widening in attempts():
-        cvxopt.solvers.options.update(abstol=tolerance, reltol=tolerance, feastol=max(1e-11, 10 * tolerance), refinement=3)
+        cvxopt.solvers.options.update(abstol=tolerance, reltol=tolerance, feastol=max(1e-11, 10 * tolerance),
+                                      refinement=3)
         try:
-            solution = cvxopt.solvers.coneqp(
-                matrix(square), matrix(objective), matrix(np.vstack([*linear, cones])),
-                matrix(np.concatenate([*limit, kappa * (1 + widening), np.zeros(n)])),
-                {"l": nc + len(kappa), "q": [3] * nc, "s": []},
-                matrix(np.hstack([np.eye(rank), -B.T])), matrix(np.zeros(rank)), kktsolver=kkt_solver)
+            solution = cvxopt.solvers.coneqp(matrix(square), matrix(objective), matrix(np.vstack([*linear, cones])),
+                                             matrix(np.concatenate([*limit, kappa * (1 + widening),
+                                                                    np.zeros(n)])),
+                                             {"l": nc + len(kappa), "q": [3] * nc, "s": []},
+                                             matrix(np.hstack([np.eye(rank),
+                                                               -B.T])), matrix(np.zeros(rank)), kktsolver=kkt_solver)
         except (ArithmeticError, ValueError):  # a singular system on the way
             continue
         if solution["status"] == "optimal":
@@ -181,6 +184,7 @@ def reference(W, q, mu, bounded):
 
 
 # The same, with the program under test.
+
 
 def write(path, W, q, mu):
     """Siconos' text form: dimension, contacts, storage (0: dense), size twice, W, q, mu."""
@@ -194,8 +198,8 @@ def ours(path, W, q, mu, bounded, folder):
     problem, out = folder / "problem.dat", folder / "r.mtx"
     write(problem, W, q, mu)
     out.unlink(missing_ok=True)
-    run = program.call(path, "solve", problem, "--kind", "contact", "--method", "convex", "--epsilon-relative", "1e-13", "--compression-bound",
-                       "on" if bounded else "off", "--json", "--out", out, timeout=60)
+    run = program.call(path, "solve", problem, "--kind", "contact", "--method", "convex", "--epsilon-relative", "1e-13",
+                       "--compression-bound", "on" if bounded else "off", "--json", "--out", out, timeout=60)
     if not out.exists():
         raise ArithmeticError(f"exit code {run.returncode}: {(run.stderr or run.stdout).strip()[:300]}")
     r = np.array(program.read_vector(out))
@@ -205,9 +209,10 @@ def ours(path, W, q, mu, bounded, folder):
 def main():
     parser = program.flags(__doc__)
     parser.add_argument("program", type=Path, help="contactbench")
-    parser.add_argument("--tolerance", type=float, default=1e-6,
-                        help="accepted difference of u as a fraction of the fastest u before, of the energy change as a "
-                             "fraction of the energy of the event [1e-6]")
+    parser.add_argument(
+        "--tolerance", type=float, default=1e-6,
+        help="accepted difference of u as a fraction of the fastest u before, of the energy change as a "
+        "fraction of the energy of the event [1e-6]")
     args = parser.parse_args()
     failures = 0
     print(f"{'problem':40} {'bound':6} {'dKE, J':>14} {'error of u':>11} {'of dKE':>9}  status, CVXOPT's tolerance")
@@ -220,7 +225,7 @@ def main():
                 try:
                     u, change, met = reference(W, q, mu, bounded)
                     u_ours, change_ours, status = ours(args.program, W, q, mu, bounded, Path(folder))
-                except (ArithmeticError, subprocess.TimeoutExpired) as error:
+                except (ArithmeticError, program.Late) as error:
                     print(f"{name:40} {'on' if bounded else 'off':6} FAILS: {error}")
                     failures += 1
                     continue
@@ -228,8 +233,8 @@ def main():
                 error_change = abs(change - change_ours) / energy
                 good = status == "ok" and error_u <= args.tolerance and error_change <= args.tolerance
                 failures += not good
-                print(f"{name:40} {'on' if bounded else 'off':6} {change_ours:14.6e} {error_u:11.1e} {error_change:9.1e}  "
-                      f"{status}, {met:.0e}{'' if good else '  FAILS'}")
+                bound, fails = "on" if bounded else "off", "" if good else "  FAILS"
+                print(f"{name:40} {bound:6} {change_ours:14.6e} {error_u:11.1e} {error_change:9.1e}  "
+                      f"{status}, {met:.0e}{fails}")
     print("agreement" if failures == 0 else f"{failures} disagreements")
     return 1 if failures else 0
-

@@ -3,8 +3,9 @@
   scripts/claims.py                  all, one line each
   scripts/claims.py C3 C4            these, with every number and every run
 """
-# A claim of claims.toml is a question to the result files: reproduced, not reproduced, or cannot be told. It is reproduced when all its
-# parts are. Where a part is about Newton's model it is answered for both variants, and so is then the claim.
+# A claim of claims.toml is a question to the result files: reproduced, not reproduced, or cannot be told. It is
+# reproduced when all its parts are. Where a part is about Newton's model it is answered for both variants, and so is
+# then the claim.
 import functools
 import math
 import sys
@@ -53,13 +54,17 @@ class Claim:
         if holds is None:
             scene = scene or self.words["of"]
             missing = self.results.missing(scene)
-            why = f"no run of {scene}: {missing}" if missing else "a run that it needs is not there, or did not reach the end"
+            why = f"no run of {scene}: {missing}"
+            why = why if missing else "a run that it needs is not there, or did not reach the end"
             self.parts.append(Part(text, UNKNOWN, {}, why, variant))
         else:
-            self.parts.append(Part(text, YES if holds else NO, numbers, "" if holds else part.get("why", ""), variant, timing, list(cells)))
+            self.parts.append(
+                Part(text, YES if holds else NO, numbers, "" if holds else part.get("why", ""), variant, timing,
+                     list(cells)))
 
     def ask_of(self, key, cells, value, holds, numbers=None, **more):
-        """A part that needs a value of each of some cells, and cannot be told without; `numbers` of them, or the values themselves."""
+        """A part that needs a value of each of some cells, and cannot be told without; `numbers` of them, or the values
+        themselves."""
         if not cells or any(c is None or isinstance(value(c), float) and math.isnan(value(c)) for c in cells):
             self.ask(key, None, **more)
         else:
@@ -95,8 +100,9 @@ def outcome(cell, came_to=""):
 
 def find(cells, method, choice="", **more):
     """The one cell of a method with that solver or variant; None where there is none."""
-    return next((c for c in cells if c["method"] == method and (not choice or choice in (c["solver"], c["variant"]))
-                 and all(c[n] == v for n, v in more.items())), None)
+    return next(
+        (c for c in cells if c["method"] == method and (not choice or choice in (c["solver"], c["variant"])) and all(
+            c[n] == v for n, v in more.items())), None)
 
 
 def newton(cells, variant):
@@ -125,7 +131,8 @@ def c1(claim, results):
     cells, rise = results.cells("impacting_sphere", knobs="", parameters=""), error("energy_rise_relative")
     for v in VARIANTS:
         claim.ask_of("newton", [newton(cells, v)], rise, lambda c: rise(c) > 1e-9, variant=v)
-    claim.ask_of("others", [c for c in cells if c["method"] != "newton"], rise, lambda *rest: all(rise(c) <= 1e-9 for c in rest))
+    claim.ask_of("others", [c for c in cells if c["method"] != "newton"], rise,
+                 lambda *rest: all(rise(c) <= 1e-9 for c in rest))
 
 
 @functools.cache
@@ -148,6 +155,7 @@ def c2(claim, results):
 
     def beside(cell):
         return {**named([cell], far), "median of the others": middle}
+
     for v in VARIANTS:
         claim.ask_of("newton", [newton(cells, v)], far, lambda c: far(c) > 1.01 * middle, beside, variant=v)
     claim.ask_of("ynl", [find(cells, "ap", "ynl")], far, lambda c: abs(far(c) / middle - 1) > 0.01, beside)
@@ -155,7 +163,8 @@ def c2(claim, results):
 
 
 def c3(claim, results):
-    cells, creep, past = results.cells("sticking_box", knobs="", parameters=""), error("displacement_linf_m"), error("first_past_1mm_s")
+    cells, creep, past = results.cells("sticking_box", knobs="",
+                                       parameters=""), error("displacement_linf_m"), error("first_past_1mm_s")
     eight = [c for c in cells if c["k"] in ("", "8")]
     for v in VARIANTS:
         claim.ask_of("newton", [newton(eight, v)], creep, lambda c: past(c) <= 2.0,
@@ -166,8 +175,10 @@ def c3(claim, results):
         floored = {c: max(creep(c), ROUNDING) for c in held}
         orders = math.log10(floored[path] / floored[lemke])
         claim.ask("least", floored[lemke] <= 2 * min(floored.values()), named(held, creep), held)
-        claim.ask("most", floored[path] >= 0.5 * max(floored.values()) and floored[path] > ROUNDING, named(held, creep), held)
-        claim.ask("orders", 6 <= orders <= 8, {"orders, PATH over Lemke": orders, **named([lemke, path], creep)}, [lemke, path])
+        claim.ask("most", floored[path] >= 0.5 * max(floored.values()) and floored[path] > ROUNDING, named(held, creep),
+                  held)
+        claim.ask("orders", 6 <= orders <= 8, {"orders, PATH over Lemke": orders, **named([lemke, path], creep)},
+                  [lemke, path])
     else:
         for key in ("least", "most", "orders"):
             claim.ask(key, None)
@@ -201,7 +212,9 @@ def c4(claim, results):
         t, p = path_of(cell)
         radius, deviation = circle(p[t >= t[-1] - 2 * math.pi])
         claim.ask("circle", deviation <= 0.05, {"radius, m": radius, "deviation": deviation}, [cell])
-        claim.ask("another", farthest(cell) > 0.1 * RADIUS, {"largest distance from the exact place, m": farthest(cell)}, [cell], radius=RADIUS)
+        claim.ask("another",
+                  farthest(cell) > 0.1 * RADIUS, {"largest distance from the exact place, m": farthest(cell)}, [cell],
+                  radius=RADIUS)
     for v in VARIANTS:
         cell = newton(cells, v)
         if cell is None or not cell.finished:
@@ -210,8 +223,9 @@ def c4(claim, results):
         p = path_of(cell)[1]
         way = float(np.sum(np.linalg.norm(np.diff(p, axis=0), axis=1)))
         straight = float(np.linalg.norm(p[-1] - p[0])) / way
-        claim.ask("newton", straight >= 0.9, {"displacement over way": straight, "way, m": way,
-                                              "largest distance from the exact place, m": farthest(cell)}, [cell], variant=v)
+        claim.ask("newton", straight >= 0.9, {
+            "displacement over way": straight, "way, m": way, "largest distance from the exact place, m": farthest(cell)
+        }, [cell], variant=v)
 
 
 def stacks(results):
@@ -239,18 +253,23 @@ def c5(claim, results):
         claim.ask("fastest", all(r in (1, 2) for r in ranks.values()), ranks, used, v, timing=True)
     big = [cells for n, cells in by_size.items() if n >= 8]
     used = [c for cells in big for c in others(cells) if c["method"] in ("ap", "convex")]
-    slower = [seconds(c) > seconds(find(cells, "convex", epsilon=EPS)) for cells in big for c in cells if c["method"] == "ap"]
-    claim.ask("slower", all(slower) if slower else None, {f"{c['parameters']}, {c.name}": seconds(c) for c in used}, used, timing=True)
+    slower = [
+        seconds(c) > seconds(find(cells, "convex", epsilon=EPS)) for cells in big for c in cells if c["method"] == "ap"]
+    claim.ask("slower",
+              all(slower) if slower else None, {f"{c['parameters']}, {c.name}": seconds(c)
+                                                for c in used}, used, timing=True)
     pairs = [(n, find(c, "mirtich"), find(c, "convex", epsilon=EPS)) for n, c in by_size.items() if n >= 2]
     pairs = [(n, m, c) for n, m, c in pairs if m and c]
-    claim.ask("mirtich", all(seconds(m) > seconds(c) for _, m, c in pairs) if pairs else None,
-              {f"{n} boxes": f"{m.how_it_ended or f'{seconds(m):.3g} s'} against {seconds(c):.3g} s" for n, m, c in pairs},
-              [x for _, m, c in pairs for x in (m, c)], timing=True)
+    claim.ask("mirtich",
+              all(seconds(m) > seconds(c) for _, m, c in pairs) if pairs else None, {
+                  f"{n} boxes": f"{m.how_it_ended or f'{seconds(m):.3g} s'} against {seconds(c):.3g} s"
+                  for n, m, c in pairs}, [x for _, m, c in pairs for x in (m, c)], timing=True)
 
 
 def c6(claim, results):
     cells = [c for c in results.cells("mobile_robot", knobs="", parameters="") if c["epsilon"] in ("", EPS)]
-    off, without_slip, asymmetry = map(error, ("cross_track_rms_m", "no_slip_cross_track_rms_m", "load_asymmetry_mean_relative"))
+    off, without_slip, asymmetry = map(
+        error, ("cross_track_rms_m", "no_slip_cross_track_rms_m", "load_asymmetry_mean_relative"))
     left, right = error("unloaded_left_relative"), error("unloaded_right_relative")
 
     def drives(c):
@@ -258,15 +277,22 @@ def c6(claim, results):
 
     def how(c):
         return outcome(c, f", off by {said(off(c))} m rms, without slip {said(without_slip(c))}")
+
     claim.ask_of("convex", [find(cells, "convex")], how, drives)
-    finer = [c for knobs in ("step=5e-5 duration=10", "step=5e-5") for c in results.cells("mobile_robot", None, knobs=knobs) if c["method"] == "ap"]
+    finer = [
+        c for knobs in ("step=5e-5 duration=10", "step=5e-5") for c in results.cells("mobile_robot", None, knobs=knobs)
+        if c["method"] == "ap"]
     for v in VARIANTS:
         rest = [c for c in cells if c["method"] != "convex" and c["variant"] in ("", v)]
-        claim.ask("others", not any(drives(c) for c in rest) if rest else None, named(rest + finer, how), rest + finer, v)
-    claim.ask_of("unloaded", [find(cells, "ap", "lemke")], lambda c: left(c) + right(c), lambda c: left(c) + right(c) >= 0.9,
-                 lambda c: {"share of steps": left(c) + right(c), "left": left(c), "right": right(c), "mean load asymmetry": asymmetry(c)})
-    claim.ask_of("caster", [find(results.cells("mobile_robot_caster", None), "ap", "lemke")], asymmetry, lambda c: asymmetry(c) > 0.5,
-                 lambda c: {"mean load asymmetry": asymmetry(c)}, scene="mobile_robot_caster")
+        claim.ask("others", not any(drives(c)
+                                    for c in rest) if rest else None, named(rest + finer, how), rest + finer, v)
+    claim.ask_of(
+        "unloaded", [find(cells, "ap", "lemke")], lambda c: left(c) + right(c), lambda c: left(c) + right(c) >= 0.9,
+        lambda c:
+        {"share of steps": left(c) + right(c), "left": left(c), "right": right(c), "mean load asymmetry": asymmetry(c)})
+    claim.ask_of("caster", [find(results.cells("mobile_robot_caster", None), "ap", "lemke")], asymmetry,
+                 lambda c: asymmetry(c) > 0.5, lambda c: {"mean load asymmetry": asymmetry(c)},
+                 scene="mobile_robot_caster")
 
 
 def c7(claim, results):
@@ -277,9 +303,12 @@ def c7(claim, results):
         return c.finished and math.isnan(dropped(c)) and creep(c) <= 5e-3
 
     def how(c):
-        return outcome(c, f", creep {said(creep(c))} m" + ("" if math.isnan(dropped(c)) else f", dropped at {said(dropped(c))} s"))
+        return outcome(
+            c, f", creep {said(creep(c))} m" + ("" if math.isnan(dropped(c)) else f", dropped at {said(dropped(c))} s"))
+
     claim.ask_of("convex", [find(cells, "convex")], how, holds)
-    for who, cell, v in (*((f"Newton {v}", newton(cells, v), v) for v in VARIANTS), ("Mirtich", find(cells, "mirtich"), "")):
+    for who, cell, v in (*((f"Newton {v}", newton(cells, v), v)
+                           for v in VARIANTS), ("Mirtich", find(cells, "mirtich"), "")):
         claim.ask_of("drops", [cell], how, lambda c: not holds(c), variant=v, who=who)
     claim.ask_of("ap", [c for c in cells if c["method"] == "ap"], how, lambda *rest: not any(c.finished for c in rest))
 
@@ -288,6 +317,7 @@ def pairs_of(results, solver):
     """(cell with Lemke, the same with the other solver) over every scene and knob."""
     def same(c):
         return tuple(c[n] for n in ("scene", "parameters", "k", "knobs"))
+
     lemke = {same(c): c for c in results.cells(sweep=None, method="ap", solver="lemke")}
     return [(lemke[same(c)], c) for c in results.cells(sweep=None, method="ap", solver=solver) if same(c) in lemke]
 
@@ -299,12 +329,15 @@ def c8(claim, results):
     claim.ask("path", path > lemke and path >= 0.05 * len(both) if both else None,
               {"runs of each": len(both), "Lemke failed": lemke, "PATH failed": path}, bad)
     both = pairs_of(results, "ynl")
-    ratio = {b.label + ", " + b["scene"] + (" " + b["parameters"] if b["parameters"] else ""):
-             number(b["peak_memory_mb"]) / number(a["peak_memory_mb"]) for a, b in both}
+    ratio = {
+        b.label + ", " + b["scene"] + (" " + b["parameters"] if b["parameters"] else ""):
+        number(b["peak_memory_mb"]) / number(a["peak_memory_mb"]) for a, b in both}
     out = [b for _, b in both if b["status"] == "memory_limit"]
     worst = max(ratio, key=ratio.get, default="")
-    claim.ask("ynl", bool(out) or ratio[worst] > 10 if both else None,
-              {"runs": len(both), "ended by memory": len(out), "largest memory over Lemke's": ratio.get(worst), "there": worst}, out, timing=True)
+    claim.ask("ynl",
+              bool(out) or ratio[worst] > 10 if both else None, {
+                  "runs": len(both), "ended by memory": len(out), "largest memory over Lemke's": ratio.get(worst),
+                  "there": worst}, out, timing=True)
 
 
 def c9(claim, results):
@@ -312,14 +345,16 @@ def c9(claim, results):
                                  ("circular_sliding", "", "8"), ("stack", "boxes=1", "4"), ("mobile_robot", "", "4")):
         cells = [c for c in others(results.cells(scene, parameters=parameters, knobs="")) if c["k"] in ("", k)]
         lemke = find(cells, "ap", "lemke")
-        first = None if lemke is None or len(cells) < 2 else lemke.finished and all(seconds(lemke) <= seconds(c) for c in cells)
-        claim.ask("lemke", first, named(cells, seconds), cells, timing=True, scene=scene, words=scene.replace("_", " "))
+        first = all(seconds(lemke) <= seconds(c) for c in cells) and bool(lemke and lemke.finished)
+        claim.ask("lemke", first if lemke and len(cells) > 1 else None, named(cells, seconds), cells, timing=True,
+                  scene=scene, words=scene.replace("_", " "))
 
 
 def c10(claim, results):
     cells = results.cells(sweep=None, method="convex", epsilon=EPS)
     bad = [c for c in cells if c["status"] != "ok"]
-    claim.ask("ok", not bad if cells else None, {"runs": len(cells), **{f"{c['scene']} {c.label}": outcome(c) for c in bad}}, bad)
+    claim.ask("ok", not bad if cells else None,
+              {"runs": len(cells), **{f"{c['scene']} {c.label}": outcome(c) for c in bad}}, bad)
     by_size, growth = stacks(results), {}
     for n, some in by_size.items():
         for c in [*others(some), *[newton(some, v) for v in VARIANTS]] if n >= 4 else []:
@@ -331,13 +366,15 @@ def c10(claim, results):
         claim.ask("growth", None)
     else:
         last = {n: t.get(16, math.nan) for n, t in growth.items()}
-        claim.ask("fastest", last[name] <= min(last.values()), {n: t if math.isfinite(t) else "did not finish" for n, t in last.items()},
-                  by_size[16], timing=True)
-        powers = {n: slope(t, t.values()) for n, t in growth.items() if len(t) > 1 and all(math.isfinite(s) and s > 0 for s in t.values())}
-        claim.ask("growth", name in powers and powers[name] <= min(min(powers.values()), 1.5), powers,
+        claim.ask("fastest", last[name] <= min(last.values()),
+                  {n: t if math.isfinite(t) else "did not finish" for n, t in last.items()}, by_size[16], timing=True)
+        powers = {
+            n: slope(t, t.values()) for n, t in growth.items()
+            if len(t) > 1 and all(math.isfinite(s) and s > 0 for s in t.values())}
+        claim.ask("growth", name in powers and powers[name] <= min(*powers.values(), 1.5), powers,
                   [c for n, some in by_size.items() if n >= 4 for c in some], timing=True)
-    claim.ask_of("loops", [find(results.cells("grasp", knobs="", parameters=""), "convex", epsilon=EPS)], outcome, lambda c: c.finished,
-                 scene="grasp")
+    claim.ask_of("loops", [find(results.cells("grasp", knobs="", parameters=""), "convex", epsilon=EPS)], outcome,
+                 lambda c: c.finished, scene="grasp")
 
 
 ALL = {"C1": c1, "C2": c2, "C3": c3, "C4": c4, "C5": c5, "C6": c6, "C7": c7, "C8": c8, "C9": c9, "C10": c10}

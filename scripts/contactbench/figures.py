@@ -1,5 +1,6 @@
-"""The table of figures: each a function draw(table, axes) of the runs that it shows, or of the whole table. A new one is a function, a row
-in FIGURES, what it shows in figures.toml and a link in scripts/plots/. They read result files only.
+"""The table of figures: each a function draw(table, axes) of the runs that it shows, or of the whole table. A new one
+is a function, a row in FIGURES, what it shows in figures.toml and a link in scripts/plots/. They read result files
+only.
 
 The links in scripts/plots draw one of them each."""
 import math
@@ -16,7 +17,9 @@ from . import precision, program, robots, solve_all
 from .looks import Curves, ending, floor_line, legend, look_of, plt, point, save, solves, styles
 from .runs import Runs
 
-SAYS = {name: " ".join(text.split()) for name, text in tomllib.loads(Path(__file__).with_suffix(".toml").read_text()).items()}
+SAYS = {
+    name: " ".join(text.split())
+    for name, text in tomllib.loads(Path(__file__).with_suffix(".toml").read_text()).items()}
 FLOOR = 1e-18  # m; what is below, exact zeros too, is drawn here
 
 
@@ -36,10 +39,11 @@ def figure01(table, axes):
     whole.set_ylim(bottom=0)
     if impact:
         where = float(np.median(impact))
-        close.set(title=f"around the impact at t = {where:.3g} s", xlabel="time (s)", xlim=(max(0.0, where - 0.05), where + 0.05))
+        close.set(title=f"around the impact at t = {where:.3g} s", xlabel="time (s)",
+                  xlim=(max(0.0, where - 0.05), where + 0.05))
         close.axhline(max(before), color="0.55", linewidth=0.8, linestyle=(0, (6, 3)))
-        close.annotate("before the impact", (where + 0.05, max(before)), xytext=(0, -3), textcoords="offset points", ha="right", va="top",
-                       fontsize=7.5, color="0.35")
+        close.annotate("before the impact", (where + 0.05, max(before)), xytext=(0, -3), textcoords="offset points",
+                       ha="right", va="top", fontsize=7.5, color="0.35")
 
 
 def timing(title):
@@ -48,7 +52,8 @@ def timing(title):
 
 
 def pushed(t):
-    """Exact way of the sliding box, by the scene's own numbers: slides at (F - mu m g)/m while pushed, then is slowed by mu g until it stands."""
+    """Exact way of the sliding box, by the scene's own numbers: slides at (F - mu m g)/m while pushed, then is slowed
+    by mu g until it stands."""
     mu, g, push, mass, begin, end = 0.1, 9.8, 1.0, 1.0, 1.0, 5.0
     a, b = push / mass - mu * g, mu * g
     under_way = np.clip(t - begin, 0, end - begin)
@@ -71,7 +76,8 @@ def figure03(table, axes):
     top.set(title="displacement along the push", xlabel="time (s)", ylabel="displacement (m)")
     if max(farthest) > 20 * farthest[0]:
         top.set_yscale("symlog", linthresh=2 * farthest[0])
-    middle.set(title="distance from the exact position (below 1e-16 m drawn at 1e-16)", xlabel="time (s)", ylabel="error (m)", yscale="log")
+    middle.set(title="distance from the exact position (below 1e-16 m drawn at 1e-16)", xlabel="time (s)",
+               ylabel="error (m)", yscale="log")
     table.time(bottom, "processing time")
     return [truth, *table.handles()]
 
@@ -85,7 +91,8 @@ def figure04(table, axes):
             creep = np.sqrt((x - x[0])**2 + (y - y[0])**2 + (z - z[0])**2)
             floor = floor or bool(np.any(creep[1:] <= FLOOR))
             table.draw(top, number, t[1:], np.maximum(creep[1:], FLOOR), points=300)
-    top.set(title="creep: distance from the start, 0 m is exact", xlabel="time (s)", ylabel="displacement (m)", yscale="log")
+    top.set(title="creep: distance from the start, 0 m is exact", xlabel="time (s)", ylabel="displacement (m)",
+            yscale="log")
     if floor:
         floor_line(top, FLOOR, "exactly 0, or below $10^{-18}$ m, is drawn here", xytext=(-2, -4), va="top")
         top.set_ylim(bottom=FLOOR / 100)
@@ -101,6 +108,7 @@ def figure05(table, axes):
     def exact(t):
         """Steady start: velocity of constant length, `lag` behind the turning drive."""
         return radius * (np.sin(t - lag) + np.sin(lag)), radius * (np.cos(lag) - np.cos(t - lag))
+
     truth = path.plot(*exact(np.linspace(0, 2 * np.pi, 400)), color="0.78", linewidth=6, label="exact", zorder=2)[0]
     extent, clipped, least = 3 * radius, False, 1.0
     for number, cell, look in table:
@@ -111,7 +119,8 @@ def figure05(table, axes):
         every = max(1, int(round(0.02 / (t[1] - t[0])))) if len(t) > 1 else 1
         dx, dz = px - px[0], pz - pz[0]
         clipped = clipped or bool(np.max(np.hypot(dx, dz)) > 2 * extent)
-        at = table.path(path, number, dx[::every], dz[::every], 0.7, max(1, min(len(t) - 1, int(np.searchsorted(t, 2 * np.pi)))))
+        at = table.path(path, number, dx[::every], dz[::every], 0.7,
+                        max(1, min(len(t) - 1, int(np.searchsorted(t, 2 * np.pi)))))
         path.plot(dx[at], dz[at], **{**look, "linestyle": "", "markersize": 6, "zorder": 5})
         ex, ez = exact(t)
         error = np.maximum(np.hypot(dx - ex, dz - ez), 1e-16)
@@ -135,6 +144,7 @@ def from_above(path, clipped):
 def figure07(table, axes):
     def boxes(cell):
         return int(cell["parameters"].split("=")[1])
+
     # One curve a method and knob, over the numbers of boxes.
     curves = {}
     for cell in table.cells:
@@ -150,7 +160,8 @@ def figure07(table, axes):
                 reasons.setdefault(c["status"], []).append(str(boxes(c)))
         ended = "; ".join(f"{', '.join(n)}: {status}" for status, n in reasons.items())
         handles.append(plt.Line2D([], [], **{**look, "label": look["label"] + (f" ({ended})" if ended else "")}))
-    axes.set(xscale="log", yscale="log", title="stack of boxes, 1 s simulated", xlabel="boxes", ylabel="processing time (s)")
+    axes.set(xscale="log", yscale="log", title="stack of boxes, 1 s simulated", xlabel="boxes",
+             ylabel="processing time (s)")
     counts = sorted({boxes(c) for c in table.cells})
     axes.set_xticks(counts, [str(n) for n in counts])
     axes.set_xticks([], minor=True)
@@ -162,7 +173,8 @@ def figure07(table, axes):
         for n, look in unfinished:
             same[n] = same.get(n, -1) + 1
             axes.plot([n], [1.05 + 0.035 * same[n]], transform=axes.get_xaxis_transform(), clip_on=False, linestyle="",
-                      marker=look["marker"], markersize=6, color=look["color"], markerfacecolor="none", markeredgewidth=1.2)
+                      marker=look["marker"], markersize=6, color=look["color"], markerfacecolor="none",
+                      markeredgewidth=1.2)
     return handles
 
 
@@ -186,11 +198,13 @@ def figure08(table, axes):
         at = table.path(path, number, x, z, 0.8, len(t) - 1)
         path.plot(x[at], z[at], **{**look, "linestyle": "", "markersize": 6, "zorder": 5})
         every = slice(None, None, 2)
-        table.draw(distance, number, t[every], np.maximum(robots.cross_track(t[every], x[every], z[every]), least), points=400)
+        table.draw(distance, number, t[every], np.maximum(robots.cross_track(t[every], x[every], z[every]), least),
+                   points=400)
         edges, left, right = robots.loads(cell)
         longest, both = max(longest, edges[-1]), left + right
         part = np.ma.masked_where(both <= 0, left / np.where(both > 0, both, 1))
-        share.pcolormesh(edges, [number - 0.42, number + 0.42], part[None, :], cmap="RdBu", vmin=0, vmax=1, rasterized=True)
+        share.pcolormesh(edges, [number - 0.42, number + 0.42], part[None, :], cmap="RdBu", vmin=0, vmax=1,
+                         rasterized=True)
     from_above(path, clipped)
     if clipped:
         path.set(xlim=(-extent, extent), ylim=(extent, -extent))
@@ -198,7 +212,8 @@ def figure08(table, axes):
     distance.set_ylim(bottom=least)
     share.set_facecolor("0.7")
     share.grid(False)
-    share.set(title="share of the load: left wheel (blue), right wheel (red)", xlabel="time (s)", xlim=(0, longest), ylim=(len(table) - 0.5, -0.5))
+    share.set(title="share of the load: left wheel (blue), right wheel (red)", xlabel="time (s)", xlim=(0, longest),
+              ylim=(len(table) - 0.5, -0.5))
     share.set_yticks(range(len(table)), [look["label"] for look in table.looks], fontsize=7.5)
     return [truth, *table.handles()]
 
@@ -209,7 +224,8 @@ def figure10(table, axes):
     for number, cell, _ in table:
         t, creep = robots.creep(cell)
         table.draw(axes, number, t, np.maximum(creep, least))
-    axes.set(title="creep of the grasped box", xlabel="time (s)", ylabel="displacement in the fingers' frames (m)", yscale="log")
+    axes.set(title="creep of the grasped box", xlabel="time (s)", ylabel="displacement in the fingers' frames (m)",
+             yscale="log")
     # What falls further than this was dropped long before.
     axes.set_ylim(least, min(axes.get_ylim()[1], 1.0))
     return [dropped, *table.handles()]
@@ -250,8 +266,9 @@ MOMENTS = (0, 0.06, 0.14, 0.6, 1)  # of the time that a grasp reached
 def grasp_picture(table, axes):
     box_places = []
     for row, cell, look in table:
-        tracks = {name: cell.series("trajectory.csv", "t", *robots.POSE, of=(name, ), most=1500)
-                  for name in (*robots.ARM, *robots.FINGERS, "box")}
+        tracks = {
+            name: cell.series("trajectory.csv", "t", *robots.POSE, of=(name, ), most=1500)
+            for name in (*robots.ARM, *robots.FINGERS, "box")}
         count = min(track.shape[1] for track in tracks.values())
         for column, panel in enumerate(axes[row]):
             panel.set(xticks=[], yticks=[])
@@ -261,14 +278,17 @@ def grasp_picture(table, axes):
                 continue
             i = round((count - 1) * MOMENTS[column])
             places = np.array([robots.VIEW @ tracks[name][1:4, i] for name in robots.ARM])
-            panel.plot(*places.T, color="0.55", linewidth=3, marker="o", markersize=3, zorder=2, solid_joinstyle="round")
+            panel.plot(*places.T, color="0.55", linewidth=3, marker="o", markersize=3, zorder=2,
+                       solid_joinstyle="round")
             for name, half, centre in robots.PADS:
                 finger = robots.VIEW @ tracks[name][1:4, i]
                 panel.plot(*np.array([places[-1], finger]).T, color="0.55", linewidth=1.5, zorder=2)
-                panel.add_patch(Polygon(robots.silhouette(tracks[name][:, i], half, centre), facecolor="0.8", edgecolor="0.3", linewidth=0.6,
-                                        zorder=3 if name.endswith("left") else 5))
-            panel.add_patch(Polygon(robots.silhouette(tracks["box"][:, i], *robots.BOX), facecolor=look["color"], edgecolor="black",
-                                    linewidth=0.5, alpha=0.9, zorder=4))
+                panel.add_patch(
+                    Polygon(robots.silhouette(tracks[name][:, i], half, centre), facecolor="0.8", edgecolor="0.3",
+                            linewidth=0.6, zorder=3 if name.endswith("left") else 5))
+            panel.add_patch(
+                Polygon(robots.silhouette(tracks["box"][:, i], *robots.BOX), facecolor=look["color"], edgecolor="black",
+                        linewidth=0.5, alpha=0.9, zorder=4))
             trace = robots.VIEW @ tracks["box"][1:4, :i + 1]
             panel.plot(*trace[:, ::8], linestyle="", marker=".", markersize=1.2, color=look["color"], zorder=1)
             box_places += [places.min(axis=0), places.max(axis=0)]
@@ -309,18 +329,22 @@ def error_time(table, axes):
             size = 3.5 + 3.5 * finer.index(fineness(some[0][0]["cell"])) / max(len(finer) - 1, 1)
             look = {**some[0][1], "linestyle": "-", "linewidth": 0.6, "label": "_", "markersize": size}
             panel.plot([p["time"] for p, _ in some], error, **look)
-            panel.hlines(error, [p["least"] for p, _ in some], [p["most"] for p, _ in some], color=look["color"], linewidth=1.6, alpha=0.35)
+            panel.hlines(error, [p["least"]
+                                 for p, _ in some], [p["most"]
+                                                     for p, _ in some], color=look["color"], linewidth=1.6, alpha=0.35)
         front = precision.pareto(points)
-        panel.plot([p["time"] for p in front], [max(p["error"], FLOOR) for p in front], linestyle="", marker="o", markersize=11,
-                   markerfacecolor="none", markeredgecolor="0.5", markeredgewidth=1.0, zorder=2.5)
+        panel.plot([p["time"] for p in front], [max(p["error"], FLOOR) for p in front], linestyle="", marker="o",
+                   markersize=11, markerfacecolor="none", markeredgecolor="0.5", markeredgewidth=1.0, zorder=2.5)
         for number, look in enumerate(failed):
-            panel.plot([1.03], [0.03 + 0.94 * (number + 0.5) / len(failed)], transform=panel.transAxes, clip_on=False, linestyle="",
-                       marker=look["marker"], color=look["color"], markerfacecolor="none", markersize=5)
+            panel.plot([1.03], [0.03 + 0.94 * (number + 0.5) / len(failed)], transform=panel.transAxes, clip_on=False,
+                       linestyle="", marker=look["marker"], color=look["color"], markerfacecolor="none", markersize=5)
         if failed:
-            panel.text(1.06, 0.5, f"{len(failed)} did not finish", transform=panel.transAxes, rotation=90, va="center", fontsize=7.5)
+            panel.text(1.06, 0.5, f"{len(failed)} did not finish", transform=panel.transAxes, rotation=90, va="center",
+                       fontsize=7.5)
         busy = sum(p["busy"] for p in points)
         if busy:
-            panel.set_title(f"others used the machine during {busy} of {len(points)}", loc="right", fontsize=7.5, color="0.35")
+            panel.set_title(f"others used the machine during {busy} of {len(points)}", loc="right", fontsize=7.5,
+                            color="0.35")
         if floor:
             floor_line(panel, FLOOR, "exactly 0, or below $10^{-18}$ m", xytext=(-2, 3), va="bottom")
         # A scene on which nothing moves has few decades; what is there is told apart all the same.
@@ -340,9 +364,11 @@ def error_budget(table, axes):
             handles.setdefault(name, point(name, look["color"], look["marker"]))
             for panel, (part, _) in zip(line, columns):
                 if not math.isnan(row[part]) and cell.times:
-                    panel.plot([cell.seconds / float(cell["duration"])], [max(row[part], least)], **{**look, "linestyle": "", "label": "_"})
+                    panel.plot([cell.seconds / float(cell["duration"])], [max(row[part], least)],
+                               **{**look, "linestyle": "", "label": "_"})
         for panel, (_, title) in zip(line, columns):
-            panel.set(xscale="log", yscale="log", title=f"{scene.replace('_', ' ')} {parameters}: {title}".replace(" :", ":"))
+            panel.set(xscale="log", yscale="log",
+                      title=f"{scene.replace('_', ' ')} {parameters}: {title}".replace(" :", ":"))
             panel.title.set_fontsize(8.5)
         busy = sum(r["cell"].busy for r in rows)
         line[0].set_ylabel("error (m)" + (f"\n(others used the\nmachine: {busy} of {len(rows)})" if busy else ""))
@@ -354,7 +380,8 @@ def error_budget(table, axes):
 def performance(table, axes):
     first = {name: next(iter(cells.values())) for name, cells in precision.contenders(table).items()}
     looks = dict(zip(first, styles(list(first.values()))))
-    for panel, ratios_of, title in zip(axes, precision.profiles(table), ("ended ok", "ended ok, with the least error or up to twice that")):
+    for panel, ratios_of, title in zip(axes, precision.profiles(table),
+                                       ("ended ok", "ended ok, with the least error or up to twice that")):
         end = max((r for ratios in ratios_of.values() for r in ratios if math.isfinite(r)), default=1.0) * 1.5
         for name, ratios in ratios_of.items():
             x = [r for r in ratios if math.isfinite(r)]
@@ -362,7 +389,8 @@ def performance(table, axes):
             panel.step([1.0, *x, end], [0.0, *y, y[-1] if len(y) else 0.0], where="post",
                        **{**looks[name], "label": name, "marker": "", "linestyle": "-"})
             panel.plot(x, y, **{**looks[name], "label": "_", "linestyle": ""})
-        panel.set(xscale="log", xlim=(0.95, end), ylim=(-0.02, 1.03), title=title, xlabel="time over that of the fastest")
+        panel.set(xscale="log", xlim=(0.95, end), ylim=(-0.02, 1.03), title=title,
+                  xlabel="time over that of the fastest")
     axes[0].set_ylabel("share of problems")
     return [plt.Line2D([], [], **{**looks[n], "label": n, "linestyle": "-"}) for n in looks]
 
@@ -392,9 +420,13 @@ def panels(rows=1, columns=1, size=(6.5, 3.6), **more):
     return lambda table: plt.subplots(rows, columns, figsize=size, **more)
 
 
-def two_beside(count, height=3.5):
+def two_beside(count):
     """As many panels as `count` says, two in a line."""
-    return lambda table: plt.subplots(-(-count(table) // 2), 2, figsize=(9.5, height * -(-count(table) // 2)), squeeze=False)
+    def canvas(table):
+        lines = -(-count(table) // 2)
+        return plt.subplots(lines, 2, figsize=(9.5, 3.5 * lines), squeeze=False)
+
+    return canvas
 
 
 def scenes_by_three(table):
@@ -409,7 +441,8 @@ def robots_by_three(table):
 
 
 def moments(table):
-    return plt.subplots(len(table), len(MOMENTS), figsize=(2.1 * len(MOMENTS), 1.75 * len(table) + 0.3), squeeze=False, sharex=True, sharey=True)
+    return plt.subplots(len(table), len(MOMENTS), figsize=(2.1 * len(MOMENTS), 1.75 * len(table) + 0.3), squeeze=False,
+                        sharex=True, sharey=True)
 
 
 def all_runs(results, scene):
@@ -417,11 +450,12 @@ def all_runs(results, scene):
 
 
 def uncut(results, scene):
-    """For pictures without times: the cells that no limit cut, so that the picture comes out the same when made again; and
-    what it says of the others."""
+    """For pictures without times: the cells that no limit cut, so that the picture comes out the same when made again;
+    and what it says of the others."""
     cells = results.cells(scene)
     cut = [cell.label for cell in cells if cell.cut]
-    return Curves([cell for cell in cells if not cell.cut], "cut by a limit, not drawn: " + ", ".join(cut) if cut else "")
+    return Curves([cell
+                   for cell in cells if not cell.cut], "cut by a limit, not drawn: " + ", ".join(cut) if cut else "")
 
 
 def one_each(results, scene):
@@ -457,25 +491,30 @@ class Figure:
 
 FIGURES = {
     "error_budget": Figure(error_budget, "", scenes_by_three, compared, 4, "the sweep error_time"),
-    "error_time": Figure(error_time, "", two_beside(lambda table: len(precision.scenes(table))), compared, 4, "the sweep error_time"),
-    "figure01": Figure(figure01, "impacting_sphere", panels(1, 2, (9, 3.4), sharey=True, gridspec_kw={"width_ratios": [3, 2]}), uncut),
-    "figure02": Figure(timing("impacting sphere"), "impacting_sphere"),
-    "figure03": Figure(figure03, "sliding_box", panels(3, 1, (7, 8.4)), columns=2),
-    "figure04": Figure(figure04, "sticking_box", panels(2, 1, (7, 6.8), gridspec_kw={"height_ratios": [3, 2]}), columns=2),
-    "figure05": Figure(figure05, "circular_sliding", panels(1, 2, (9.5, 4.2)), uncut),
-    "figure06": Figure(timing("box sliding in a circle"), "circular_sliding"),
-    "figure07": Figure(figure07, "stack", panels(size=(6.5, 4.6)), columns=2),
-    "figure08": Figure(figure08, "mobile_robot", three_below, uncut),
-    "figure09": Figure(timing("mobile robot"), "mobile_robot"),
-    "figure10": Figure(figure10, "grasp", panels(size=(7, 4.2)), uncut),
-    "figure11": Figure(timing("manipulator grasp"), "grasp"),
-    "grasp_picture": Figure(grasp_picture, "grasp", moments, one_each, tight={"h_pad": 0.4, "w_pad": 0.2}),
-    "performance": Figure(performance, "", panels(1, 2, (9.5, 3.6), sharey=True), contending, 4, "the sweep error_time"),
-    "robot_picture": Figure(robot_picture, "mobile_robot", robots_by_three, one_each),
-    "stored_problems": Figure(stored_problems, "", panels(1, 2, (9.5, 4.2)), lambda results, _: solve_all.rows_of(results), 4,
-                              "scripts/solve_all.py"),
-    "streams": Figure(streams, "", two_beside(len), lambda results, _: solve_all.streams(results), 4, "scripts/replay.py",
-                      adjust={"hspace": 0.6, "wspace": 0.3})}
+    "error_time": Figure(error_time, "", two_beside(lambda table: len(precision.scenes(table))), compared, 4,
+                         "the sweep error_time"), "figure01": Figure(
+                             figure01, "impacting_sphere",
+                             panels(1, 2, (9, 3.4), sharey=True, gridspec_kw={"width_ratios": [3, 2]}),
+                             uncut), "figure02": Figure(timing("impacting sphere"), "impacting_sphere"),
+    "figure03": Figure(figure03, "sliding_box", panels(3, 1, (7, 8.4)), columns=2), "figure04": Figure(
+        figure04, "sticking_box", panels(2, 1, (7, 6.8), gridspec_kw={"height_ratios": [3, 2]}),
+        columns=2), "figure05": Figure(figure05, "circular_sliding", panels(1, 2, (9.5, 4.2)),
+                                       uncut), "figure06": Figure(timing("box sliding in a circle"),
+                                                                  "circular_sliding"),
+    "figure07": Figure(figure07, "stack", panels(size=(6.5, 4.6)), columns=2), "figure08": Figure(
+        figure08, "mobile_robot", three_below,
+        uncut), "figure09": Figure(timing("mobile robot"), "mobile_robot"), "figure10": Figure(
+            figure10, "grasp", panels(size=(7, 4.2)),
+            uncut), "figure11": Figure(timing("manipulator grasp"), "grasp"), "grasp_picture": Figure(
+                grasp_picture, "grasp", moments, one_each,
+                tight={"h_pad": 0.4, "w_pad": 0.2}), "performance": Figure(performance, "",
+                                                                           panels(1, 2, (9.5, 3.6), sharey=True),
+                                                                           contending, 4, "the sweep error_time"),
+    "robot_picture": Figure(robot_picture, "mobile_robot", robots_by_three, one_each), "stored_problems": Figure(
+        stored_problems, "", panels(1, 2, (9.5, 4.2)), lambda results, _: solve_all.rows_of(results), 4,
+        "scripts/solve_all.py"), "streams": Figure(streams, "", two_beside(len),
+                                                   lambda results, _: solve_all.streams(results), 4,
+                                                   "scripts/replay.py", adjust={"hspace": 0.6, "wspace": 0.3})}
 
 
 def draw(name, results):
@@ -499,7 +538,11 @@ def draw(name, results):
 
 def main():
     parser = program.flags(None)
-    parser.add_argument("--results", required=True, type=Path, help="folder with runs.csv; figures go to figures/ in it")
+    parser.add_argument("--results", required=True, type=Path,
+                        help="folder with runs.csv; figures go to figures/ in it")
     parser.add_argument("--runs", required=True, type=Path, help="folder with one folder a run")
     options = parser.parse_args()
-    draw(Path(sys.argv[0]).stem, Runs(options.results, options.runs))
+    name = Path(sys.argv[0]).stem
+    if name not in FIGURES:
+        parser.error("a figure is drawn by its link in scripts/plots")
+    draw(name, Runs(options.results, options.runs))

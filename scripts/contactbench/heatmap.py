@@ -4,8 +4,9 @@ import math
 
 VERDICTS = ["right", "model", "typed", "wrong", "silent", "defect"]
 COLOURS = ["#3b7d4f", "#a8c686", "#d9d9d9", "#e08a3c", "#c0392b", "#000000"]
-PANELS = [("residual", "checked residual", -16, 0), ("error", "error / bound", -6, 6), ("energy_gain", "energy gain of an event", -16, 2),
-          ("penetration", "penetration, m", -16, 0), ("solve_s", "time solving, s", -5, 1.5)]
+PANELS = [("residual", "checked residual", -16, 0), ("error", "error / bound", -6, 6),
+          ("energy_gain", "energy gain of an event", -16, 2), ("penetration", "penetration, m", -16, 0),
+          ("solve_s", "time solving, s", -5, 1.5)]
 
 
 def value(row, key):
@@ -30,8 +31,8 @@ def draw(table, out):
     methods = list(dict.fromkeys(r["method"] for r in rows))
     cases = list(dict.fromkeys((r["id"], r["scene"], r["row"]) for r in rows))
     at = {((r["id"], r["scene"], r["row"]), r["method"]): r for r in rows}
-    figure, axes = plt.subplots(1, 1 + len(PANELS), figsize=(4 + 2.6 * (1 + len(PANELS)), 1.5 + 0.16 * len(cases)), sharey=True,
-                                layout="constrained")
+    figure, axes = plt.subplots(1, 1 + len(PANELS), figsize=(4 + 2.6 * (1 + len(PANELS)), 1.5 + 0.16 * len(cases)),
+                                sharey=True, layout="constrained")
 
     verdicts = np.full((len(cases), len(methods)), np.nan)
     for i, case in enumerate(cases):
@@ -39,8 +40,8 @@ def draw(table, out):
             if (case, method) in at:
                 verdicts[i, j] = VERDICTS.index(at[case, method]["verdict"])
     colours = ListedColormap(COLOURS)
-    picture = axes[0].imshow(verdicts, cmap=colours, norm=BoundaryNorm(np.arange(-0.5, len(VERDICTS)), len(VERDICTS)), aspect="auto",
-                             interpolation="none")
+    picture = axes[0].imshow(verdicts, cmap=colours, norm=BoundaryNorm(np.arange(-0.5, len(VERDICTS)), len(VERDICTS)),
+                             aspect="auto", interpolation="none")
     bar = figure.colorbar(picture, ax=axes[0], location="top", ticks=range(len(VERDICTS)), pad=0.005, aspect=12)
     bar.ax.set_xticklabels(VERDICTS, fontsize=6, rotation=40, ha="left")
     axes[0].set_yticks(range(len(cases)), [f"{scene}: {row}  {ident}" for ident, scene, row in cases], fontsize=6)

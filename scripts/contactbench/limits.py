@@ -1,4 +1,5 @@
-"""From which value of a parameter on a structure stands, and from which step on a scene without contacts blows up: by bisection."""
+"""From which value of a parameter on a structure stands, and from which step on a scene without contacts blows up: by
+bisection."""
 import json
 import math
 from dataclasses import dataclass
@@ -19,8 +20,8 @@ class Found:
 
 
 def bisect(trial, low, high, nearness):
-    """`trial(value)` -> (status, checked residual, does it stand?). It should fall at `low` and stand at `high`; the answer is within
-    the fraction `nearness`."""
+    """`trial(value)` -> (status, checked residual, does it stand?). It should fall at `low` and stand at `high`; the
+    answer is within the fraction `nearness`."""
     found = Found("ok", 0.0, None, "")
 
     def stands(value):
@@ -29,6 +30,7 @@ def bisect(trial, low, high, nearness):
         if status != "ok":
             found.status = status
         return answer if status in ("ok", "inaccurate") else None
+
     at_low, at_high = stands(low), stands(high)
     while None not in (at_low, at_high) and not at_low and at_high:
         middle = (low + high) / 2
@@ -39,16 +41,18 @@ def bisect(trial, low, high, nearness):
         if answer is None:
             at_low = None
         low, high = (low, middle) if answer else (middle, high)
-    found.note = "a trial failed" if None in (at_low, at_high) else "falls at either end" if not at_high else "stands at either end"
+    found.note = "a trial failed" if None in (
+        at_low, at_high) else "falls at either end" if not at_high else "stands at either end"
     return found
 
 
 def stable_step(path, scene, flags, folder):
     """(largest stable step by trying, the program's own estimate), both s."""
     def run(step):
-        program.call(path, "run", scene, "--method", "newton", *flags, "--step", repr(step), "--duration", repr(STEPS * step), "--record-every",
-                     "0", "--out", folder, "--quiet")
+        program.call(path, "run", scene, "--method", "newton", *flags, "--step", repr(step), "--duration",
+                     repr(STEPS * step), "--record-every", "0", "--out", folder, "--quiet")
         return json.loads((Path(folder) / "summary.json").read_text())
+
     least, most = 1e-7, 1e2
     estimate = run(least)["control"]["largest_stable_step"]
     while most > least * (1 + NEARNESS):

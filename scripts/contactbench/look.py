@@ -1,23 +1,30 @@
 """An independent look at the files of one run: what it says about penetration, energy, momentum, limits and numbers.
 
-It shares no code with the program (lib/geometry above all): the scene is read from its XML, poses from trajectory.csv, and depths are
-separating axes of two boxes (15 directions), the distance of a point to a box or a cylinder, and support functions on planes. A scene
-has plain numbers: no parameters, arrays, harmonics or expressions (those of scenes.py, and files like them).
+It shares no code with the program (lib/geometry above all): the scene is read from its XML, poses from trajectory.csv,
+and depths are separating axes of two boxes (15 directions), the distance of a point to a box or a cylinder, and support
+functions on planes. A scene has plain numbers: no parameters, arrays, harmonics or expressions (those of scenes.py, and
+files like them).
 
 What is looked at, each with its bound:
-  penetration  at each recorded time, of each pair that can collide: at most PENETRATION of the smaller one's size (its largest extent), or
-               what the program itself states, if that is less (`penetration_bound` of the summary's options)
-  event energy steps.csv's event_energy_gain and the summary's max_gain_relative: at most ENERGY of the energy before the event
-  energy       of free bodies, from the trajectory alone: contacts take kinetic energy or leave it. With explicit Euler the step begins with
-               v + h (g + F/m), so the kinetic energy of an island (what may touch in the step) at its end is at most that of these velocities, times 1 + ENERGY, plus the second order
-               of the explicit gyroscopic term, h^2 (w x Iw) . I^-1 (w x Iw) / 2
-  momentum     a body that touches nothing in a step: dv = h (g + F/m) and dp = h v to MOMENTUM of their size; its angular momentum keeps
-               to (h |w|)^2 of itself, which explicit Euler loses in a step
+  penetration  at each recorded time, of each pair that can collide: at most PENETRATION of the smaller one's size (its
+               largest extent), or what the program itself states, if that is less (`penetration_bound` of the summary's
+               options)
+  event energy steps.csv's event_energy_gain and the summary's max_gain_relative: at most ENERGY of the energy before
+  the
+               event
+  energy       of free bodies, from the trajectory alone: contacts take kinetic energy or leave it. With explicit Euler
+               the step begins with
+               v + h (g + F/m), so the kinetic energy of an island (what may touch in the step) at its end is at most
+               that of these velocities, times 1 + ENERGY, plus the second order of the explicit gyroscopic term, h^2 (w
+               x Iw) . I^-1 (w x Iw) / 2
+  momentum     a body that touches nothing in a step: dv = h (g + F/m) and dp = h v to MOMENTUM of their size; its
+               angular momentum keeps to (h |w|)^2 of itself, which explicit Euler loses in a step
   limits       of joints, as joints.csv has them: kept to LIMIT
   numbers      every cell of every file is finite
-Robots: gravity's kick through joints leaves at most the energy of the same kick without them (Gauss), so that the same law holds for
-their links, but for the second order of their changing inertia, ROBOT (h w)^2 of their energy. What stops drive with one steady velocity
-(a belt) is looked at from that velocity, where they do no work. Motors, and belts of several rates, are left to the events' own gain.
+Robots: gravity's kick through joints leaves at most the energy of the same kick without them (Gauss), so that the same
+law holds for their links, but for the second order of their changing inertia, ROBOT (h w)^2 of their energy. What stops
+drive with one steady velocity (a belt) is looked at from that velocity, where they do no work. Motors, and belts of
+several rates, are left to the events' own gain.
 """
 import csv
 import fnmatch
@@ -28,17 +35,18 @@ from pathlib import Path
 import numpy as np
 
 PENETRATION = 1e-6  # of the smaller size, -
-ENERGY = 1e-9       # of the energy before, -
-MOMENTUM = 1e-9     # of |v| + h |g| (of |p| + h |v|), -
-LIMIT = 1e-8        # rad, m
+ENERGY = 1e-9  # of the energy before, -
+MOMENTUM = 1e-9  # of |v| + h |g| (of |p| + h |v|), -
+LIMIT = 1e-8  # rad, m
 NEAR_PARALLEL = 1e-8  # |cross product| of unit edges below which it is no axis of its own, -
-ROBOT = 1.0         # of (h w)^2 and a robot's kinetic energy: what its step gains to second order, w how fast its shape changes, -
-FLOOR = 1e-20       # of the run's largest kinetic energy: an island with less is at rest, -
+# Of (h w)^2 and a robot's kinetic energy: what its step gains to second order, w how fast its shape changes, -
+ROBOT = 1.0
+FLOOR = 1e-20  # of the run's largest kinetic energy: an island with less is at rest, -
 
 
 def numbers(text, count):
     out = np.array([float(x) for x in text.split()])
-    if out.shape != (count,):
+    if out.shape != (count, ):
         raise ValueError(f"{count} plain numbers are needed, not '{text}'")
     return out
 
@@ -63,23 +71,26 @@ def turn_of(element):
 
 
 class Shape:
-    """A shape that collides: `owner` is the body or link it belongs to, "" of a fixed one; p, R its pose as the scene has it, in a robot's
-    zero pose. half: half of the edges of a box; radius, length of the others; a plane has its normal."""
-
+    """A shape that collides: `owner` is the body or link it belongs to, "" of a fixed one; p, R its pose as the scene
+    has it, in a robot's zero pose. half: half of the edges of a box; radius, length of the others; a plane has its
+    normal."""
     def __init__(self, kind, name, owner, p, R, half=None, radius=0.0, length=0.0, normal=None):
         self.kind, self.name, self.owner, self.p, self.R = kind, name, owner, p, R
         self.half, self.radius, self.length, self.normal = half, radius, length, normal
-        self.bound = {"box": lambda: float(np.linalg.norm(half)), "sphere": lambda: radius,
-                      "cylinder": lambda: math.hypot(radius, length / 2), "half_space": lambda: math.inf}[kind]()
-        self.size = {"box": lambda: float(2 * max(half)), "sphere": lambda: 2 * radius, "cylinder": lambda: max(2 * radius, length),
-                     "half_space": lambda: math.inf}[kind]()
+        self.bound = {
+            "box": lambda: float(np.linalg.norm(half)), "sphere": lambda: radius,
+            "cylinder": lambda: math.hypot(radius, length / 2), "half_space": lambda: math.inf}[kind]()
+        self.size = {
+            "box": lambda: float(2 * max(half)), "sphere": lambda: 2 * radius,
+            "cylinder": lambda: max(2 * radius, length), "half_space": lambda: math.inf}[kind]()
 
 
 def shape_of(element, owner):
     kind, name = element.tag, element.get("name")
     if kind == "half_space":
         normal = numbers(element.get("normal"), 3)
-        return Shape(kind, name, "", numbers(element.get("point"), 3), np.eye(3), normal=normal / np.linalg.norm(normal))
+        return Shape(kind, name, "", numbers(element.get("point"), 3), np.eye(3),
+                     normal=normal / np.linalg.norm(normal))
     p, R = numbers(element.get("position"), 3), turn_of(element)
     if kind == "box":
         return Shape(kind, name, owner, p, R, half=numbers(element.get("size"), 3) / 2)
@@ -89,7 +100,7 @@ def shape_of(element, owner):
 def inertia_of(shape, mass):
     """Moments about the shape's own axes, homogeneous."""
     if shape.kind == "box":
-        squares = (2 * shape.half) ** 2
+        squares = (2 * shape.half)**2
         return mass / 12 * (squares.sum() - squares)
     if shape.kind == "sphere":
         return np.full(3, 0.4 * mass * shape.radius**2)
@@ -97,18 +108,20 @@ def inertia_of(shape, mass):
     return np.array([across, mass * shape.radius**2 / 2, across])
 
 
-VOLUME = {"box": lambda s: 8 * float(np.prod(s.half)), "sphere": lambda s: 4 / 3 * math.pi * s.radius**3,
-          "cylinder": lambda s: math.pi * s.radius**2 * s.length}
+VOLUME = {
+    "box": lambda s: 8 * float(np.prod(s.half)), "sphere": lambda s: 4 / 3 * math.pi * s.radius**3,
+    "cylinder": lambda s: math.pi * s.radius**2 * s.length}
 
 
 class Model:
     """What a scene's XML says, as far as the look needs it."""
-
     def __init__(self, path):
         self.path = Path(path)
         root = ET.parse(self.path).getroot()
-        self.step, self.duration = float(root.find("simulation").get("step")), float(root.find("simulation").get("duration"))
-        if root.find("parameters") is not None or root.find("gravity/harmonic") is not None or root.find("bodies/array") is not None:
+        self.step, self.duration = float(root.find("simulation").get("step")), float(
+            root.find("simulation").get("duration"))
+        if root.find("parameters") is not None or root.find("gravity/harmonic") is not None or root.find(
+                "bodies/array") is not None:
             raise ValueError(f"{path}: parameters, harmonics and arrays are not read here")
         self.gravity = numbers(root.find("gravity").get("constant"), 3)
         self.shapes, self.free, self.links, self.limits = [], {}, {}, {}
@@ -121,10 +134,12 @@ class Model:
             shape = shape_of(element, "" if fixed else element.get("name"))
             self.shapes.append(shape)
             if not fixed:
-                mass = float(element.get("mass")) if "mass" in element.attrib else float(element.get("density")) * VOLUME[shape.kind](shape)
+                mass = float(element.get("mass")) if "mass" in element.attrib else float(
+                    element.get("density")) * VOLUME[shape.kind](shape)
                 self.free[shape.name] = (mass, inertia_of(shape, mass))
         self.pairs = [(p.get("a"), p.get("b"), float(p.get("restitution", 0))) for p in root.iterfind("contacts/pair")]
-        self.forces = [(f.get("body"), numbers(f.get("force"), 3), float(f.get("from")), float(f.get("to"))) for f in root.iterfind("forces/force")]
+        self.forces = [(f.get("body"), numbers(f.get("force"), 3), float(f.get("from")), float(f.get("to")))
+                       for f in root.iterfind("forces/force")]
 
     def read_robot(self, robot):
         if any(a in robot.attrib for a in ("position", "axis", "quaternion", "prefix")):
@@ -136,7 +151,8 @@ class Model:
             self.shapes += [shape_of(shape, link.get("name")) for shape in link]
         for joint in robot.iterfind("joint"):
             if "lower" in joint.attrib:
-                self.limits[joint.get("name")] = (float(joint.get("lower")), float(joint.get("upper")), float(joint.get("limit_rate", 0)))
+                self.limits[joint.get("name")] = (float(joint.get("lower")), float(joint.get("upper")),
+                                                  float(joint.get("limit_rate", 0)))
         return None
 
     def read_urdf(self, root):
@@ -145,14 +161,16 @@ class Model:
 
         def at(link):
             joint = parent.get(link)
-            return np.zeros(3) if joint is None else at(joint.find("parent").get("link")) + numbers(joint.find("origin").get("xyz"), 3)
+            return np.zeros(3) if joint is None else at(joint.find("parent").get("link")) + numbers(
+                joint.find("origin").get("xyz"), 3)
 
         for link in root.iterfind("link"):
             name = link.get("name")
             if link.find("inertial") is None:
                 continue
             inertia = link.find("inertial/inertia")
-            self.links[name] = (float(link.find("inertial/mass").get("value")), np.array([float(inertia.get(i)) for i in ("ixx", "iyy", "izz")]))
+            self.links[name] = (float(link.find("inertial/mass").get("value")),
+                                np.array([float(inertia.get(i)) for i in ("ixx", "iyy", "izz")]))
             for collision in link.iterfind("collision"):
                 origin, solid = collision.find("origin"), collision.find("geometry")[0]
                 p = at(name) + numbers(origin.get("xyz"), 3)
@@ -169,17 +187,23 @@ class Model:
         """Does a pair of the scene name these two shapes?"""
         if a.owner == b.owner:  # also two fixed ones
             return False
-        return any(fnmatch.fnmatchcase(a.name, x) and fnmatch.fnmatchcase(b.name, y) or fnmatch.fnmatchcase(b.name, x) and fnmatch.fnmatchcase(a.name, y)
-                   for x, y, _ in self.pairs)
+        return any(
+            fnmatch.fnmatchcase(a.name, x) and fnmatch.fnmatchcase(b.name, y)
+            or fnmatch.fnmatchcase(b.name, x) and fnmatch.fnmatchcase(a.name, y) for x, y, _ in self.pairs)
 
 
-# ---- signed distances: positive apart (a lower bound of the distance), negative the depth of penetration; K poses at once
+# ---- signed distances: positive apart (a lower bound of the distance), negative the depth of penetration; K poses at
+# once
+
 
 def box_box(ca, Ra, ha, cb, Rb, hb):
-    """Separating axes: faces of both and the cross products of their edges. The depth is the least over the directions, along which any
-    of them the boxes could be moved apart."""
-    axes = np.concatenate([np.swapaxes(Ra, 1, 2), np.swapaxes(Rb, 1, 2),
-                           np.cross(np.swapaxes(Ra, 1, 2)[:, :, None, :], np.swapaxes(Rb, 1, 2)[:, None, :, :]).reshape(-1, 9, 3)], axis=1)
+    """Separating axes: faces of both and the cross products of their edges. The depth is the least over the directions,
+    along which any of them the boxes could be moved apart."""
+    axes = np.concatenate([
+        np.swapaxes(Ra, 1, 2),
+        np.swapaxes(Rb, 1, 2),
+        np.cross(np.swapaxes(Ra, 1, 2)[:, :, None, :],
+                 np.swapaxes(Rb, 1, 2)[:, None, :, :]).reshape(-1, 9, 3)], axis=1)
     length = np.linalg.norm(axes, axis=2)
     usable = length > NEAR_PARALLEL
     axes = np.where(usable[:, :, None], axes / np.where(usable, length, 1)[:, :, None], axes[:, :1])
@@ -241,6 +265,7 @@ def initial_penetration(model):
 
 # ---- files of a run
 
+
 class Damaged(Exception):
     """A file that is not what it should be."""
 
@@ -265,7 +290,9 @@ def trajectory(path):
     if not np.isfinite(table).all():
         raise Damaged("trajectory.csv holds NaN or infinity")
     table = table.reshape(-1, len(names), 14)
-    return table[:, 0, 0], {name: (table[:, i, 1:4], table[:, i, 4:8], table[:, i, 8:11], table[:, i, 11:14]) for i, name in enumerate(names)}
+    return table[:, 0, 0], {
+        name: (table[:, i, 1:4], table[:, i, 4:8], table[:, i, 8:11], table[:, i, 11:14])
+        for i, name in enumerate(names)}
 
 
 def rows_of(path):
@@ -285,7 +312,6 @@ def rows_of(path):
 
 class Look:
     """What was found: numbers, and `faults`, one line for each bound that is missed."""
-
     def __init__(self):
         self.faults = []
         self.penetration, self.penetration_relative, self.where = 0.0, 0.0, ""
@@ -298,7 +324,7 @@ def look(folder, model, summary):
         times, motion = trajectory(folder / "trajectory.csv")
         steps = rows_of(folder / "steps.csv")
         joints = rows_of(folder / "joints.csv") if model.limits else []
-        for name in ("loads.csv",):
+        for name in ("loads.csv", ):
             if (folder / name).exists():
                 rows_of(folder / name)
     except (Damaged, OSError) as error:
@@ -347,7 +373,8 @@ def travels(model, at):
     """How far a point of each shape can get in the step before or after each time, m."""
     h, out = model.step, []
     for shape, (_, _, v, w) in zip(model.shapes, at):
-        reach = (shape.bound if math.isfinite(shape.bound) else 0.0) + np.linalg.norm(shape.p) * (shape.owner in model.links)
+        reach = (shape.bound
+                 if math.isfinite(shape.bound) else 0.0) + np.linalg.norm(shape.p) * (shape.owner in model.links)
         speed = np.linalg.norm(v, axis=1) + reach * np.linalg.norm(w, axis=1)
         speed[:-1] = np.maximum(speed[:-1], speed[1:])
         out.append(h * (speed + (np.linalg.norm(model.gravity) * h if shape.owner else 0)))
@@ -363,7 +390,8 @@ def close_times(a, pa, b, pb, margin):
 
 
 def penetrations(model, times, motion, summary, out):
-    """Fills in the worst penetration. Returns which owners may touch in the step from each time: [(owner, owner, (T - 1) bool)]."""
+    """Fills in the worst penetration. Returns which owners may touch in the step from each time: [(owner, owner, (T -
+    1) bool)]."""
     at = poses(model, motion)
     travel, touches = travels(model, at), []
     for i, a in enumerate(model.shapes):
@@ -387,19 +415,22 @@ def penetrations(model, times, motion, summary, out):
                 out.where = f"{b.name} and {a.name} at t = {times[near[deepest]]:g} s"
     bound = min(PENETRATION, (summary.get("options") or {}).get("penetration_bound", PENETRATION))
     if out.penetration_relative > bound:
-        out.faults.append(f"penetration: {out.penetration:.3g} m, {out.penetration_relative:.3g} of the size, {out.where}")
+        out.faults.append(
+            f"penetration: {out.penetration:.3g} m, {out.penetration_relative:.3g} of the size, {out.where}")
     return touches
 
 
 def islands(names, model, touches, steps):
-    """For each step, a number for each of the names: the same where bodies may touch, one by way of another. A robot's links are one."""
+    """For each step, a number for each of the names: the same where bodies may touch, one by way of another. A robot's
+    links are one."""
     index = {name: k for k, name in enumerate(names)}
     for name in model.links:
         if name in index:
             index[name] = index[next(iter(model.links))]
     label = np.tile(np.arange(len(names)), (steps, 1))
     label[:, [k for k, name in enumerate(names) if index[name] != k]] = index.get(next(iter(model.links), ""), 0)
-    edges = [(index[a], index[b], touching) for a, b, touching in touches if a in index and b in index and touching.any()]
+    edges = [(index[a], index[b], touching) for a, b, touching in touches
+             if a in index and b in index and touching.any()]
     changed = True
     while changed:
         changed = False
@@ -422,7 +453,8 @@ def push(model, name, mass, times):
 
 
 def moving_frame(model, motion):
-    """The one steady velocity of all links, where stops drive them: seen from there, they do no work. None where there is none."""
+    """The one steady velocity of all links, where stops drive them: seen from there, they do no work. None where there
+    is none."""
     v = np.concatenate([motion[name][2] for name in model.links])
     w = np.concatenate([motion[name][3] for name in model.links])
     steady = not model.driven and np.ptp(v, axis=0).max() <= MOMENTUM * np.abs(v).max() and not w.any()
@@ -432,14 +464,17 @@ def moving_frame(model, motion):
 def fastest(model, motion):
     """How fast a robot changes its shape at each time, rad/s: turns of its links, and their speeds over their size."""
     size = min(shape.size for shape in model.shapes if shape.owner in model.links)
-    return sum(np.linalg.norm(motion[name][3], axis=1) + np.linalg.norm(motion[name][2], axis=1) / size for name in model.links)
+    return sum(
+        np.linalg.norm(motion[name][3], axis=1) + np.linalg.norm(motion[name][2], axis=1) / size
+        for name in model.links)
 
 
 def compare_steps(steps, kinetic, out):
     """Has steps.csv the kinetic energy that the trajectory has?"""
     for row, k in zip(steps, kinetic[1:]):
         if abs(float(row["kinetic_energy"]) - k) > 1e-6 * max(k, 1e-12 * kinetic.max()):
-            out.faults.append(f"energy: steps.csv has {row['kinetic_energy']} J at t = {row['t']} s, the trajectory {k:.9g} J")
+            out.faults.append(
+                f"energy: steps.csv has {row['kinetic_energy']} J at t = {row['t']} s, the trajectory {k:.9g} J")
             break
 
 
@@ -448,7 +483,8 @@ def energy(model, times, motion, summary, steps, touches, out):
     out.event_gain = max(0.0, gains.get("max_gain_relative") or 0.0)
     driven = any(rate for _, _, rate in model.limits.values())  # the stops do work in the events
     if out.event_gain > ENERGY and not driven:
-        out.faults.append(f"energy: an event gains {out.event_gain:.3g} of its kinetic energy ({gains.get('max_gain_j')} J)")
+        out.faults.append(
+            f"energy: an event gains {out.event_gain:.3g} of its kinetic energy ({gains.get('max_gain_j')} J)")
     frame, counted = np.zeros(3), {**model.free, **model.links}
     if model.links and (driven or model.driven):
         frame, counted = moving_frame(model, motion), model.free
@@ -466,13 +502,15 @@ def energy(model, times, motion, summary, steps, touches, out):
         gain = (after - before) / np.maximum(before, floor)
         worst = int(np.argmax(gain)) if len(gain) else 0
         if len(gain) and gain[worst] > out.energy_gain:
-            out.energy_gain, where = float(gain[worst]), f"the island of {list(counted)[number]} in the step to t = {times[worst + 1]:g} s"
+            out.energy_gain, where = float(
+                gain[worst]), f"the island of {list(counted)[number]} in the step to t = {times[worst + 1]:g} s"
     if out.energy_gain > ENERGY:
         out.faults.append(f"energy: kinetic energy gains {out.energy_gain:.3g} of itself, {where}")
 
 
 def energies(model, times, motion, counted, frame):
-    """Kinetic energy of each body at each time (T, bodies), and the most that each step may begin with (T - 1, bodies)."""
+    """Kinetic energy of each body at each time (T, bodies), and the most that each step may begin with (T - 1,
+    bodies)."""
     h, kinetic, begun = model.step, [], []
     for name, (mass, inertia) in counted.items():
         _, q, v, w = motion[name]
@@ -484,7 +522,7 @@ def energies(model, times, motion, counted, frame):
         torque = np.cross(spin, spin * inertia)[:-1]
         most = 0.5 * mass * (pushed**2).sum(axis=1) + turning[:-1] + 0.5 * h * h * (torque**2 / inertia).sum(axis=1)
         if name in model.links:
-            most = most + ROBOT * (h * fastest(model, motion)[:-1]) ** 2 * own[:-1]
+            most = most + ROBOT * (h * fastest(model, motion)[:-1])**2 * own[:-1]
         kinetic.append(own)
         begun.append(most)
     return np.stack(kinetic, 1), np.stack(begun, 1)
@@ -493,7 +531,8 @@ def energies(model, times, motion, counted, frame):
 def momentum(model, times, motion, touches, out):
     h = model.step
     for name, (mass, inertia) in model.free.items():
-        free = ~np.any([np.zeros(len(times) - 1, bool)] + [touching for a, b, touching in touches if name in (a, b)], axis=0)
+        free = ~np.any([np.zeros(len(times) - 1, bool)] + [touching
+                                                           for a, b, touching in touches if name in (a, b)], axis=0)
         if not free.any():
             continue
         p, q, v, w = motion[name]
@@ -502,15 +541,17 @@ def momentum(model, times, motion, touches, out):
         size_p = np.linalg.norm(p[:-1], axis=1) + h * np.linalg.norm(v[1:], axis=1)
         R = matrix(q)
         L = np.einsum("kij,kj->ki", R, inertia * np.einsum("kij,ki->kj", R, w))
-        second_order = (h * np.linalg.norm(w[:-1], axis=1)) ** 2 * inertia.max() / inertia.min() + MOMENTUM
-        for what, error, allowed in (
-                ("velocity", np.linalg.norm(v[1:] - v[:-1] - h * pushed, axis=1), MOMENTUM * size_v),
-                ("place", np.linalg.norm(p[1:] - p[:-1] - h * v[1:], axis=1), MOMENTUM * size_p),
-                ("angular momentum", np.linalg.norm(L[1:] - L[:-1], axis=1), second_order * np.linalg.norm(L[:-1], axis=1))):
+        second_order = (h * np.linalg.norm(w[:-1], axis=1))**2 * inertia.max() / inertia.min() + MOMENTUM
+        for what, error, allowed in (("velocity", np.linalg.norm(v[1:] - v[:-1] - h * pushed, axis=1),
+                                      MOMENTUM * size_v), ("place", np.linalg.norm(p[1:] - p[:-1] - h * v[1:],
+                                                                                   axis=1), MOMENTUM * size_p),
+                                     ("angular momentum", np.linalg.norm(L[1:] - L[:-1], axis=1),
+                                      second_order * np.linalg.norm(L[:-1], axis=1))):
             ratio = np.where(free, error / np.maximum(allowed, 1e-300), 0.0)
             ratio[(error == 0)] = 0.0
             worst = int(np.argmax(ratio))
             out.momentum = max(out.momentum, float(ratio[worst]))
             if ratio[worst] > 1:
-                out.faults.append(f"momentum: {name} touches nothing, and its {what} is off by {error[worst]:.3g} at t = {times[worst + 1]:g} s")
+                off = f"its {what} is off by {error[worst]:.3g} at t = {times[worst + 1]:g} s"
+                out.faults.append(f"momentum: {name} touches nothing, and {off}")
                 return

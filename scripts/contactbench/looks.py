@@ -1,5 +1,6 @@
-"""The look of a method and what figures are made of. Every method keeps its colour, marker and line in all figures (Okabe and Ito's
-colours; line and marker tell the curves apart in grey), and a method that is added later gets a look of its own by itself."""
+"""The look of a method and what figures are made of. Every method keeps its colour, marker and line in all figures
+(Okabe and Ito's colours; line and marker tell the curves apart in grey), and a method that is added later gets a look
+of its own by itself."""
 import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
@@ -7,8 +8,8 @@ import numpy as np
 from .runs import PARTS, number
 
 matplotlib.use("Agg")
-BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE = (
-    "#000000", "#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7")
+BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE = ("#000000", "#E69F00", "#56B4E9", "#009E73", "#F0E442",
+                                                              "#0072B2", "#D55E00", "#CC79A7")
 
 # (method, solver or variant): name in legends, colour, marker.
 LOOKS = {
@@ -18,19 +19,32 @@ LOOKS = {
     ("ap", "lemke"): ("A-P, Lemke", BLUE, "o"),
     ("ap", "path"): ("A-P, PATH", SKY, "s"),
     ("ap", "ynl"): ("A-P, YNL", GREEN, "P"),
-    ("convex", "ipm"): ("convex", BLACK, "d"),
-}
+    ("convex", "ipm"): ("convex", BLACK, "d"), }
 LATER = [(c, m) for m in "<>p*hX" for c in (PURPLE, ORANGE, GREEN, VERMILION, SKY, BLUE)]
 
 LINES = ["-", (0, (4, 1.6)), (0, (1, 1.4)), (0, (5, 1.4, 1, 1.4))]
 
 plt.rcParams.update({
-    "font.size": 9, "axes.titlesize": 10, "axes.titlelocation": "left", "axes.grid": True, "grid.color": "0.9",
-    "grid.linewidth": 0.6, "axes.spines.top": False, "axes.spines.right": False, "axes.axisbelow": True,
-    "legend.frameon": False, "legend.fontsize": 8, "lines.linewidth": 1.3, "lines.markersize": 4.5,
-    "lines.markeredgewidth": 0.6, "figure.dpi": 100, "savefig.dpi": 150, "svg.hashsalt": "contactbench",
-    "svg.fonttype": "path", "path.simplify": True, "axes.formatter.use_mathtext": True,
-})
+    "font.size": 9,
+    "axes.titlesize": 10,
+    "axes.titlelocation": "left",
+    "axes.grid": True,
+    "grid.color": "0.9",
+    "grid.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "lines.linewidth": 1.3,
+    "lines.markersize": 4.5,
+    "lines.markeredgewidth": 0.6,
+    "figure.dpi": 100,
+    "savefig.dpi": 150,
+    "svg.hashsalt": "contactbench",
+    "svg.fonttype": "path",
+    "path.simplify": True,
+    "axes.formatter.use_mathtext": True, })
 
 
 def look_of(key, other):
@@ -53,8 +67,9 @@ def styles(some):
         name += f", k = {cell['k']}" if cell["k"] else ""
         name += rf", $\epsilon$ = {power(cell['epsilon'])} J" if cell["epsilon"] else ""
         name += ", " + cell["knobs"].replace("_", " ") if cell["knobs"] else ""
-        out.append({"label": name, "color": colour, "marker": marker, "linestyle": line, "markeredgecolor": "white",
-                    "zorder": 3 + 0.01 * place})
+        out.append({
+            "label": name, "color": colour, "marker": marker, "linestyle": line, "markeredgecolor": "white",
+            "zorder": 3 + 0.01 * place})
     return out
 
 
@@ -80,7 +95,6 @@ def thin(t, y, points=600):
 
 class Curves:
     """The cells of a figure with their looks; `note`: what its legend adds."""
-
     def __init__(self, cells, note=""):
         self.cells, self.looks, self.note = cells, styles(cells), note
 
@@ -103,8 +117,8 @@ class Curves:
         at = np.unique(np.clip(np.searchsorted(x, places), 0, len(x) - 1))
         axes.plot(x[at], z[at], **{**style, "linestyle": "", "label": "_", "zorder": line.get_zorder() + 0.5})
         if cross and " at " in ended:
-            axes.plot(x[-1:], z[-1:], linestyle="", marker="x", color=style["color"], markersize=8, markeredgewidth=1.8, zorder=9,
-                      clip_on=False)
+            axes.plot(x[-1:], z[-1:], linestyle="", marker="x", color=style["color"], markersize=8, markeredgewidth=1.8,
+                      zorder=9, clip_on=False)
 
     def path(self, axes, number, x, z, width, turn):
         """A path with two markers in its first `turn` points, at places of its own."""
@@ -112,12 +126,13 @@ class Curves:
         return [int(turn * (number + 0.5 + half) / len(self) / 2) for half in (0, len(self))]
 
     def time(self, axes, title):
-        """Processing time up to each moment: all parts of a step but the referee's check; a log scale where the methods are far apart."""
+        """Processing time up to each moment: all parts of a step but the referee's check; a log scale where the methods
+        are far apart."""
         most = []
-        for number, cell, _ in self:
+        for place, cell, _ in self:
             t, *parts = cell.series("steps.csv", "t", *PARTS)
             used = np.cumsum(sum(parts))
-            self.draw(axes, number, t, used)
+            self.draw(axes, place, t, used)
             most += [used[-1]] if len(used) else []
         if most and max(most) > 20 * min(most):
             axes.set_yscale("log")
@@ -138,8 +153,8 @@ def legend(figure, handles, columns=3, note=""):
     """One legend for the whole figure, below it; `note` is its last entry."""
     if note:
         handles = [*handles, plt.Line2D([], [], linestyle="", label=note)]
-    figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, 0.0), borderaxespad=0.2, ncol=columns, columnspacing=1.6,
-                  handlelength=3.2)
+    figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, 0.0), borderaxespad=0.2, ncol=columns,
+                  columnspacing=1.6, handlelength=3.2)
 
 
 def point(name, colour, marker):
@@ -148,31 +163,35 @@ def point(name, colour, marker):
 
 
 def solves(panel, rows, column, floor, known):
-    """Residual (a column of solve_all.csv) over time of a solve, a point a problem and solver; what is below `floor` is drawn there, and
-    what did not end ok on the rail above. `known`: handles for a legend, to which new ones are added."""
+    """Residual (a column of solve_all.csv) over time of a solve, a point a problem and solver; what is below `floor` is
+    drawn there, and what did not end ok on the rail above. `known`: handles for a legend, to which new ones are
+    added."""
     groups = {}
     for row in rows:
         groups.setdefault((row["method"] or "ap", row["solver"] or row["variant"]), []).append(row)
     for key, some in groups.items():
         name, colour, marker = look_of(key, (" ".join(key), YELLOW, "*"))
         known.setdefault(name, point(name, colour, marker))
-        look = {"linestyle": "", "marker": marker, "color": colour, "markersize": 3.5, "markeredgewidth": 0.3, "alpha": 0.7}
+        look = {
+            "linestyle": "", "marker": marker, "color": colour, "markersize": 3.5, "markeredgewidth": 0.3, "alpha": 0.7}
         good = [r for r in some if r["status"] == "ok" and r["time_median_s"] and r[column]]
         panel.plot([number(r["time_median_s"]) for r in good], [max(number(r[column]), floor) for r in good], **look)
         bad = [r for r in some if r["status"] != "ok" and r["time_median_s"]]
-        panel.plot([number(r["time_median_s"]) for r in bad], [1.04] * len(bad), transform=panel.get_xaxis_transform(), clip_on=False,
+        panel.plot([number(r["time_median_s"])
+                    for r in bad], [1.04] * len(bad), transform=panel.get_xaxis_transform(), clip_on=False,
                    **{**look, "markerfacecolor": "none", "markeredgewidth": 0.8, "markeredgecolor": colour})
     busy = sum(r["busy"] == "True" for r in rows)
     if busy:
-        panel.set_title(f"others used the machine during {busy} of {len(rows)}", loc="right", fontsize=7, color="0.35", pad=16)
+        panel.set_title(f"others used the machine during {busy} of {len(rows)}", loc="right", fontsize=7, color="0.35",
+                        pad=16)
     panel.set(xscale="log", yscale="log", xlabel="time of a solve, median (s)")
 
 
 def floor_line(axes, floor, text, **place):
     """A broken line where what is below is drawn."""
     axes.axhline(floor, color="0.55", linewidth=0.8, linestyle=(0, (6, 3)), zorder=2)
-    axes.annotate(text, (1, floor), xycoords=("axes fraction", "data"), textcoords="offset points", ha="right", fontsize=7.5, color="0.35",
-                  **place)
+    axes.annotate(text, (1, floor), xycoords=("axes fraction", "data"), textcoords="offset points", ha="right",
+                  fontsize=7.5, color="0.35", **place)
 
 
 def save(figure, folder, name):

@@ -1,7 +1,7 @@
 """How far a run is from what its case expects: one function a measure, each (run, case, row) -> (error, note).
 
-They read the files of a run and nothing else. Exact answers are those of the law under the program's own explicit Euler step
-(velocities first, then positions), so that the step's error is not laid to a solver. The note is for people.
+They read the files of a run and nothing else. Exact answers are those of the law under the program's own explicit Euler
+step (velocities first, then positions), so that the step's error is not laid to a solver. The note is for people.
 """
 import csv
 import math
@@ -11,7 +11,6 @@ G = 9.8
 
 class Run:
     """The files of one run."""
-
     def __init__(self, summary, folder):
         self.summary, self.folder = summary, folder
         self.parameters = summary["parameters"]
@@ -67,7 +66,8 @@ def displacement(run, case, row):
 
 
 def total_rise(run):
-    """Largest rise of kinetic plus potential energy over what was there, J; it includes what the explicit step adds in flight."""
+    """Largest rise of kinetic plus potential energy over what was there, J; it includes what the explicit step adds in
+    flight."""
     try:
         with open(run.folder / "steps.csv") as file:
             energy = [float(r["kinetic_energy"]) + float(r["potential_energy"]) for r in csv.DictReader(file)]
@@ -135,7 +135,8 @@ def squeezed(run, case, row):
     p = run.parameters
     excess = max(0.0, p["pull"] - 2 * p["mu"] * p["press"])
     moved = run.moved("box")
-    return norm([moved[0], moved[1] - pulled(excess, run.steps(), run.h), moved[2]]), "held" if abs(moved[1]) < 1e-9 else "slides"
+    return norm([moved[0], moved[1] - pulled(excess, run.steps(), run.h),
+                 moved[2]]), "held" if abs(moved[1]) < 1e-9 else "slides"
 
 
 def driven(run, case, row):
@@ -175,7 +176,8 @@ def ramp_verdict(run, case, row):
     a, n, moved, along = ramp_way(run)
     way = pulled(abs(a), n, run.h)
     got = sum(m * d for m, d in zip(moved, along))
-    return abs(got - (way if a > 0 else 0.0)) / way if way > 0 else norm(moved), f"{got / way:.3g} of the way that it would slide"
+    return abs(got - (way if a > 0 else 0.0)) / way if way > 0 else norm(
+        moved), f"{got / way:.3g} of the way that it would slide"
 
 
 def pulled_pair(run, case, row):
@@ -213,23 +215,26 @@ def same_as_first(run, case, row):
 
 
 def bounces(run, case, row):
-    """First peak against e^2 of the height. An impact's speed is known to g h of it, hence 1 %; no event may gain energy."""
+    """First peak against e^2 of the height. An impact's speed is known to g h of it, hence 1 %; no event may gain
+    energy."""
     height = [row[2] - 0.1 for row in run.bodies["ball"]]
     e = run.parameters["e"]
-    touch = next((i for i in range(1, len(height) - 1) if height[i] <= height[i - 1] and height[i] < height[i + 1]), None)
+    inner = range(1, len(height) - 1)
+    touch = next((i for i in inner if height[i] <= height[i - 1] and height[i] < height[i + 1]), None)
     if touch is None:
         return (0.0 if e < 0.02 else math.inf), "never rises"
-    peak = next((height[i] for i in range(touch + 1, len(height) - 1) if height[i] >= height[i + 1]), height[-1])
+    peak = next((height[i] for i in inner if i > touch and height[i] >= height[i + 1]), height[-1])
     gain = run.summary["energy"]["max_gain_relative"] or 0
     if gain > 1e-12:
         return math.inf, f"an event gains {gain:.3g}"
-    return abs(peak / height[0] - e * e) / 0.01, f"first peak {peak:.4g} of {height[0]:.4g} m, {run.summary['events']} events"
+    error = abs(peak / height[0] - e * e) / 0.01
+    return error, f"first peak {peak:.4g} of {height[0]:.4g} m, {run.summary['events']} events"
 
 
 def cradle(run, case, row):
     v = [rows[-1][8:11] for _, rows in sorted(run.bodies.items())]
     momentum = norm([sum(x[i] for x in v) - (1, 0, 0)[i] for i in range(3)])
-    energy = sum(norm(x) ** 2 for x in v) - 1
+    energy = sum(norm(x)**2 for x in v) - 1
     return max(momentum, abs(energy)), "leave with " + " ".join(f"{x[0]:.3g}" for x in v)
 
 
@@ -244,23 +249,25 @@ def far_away(run, case, row):
 
 
 def painleve(run, case, row):
-    """How far from where the paradox begins, rad, does the impact without collision come: a step that takes more slip than a
-    hundred of sliding friction? An indeterminate rod (spin) may lift off instead."""
+    """How far from where the paradox begins, rad, does the impact without collision come: a step that takes more slip
+    than a hundred of sliding friction? An indeterminate rod (spin) may lift off instead."""
     half, p = (1.0, 0.5e-3), run.parameters
     gain = run.summary["energy"]["max_gain_relative"] or 0
     if gain > 1e-9:
         return math.inf, f"an event gains {gain:.3g} of the energy"
     begins = p["angle"] if p["angle"] > math.pi / 4 else math.pi / 4
     before = None
-    for t, px, py, pz, qw, qx, qy, qz, vx, vy, vz, wx, wy, wz in run.bodies["rod"]:
+    for t, _, py, _, qw, _, _, qz, vx, _, _, _, _, wz in run.bodies["rod"]:
         angle = 2 * math.atan2(qz, qw)
         c, s = math.cos(angle), math.sin(angle)
         arm = (-half[0] * c + half[1] * s, -half[0] * s - half[1] * c)
         slip, gap = vx - wz * arm[1], py + arm[1]
         if before is not None and abs(slip - before[0]) > 100 * p["mu"] * 10 * run.h:
-            return abs(before[1] - begins), (f"an impact at {math.degrees(before[1]):.2f} deg, t = {before[2]:.4f} s, takes the slip from "
-                                             f"{before[0]:.3g} to {slip:.3g} m/s")
+            return abs(before[1] - begins), (
+                f"an impact at {math.degrees(before[1]):.2f} deg, t = {before[2]:.4f} s, takes the slip from "
+                f"{before[0]:.3g} to {slip:.3g} m/s")
         if gap > 1e-6:
-            return (0.0 if p["spin"] > 0 else math.inf), f"lifts off at {math.degrees(angle):.2f} deg, t = {t:.4f} s, slipping with {slip:.3g} m/s"
+            return (0.0 if p["spin"] > 0 else math.inf
+                    ), f"lifts off at {math.degrees(angle):.2f} deg, t = {t:.4f} s, slipping with {slip:.3g} m/s"
         before = slip, angle, t
     return math.inf, f"slides on with {before[0]:.3g} m/s at {math.degrees(before[1]):.1f} deg"

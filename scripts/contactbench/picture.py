@@ -1,4 +1,5 @@
-"""A first picture of a scene: runs it with each method and draws how far its bodies move, with what energy, and at what cost.
+"""A first picture of a scene: runs it with each method and draws how far its bodies move, with what energy, and at what
+cost.
 
   scripts/picture.py sticking_box                                  picture.png, in some seconds
   scripts/picture.py my.xml --method ap --method convex --out my.png
@@ -17,13 +18,16 @@ from .runs import PARTS, series
 
 def run(options, method, out):
     """One run; its summary, whatever it ended with."""
-    words = [options.program, "run", options.scene, "--method", method, "--time-limit", f"{options.limit:g}", "--out", str(out), "--quiet",
-             *program.settings(options.set), *(["--duration", f"{options.duration:g}"] if options.duration else [])]
+    words = [
+        options.program, "run", options.scene, "--method", method, "--time-limit", f"{options.limit:g}", "--out",
+        str(out), "--quiet", *program.settings(options.set),
+        *(["--duration", f"{options.duration:g}"] if options.duration else [])]
     print(shlex.join(words), flush=True)
     try:
         ended = program.call(*words)
     except OSError as error:
-        raise program.ProgramError(f"{options.program}: {error.strerror}; scripts/build.sh builds it, --program names another one") from None
+        raise program.ProgramError(
+            f"{options.program}: {error.strerror}; scripts/build.sh builds it, --program names another one") from None
     if ended.returncode not in (0, 3):
         raise program.ProgramError(ended.stderr.strip())
     return json.loads((out / "summary.json").read_text())
@@ -66,7 +70,8 @@ def main():
     parser.add_argument("--method", action="append", default=[], help="may be repeated [newton, mirtich, ap, convex]")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="a parameter of the scene")
     parser.add_argument("--duration", type=float, help="simulated time, s [the scene's]")
-    parser.add_argument("--limit", type=float, default=10, help="seconds that a run may take; what is done by then is drawn [10]")
+    parser.add_argument("--limit", type=float, default=10,
+                        help="seconds that a run may take; what is done by then is drawn [10]")
     parser.add_argument("--program", default=program.DEFAULT)
     parser.add_argument("--out", type=Path, default=Path("picture.png"), help="PNG, SVG or PDF [picture.png]")
     options = parser.parse_args()

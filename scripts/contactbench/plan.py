@@ -14,13 +14,19 @@ from .program import ProgramError, choices, scenes_of
 
 # Knob in a sweep file: flag of `contactbench run`. Those of the first group are every method's, the others only of the
 # methods whose row in `list --json` names the flag.
-COMMON = {"step": "step", "duration": "duration", "restitution": "restitution", "friction": "friction", "prune": "prune"}
-OWN = {"k": "k", "epsilon": "epsilon", "epsilon_relative": "epsilon-relative", "compression_bound": "compression-bound",
-       "regularise": "regularise", "warm_start": "warm-start"}
-SHORT = {"step": "h", "duration": "T", "k": "k", "epsilon": "eps", "epsilon_relative": "epsrel", "compression_bound": "bound-",
-         "regularise": "reg", "warm_start": "warm-", "restitution": "e", "friction": "mu", "prune": "prune-"}
+COMMON = {
+    "step": "step", "duration": "duration", "restitution": "restitution", "friction": "friction", "prune": "prune"}
+OWN = {
+    "k": "k", "epsilon": "epsilon", "epsilon_relative": "epsilon-relative", "compression_bound": "compression-bound",
+    "regularise": "regularise", "warm_start": "warm-start"}
+SHORT = {
+    "step": "h", "duration": "T", "k": "k", "epsilon": "eps", "epsilon_relative": "epsrel",
+    "compression_bound": "bound-", "regularise": "reg", "warm_start": "warm-", "restitution": "e", "friction": "mu",
+    "prune": "prune-"}
 # What may stand beside the knobs in a block or a profile.
-SETTINGS = {"repeats": 1, "record_every": 1, "record_interval_s": 0, "timed": True, "time_limit_s": 3600, "memory_limit_mb": 4096}
+SETTINGS = {
+    "repeats": 1, "record_every": 1, "record_interval_s": 0, "timed": True, "time_limit_s": 3600,
+    "memory_limit_mb": 4096}
 OTHER = {"scene", "set", "methods", "profiles"}
 
 
@@ -31,11 +37,11 @@ class SweepError(ProgramError):
 @dataclass(frozen=True)
 class Run:
     scene: str
-    sets: tuple      # (name, value) pairs for --set
+    sets: tuple  # (name, value) pairs for --set
     method: str
     variant: str
     solver: str
-    knobs: tuple     # (knob, value) pairs, in the order of COMMON and OWN
+    knobs: tuple  # (knob, value) pairs, in the order of COMMON and OWN
     repeat: int
     # What follows does not change what the run is.
     sweeps: tuple = ()
@@ -43,13 +49,14 @@ class Run:
     timed: bool = True
     time_limit_s: float = 3600
     memory_limit_mb: float = 4096
-    file: str = ""   # of a scene that does not come with the program
+    file: str = ""  # of a scene that does not come with the program
 
     @classmethod
     def of(cls, row):
         """The run of a row of runs.csv."""
         def pairs(words):
             return [tuple(word.split("=", 1)) for word in words.split()]
+
         knobs = dict(pairs(row["knobs"])) | {n: row[n] for n in ("k", "epsilon") if row[n]}
         return cls(row["scene"], tuple(pairs(row["parameters"])), row["method"], row["variant"], row["solver"],
                    tuple((n, knobs[n]) for n in COMMON | OWN if n in knobs), int(row["repeat"]))
@@ -84,10 +91,11 @@ class Run:
     def asked(self):
         """The run in a form that JSON can hold: the first part of run.json."""
         knobs = dict(self.knobs)
-        return {"run": self.name, "scene": self.scene, "parameters": " ".join(f"{n}={v}" for n, v in self.sets),
-                "method": self.method, "variant": self.variant, "solver": self.solver,
-                "k": knobs.pop("k", ""), "epsilon": knobs.pop("epsilon", ""),
-                "knobs": " ".join(f"{n}={v}" for n, v in knobs.items()), "repeat": self.repeat}
+        return {
+            "run": self.name, "scene": self.scene, "parameters": " ".join(f"{n}={v}" for n, v in self.sets),
+            "method": self.method, "variant": self.variant, "solver": self.solver, "k": knobs.pop("k", ""),
+            "epsilon": knobs.pop("epsilon", ""), "knobs": " ".join(f"{n}={v}"
+                                                                   for n, v in knobs.items()), "repeat": self.repeat}
 
 
 def text(value):
@@ -133,7 +141,8 @@ def wanted(name, patterns):
 
 
 def turned(chosen, knobs):
-    """Scene parameters with pi/k and pi/2k worked out: the angles by which a polygon of k edges is turned at worst and half-way."""
+    """Scene parameters with pi/k and pi/2k worked out: the angles by which a polygon of k edges is turned at worst and
+    half-way."""
     k = int(dict(knobs).get("k", 0))
     angles = {"pi/k": math.pi / k, "pi/2k": math.pi / (2 * k)} if k else {}
     if not k and any(v in ("pi/k", "pi/2k") for _, v in chosen):
@@ -142,7 +151,8 @@ def turned(chosen, knobs):
 
 
 def recorded(settings, knobs):
-    """Every how many steps a run is recorded: so often, or at a distance in simulated time, so that steps can be compared."""
+    """Every how many steps a run is recorded: so often, or at a distance in simulated time, so that steps can be
+    compared."""
     interval, step = float(settings["record_interval_s"]), dict(knobs).get("step")
     return max(1, round(interval / float(step))) if interval and step else int(settings["record_every"])
 
@@ -160,7 +170,7 @@ def block_runs(block, scene, file, sweep, profile, rows, stem):
             for knobs in itertools.product(*[[(n, v) for v in values(merged[n])] for n in names]):
                 if turned(chosen, knobs) is None:
                     continue  # an angle of the polygon is none of a method without one
-                yield Run(scene, turned(chosen, knobs), method["name"], variant, solver, tuple(knobs), 0, (stem,),
+                yield Run(scene, turned(chosen, knobs), method["name"], variant, solver, tuple(knobs), 0, (stem, ),
                           recorded(settings, knobs), bool(settings["timed"]), float(settings["time_limit_s"]),
                           float(settings["memory_limit_mb"]), file), int(settings["repeats"])
 
@@ -168,14 +178,14 @@ def block_runs(block, scene, file, sweep, profile, rows, stem):
 def merge(a, b):
     """One run that two blocks ask for: recorded as finely as either wants (0 is not at all), with the wider limits."""
     finest = min((r for r in (a.record_every, b.record_every) if r), default=0)
-    return dataclasses.replace(a, sweeps=tuple(dict.fromkeys(a.sweeps + b.sweeps)), record_every=finest,
-                               timed=a.timed or b.timed, time_limit_s=max(a.time_limit_s, b.time_limit_s),
+    return dataclasses.replace(a, sweeps=tuple(dict.fromkeys(a.sweeps + b.sweeps)), record_every=finest, timed=a.timed
+                               or b.timed, time_limit_s=max(a.time_limit_s, b.time_limit_s),
                                memory_limit_mb=max(a.memory_limit_mb, b.memory_limit_mb))
 
 
 def plan(paths, profile, listed):
-    """The runs in the order in which they are done: repeats interleaved, so that a slow minute of the machine touches every
-    cell alike. Besides what the program does not have: {scene or solver: reason}."""
+    """The runs in the order in which they are done: repeats interleaved, so that a slow minute of the machine touches
+    every cell alike. Besides what the program does not have: {scene or solver: reason}."""
     scenes, merged, missing = scenes_of(listed), {}, {}
     for path in paths:
         sweep = read(path)

@@ -25,9 +25,9 @@ def body(points, velocity, mass=1.0, inertia=1 / 6):
 
 
 def arch(ratio, mu=1.0, count=27, radius=10.0):
-    """S2: a half circle of `count` voussoirs, its middle line of `radius` m, `ratio` of that thick, on fixed ground; from rest, one
-    step's fall. Each joint has two contacts, at its inner and outer edge: normal along the arch, t1 radial, t2 sideways.
-    Bodies move in the plane, and as points sideways."""
+    """S2: a half circle of `count` voussoirs, its middle line of `radius` m, `ratio` of that thick, on fixed ground;
+    from rest, one step's fall. Each joint has two contacts, at its inner and outer edge: normal along the arch, t1
+    radial, t2 sideways. Bodies move in the plane, and as points sideways."""
     inner, outer, half = radius * (1 - ratio / 2), radius * (1 + ratio / 2), math.pi / (2 * count)
     centre = 2 / 3 * (outer**3 - inner**3) / (outer**2 - inner**2) * math.sin(half) / half
     mass = (outer**2 - inner**2) * half
@@ -48,7 +48,8 @@ def arch(ratio, mu=1.0, count=27, radius=10.0):
                         row[voussoir] = [sign * x for x in (*d, arm[0] * d[1] - arm[1] * d[0])]
                 J.append(row)
                 q.append(sum(x[1] for x in row.values()) * -FALL)
-    W = [[sum(a * m * b for body in x.keys() & y.keys() for a, m, b in zip(x[body], inverse, y[body])) for y in J] for x in J]
+    W = [[sum(a * m * b for body in x.keys() & y.keys() for a, m, b in zip(x[body], inverse, y[body])) for y in J]
+         for x in J]
     return text(W, q, [mu] * (len(q) // 3))
 
 
@@ -62,7 +63,8 @@ def made():
     yield "one_contact_mu_1e6", text(W, q, [1e6]), ["solved"], 0.0
     yield "no_contact", "3\n0\n0\n0\n0\n0 0\n\n\n", ["solved", "input_error"], None
     yield "nan", text(W, [math.nan] + q[1:], [0.5]), ["input_error"], None
-    yield "1e300", text(W, [-1e300] + q[1:], [0.5]), ["solved", "input_error", "not_finite", "singular", "nonconverged", "inaccurate"], None
+    yield "1e300", text(W, [-1e300] + q[1:],
+                        [0.5]), ["solved", "input_error", "not_finite", "singular", "nonconverged", "inaccurate"], None
     yield "both_sides_fixed", text([[0.0] * 3] * 3, [-1.0, 0.0, 0.0], [0.5]), ["input_error"], None
     for count in (2, 16, 100):
         W, q = body([below] * count, fall)
@@ -82,12 +84,14 @@ def made():
         for a, b, sign in ((0, 0, 1), (3, 3, 1), (0, 3, -1), (3, 0, -1)):
             W[a + i][b + i] = float(sign)
     driven = [-1.0, 0.0, 0.0, -1.0, 0.0, 0.0]
-    yield "driven_into_a_wall", text(W, driven, [0.3, 0.3]), ["ray", "nonconverged", "singular", "cycling", "inaccurate", "input_error", "unsupported"], None
+    yield "driven_into_a_wall", text(W, driven, [0.3, 0.3]), [
+        "ray", "nonconverged", "singular", "cycling", "inaccurate", "input_error", "unsupported"], None
 
     # F4: three contacts on a circle of 1.5 m under a torque, g = 10: slips above mu m g R = 30 N m. One step of 1 ms.
     h, mass, radius, mu, g = 1e-3, 3.0, 1.5, 2 / 3, 10.0
     inertia = mass * radius * radius / 2
-    points = [(radius * math.cos(a), 0.0, radius * math.sin(a)) for a in (0.1, 0.1 + 2 * math.pi / 3, 0.1 + 4 * math.pi / 3)]
+    points = [(radius * math.cos(a), 0.0, radius * math.sin(a))
+              for a in (0.1, 0.1 + 2 * math.pi / 3, 0.1 + 4 * math.pi / 3)]
     for torque, slip in ((29.99, 0.0), (30.01, 0.01 * h / inertia * radius)):
         W, q = body(points, [0.0, -g * h, 0.0, 0.0, torque * h / inertia, 0.0], mass, inertia)
         yield f"triangle_{torque:g}_Nm", text(W, q, [mu] * 3), ["solved"], slip

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""The one place that starts processes. A run of a sweep is a process of its own, within limits, whatever the program does: always one
-record with a typed status.
+"""The one place that starts processes. A run of a sweep is a process of its own, within limits, whatever the program
+does: always one record with a typed status.
 
-The program writes into a folder of its own under RUNS/.doing, which becomes RUNS/<name> by one rename when its record (run.json) is
-complete. So a run is there whole or not at all, and a late writer of a killed sweep disturbs nobody. As a script this reads a job as
-JSON from standard input and prints the record: that is how another engine calls it. Hence nothing but the standard library here.
+The program writes into a folder of its own under RUNS/.doing, which becomes RUNS/<name> by one rename when its record
+(run.json) is complete. So a run is there whole or not at all, and a late writer of a killed sweep disturbs nobody. As a
+script this reads a job as JSON from standard input and prints the record: that is how another engine calls it. Hence
+nothing but the standard library here.
 """
 import argparse
 import collections
@@ -27,10 +28,10 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 DEFAULT = str(ROOT / "build/bin/contactbench")
 DOING = ".doing"
-TAIL = 1 << 16               # bytes of what a program says that are kept
-FILE_LIMIT = 16 << 30        # bytes that one file of a run may have
-WARM_UP = 0.1                # s, of a timed run done once before it counts: caches, clock and page tables are as it wants them
-BUSY = 0.25                  # cores that others may use before a run counts as disturbed
+TAIL = 1 << 16  # bytes of what a program says that are kept
+FILE_LIMIT = 16 << 30  # bytes that one file of a run may have
+WARM_UP = 0.1  # s, of a timed run done once before it counts: caches, clock and page tables are as it wants them
+BUSY = 0.25  # cores that others may use before a run counts as disturbed
 AGAIN = ("interrupted", "write_failed")  # statuses that say nothing about the method: done again by themselves
 PR_SET_PDEATHSIG = 1
 LIBC = ctypes.CDLL(None)
@@ -45,6 +46,10 @@ def read_json(path):
         return json.loads(Path(path).read_text(errors="replace"))
     except (OSError, ValueError, RecursionError):
         return None
+
+
+Late = subprocess.TimeoutExpired  # what `call` raises where a command takes longer than it may
+
 
 class ProgramError(Exception):
     """The program does not do what is asked of it: says why."""
@@ -76,7 +81,8 @@ def listed(program):
 
 def version(program):
     """The commit that the program says it is of."""
-    return next(iter(re.findall(r"git ([^;)]*)", call(program, "--version").stdout)), "a program that said nothing of itself")
+    return next(iter(re.findall(r"git ([^;)]*)",
+                                call(program, "--version").stdout)), "a program that said nothing of itself")
 
 
 def scenes_of(said):
@@ -88,32 +94,36 @@ def statuses_of(said):
 
 
 def choices(said, outside=(), unavailable=False):
-    """(method row, variant, solver) of everything this build has, or could have, in the order of its own list, but solvers named
-    `outside`; and what it has not: {method/solver: reason}."""
-    out = {(s["method"], s["name"]): s["unavailable"] for s in said["solvers"] if s["unavailable"] and s["name"] not in outside}
+    """(method row, variant, solver) of everything this build has, or could have, in the order of its own list, but
+    solvers named `outside`; and what it has not: {method/solver: reason}."""
+    out = {(s["method"], s["name"]): s["unavailable"] for s in said["solvers"]
+           if s["unavailable"] and s["name"] not in outside}
     rows = [(method, variant, solver) for method in said["methods"] for solver in method["solvers"] or [""]
-            if solver not in outside and (unavailable or (method["name"], solver) not in out) for variant in method["variants"] or [""]]
+            if solver not in outside and (unavailable or (method["name"], solver) not in out)
+            for variant in method["variants"] or [""]]
     return rows, {f"{method}/{solver}": reason for (method, solver), reason in out.items()}
 
 
 @functools.cache
 def files_of(program, file, parameters):
-    """The files that a scene reads, of which the program knows: its own and those of its robots. Its own where it is refused."""
+    """The files that a scene reads, of which the program knows: its own and those of its robots. Its own where it is
+    refused."""
     ended = call(program, "check", file, "--files", *settings(parameters.split()))
-    return tuple(ended.stdout.splitlines()) if ended.returncode == 0 else (str(file),)
+    return tuple(ended.stdout.splitlines()) if ended.returncode == 0 else (str(file), )
 
 
 def read_vector(path):
     """The numbers of a Matrix Market array file with one column; none where there is no file."""
-    lines = [line for line in path.read_text().splitlines() if line and not line.startswith("%")] if path.exists() else []
+    lines = [line for line in path.read_text().splitlines()
+             if line and not line.startswith("%")] if path.exists() else []
     return [float(line) for line in lines[1:]]
 
 
 class Load:
     """How many cores others keep busy: the machine's busy time less that of this process and its finished children.
 
-    The kernel counts in 10 ms, so nothing is said of less than a second; a short run is judged by the last second or so."""
-
+    The kernel counts in 10 ms, so nothing is said of less than a second; a short run is judged by the last second or
+    so."""
     def __init__(self):
         self.samples = collections.deque(maxlen=4096)
         self.sample()
@@ -130,7 +140,8 @@ class Load:
         return now
 
     def others(self, start):
-        """Cores in use by others since `start` (or the last second, whichever is longer); None where it cannot be told."""
+        """Cores in use by others since `start` (or the last second, whichever is longer); None where it cannot be
+        told."""
         now = self.sample()
         if now is None:
             return None
@@ -142,13 +153,14 @@ class Load:
 
 
 def addresses(memory_mb):
-    """Bytes of address space of a program that may use so much memory: it holds more than what is in use; the program's own limit is
-    the sharper one."""
+    """Bytes of address space of a program that may use so much memory: it holds more than what is in use; the program's
+    own limit is the sharper one."""
     return int((2 * memory_mb + 256) * 2**20)
 
 
 def limited(parent, memory_bytes):
-    """For the child, before it becomes the program: dies with its parent, cannot eat the machine, leaves no core file."""
+    """For the child, before it becomes the program: dies with its parent, cannot eat the machine, leaves no core
+    file."""
     def prepare():
         LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
         if os.getppid() != parent:
@@ -158,6 +170,7 @@ def limited(parent, memory_bytes):
             resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
         resource.setrlimit(resource.RLIMIT_FSIZE, (FILE_LIMIT, FILE_LIMIT))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
     return prepare
 
 
@@ -219,19 +232,23 @@ def fault_of(summary, job):
         return "summary.json is no JSON object"
     if summary.get("status") not in job["statuses"]:
         return f"summary.json has no known status, but {summary.get('status')!r}"[:120]
-    if not isinstance(summary.get("finished"), bool) or summary["finished"] != (summary["status"] in ("ok", "inaccurate")):
+    if not isinstance(summary.get("finished"),
+                      bool) or summary["finished"] != (summary["status"] in ("ok", "inaccurate")):
         return "summary.json contradicts itself on whether the run finished"
     if summary.get("scenario") != job["asked"]["scene"] or summary.get("method") != job["asked"]["method"]:
         return "summary.json is of another run"
     times = summary.get("time")
-    parts = [times.get(f"{p}_s") if isinstance(times, dict) else None for p in ("dynamics", "collision", "assembly", "solve")]
+    parts = [
+        times.get(f"{p}_s") if isinstance(times, dict) else None
+        for p in ("dynamics", "collision", "assembly", "solve")]
     if not all(isinstance(p, (int, float)) and math.isfinite(p) for p in parts + [summary.get("t_reached")]):
         return "summary.json lacks its times"
     return "" if finite(summary) else "summary.json holds NaN or infinity"
 
 
 def verdict(code, stopped, peak_mb, said, summary, job):
-    """Status and reason of a run from what its end shows; the program's own word counts only where all fits together."""
+    """Status and reason of a run from what its end shows; the program's own word counts only where all fits
+    together."""
     last = said.splitlines()[-1][:300] if said else ""
     if stopped:
         return "time_limit", f"did not come back within {job['wall_limit_s']:g} s; stopped from outside"
@@ -251,11 +268,17 @@ def verdict(code, stopped, peak_mb, said, summary, job):
 
 
 def watched(program, scene, flags, folder, statuses, wall_limit, memory_mb):
-    """A run of a scene file into `folder`, recorded where the flags do not say otherwise: (status, reason, had to be stopped, summary or None)."""
+    """A run of a scene file into `folder`, recorded where the flags do not say otherwise: (status, reason, had to be
+    stopped, summary or None)."""
     recorded = [] if "--record-every" in flags else ["--record-every", "1"]
-    command = [program, "run", str(scene), *flags, *recorded, "--memory-limit", str(memory_mb), "--out", str(folder), "--quiet"]
-    job = {"asked": {"scene": Path(scene).stem, "method": flags[flags.index("--method") + 1]}, "statuses": statuses,
-           "wall_limit_s": wall_limit, "memory_limit_mb": memory_mb}
+    command = [
+        program, "run",
+        str(scene), *flags, *recorded, "--memory-limit",
+        str(memory_mb), "--out",
+        str(folder), "--quiet"]
+    job = {
+        "asked": {"scene": Path(scene).stem, "method": flags[flags.index("--method") + 1]}, "statuses": statuses,
+        "wall_limit_s": wall_limit, "memory_limit_mb": memory_mb}
     code, stopped, peak, said = execute(command, wall_limit, addresses(memory_mb))
     summary = read_json(Path(folder) / "summary.json")
     status, reason = verdict(code, stopped, peak, said, summary, job)
@@ -277,11 +300,15 @@ def reached(folder):
 
 # Runs of a sweep.
 
-def job_of(run, program, scene, runs, statuses, time_limit, memory_limit_mb=4096, record_every=1, timed=True, key="", deadline=None):
-    """What `do` needs to know of a run (plan.Run). The program keeps its own limit; the outer one is for one that does not come back."""
-    return {"asked": run.asked(), "flags": run.flags(), "key": key, "program": program, "scene": scene, "runs": str(runs), "statuses": statuses,
-            "timed": timed, "time_limit_s": time_limit, "wall_limit_s": 1.2 * time_limit + 10, "memory_limit_mb": memory_limit_mb,
-            "record_every": record_every, "deadline": deadline}
+
+def job_of(run, program, scene, runs, statuses, time_limit, memory_limit_mb=4096, record_every=1, timed=True, key="",
+           deadline=None):
+    """What `do` needs to know of a run (plan.Run). The program keeps its own limit; the outer one is for one that does
+    not come back."""
+    return {
+        "asked": run.asked(), "flags": run.flags(), "key": key, "program": program, "scene": scene, "runs": str(runs),
+        "statuses": statuses, "timed": timed, "time_limit_s": time_limit, "wall_limit_s": 1.2 * time_limit + 10,
+        "memory_limit_mb": memory_limit_mb, "record_every": record_every, "deadline": deadline}
 
 
 def within(job, now):
@@ -298,13 +325,14 @@ def do(job, load):
     job = within(job, time.time())
     scratch = runs / DOING / f"{name}.{uuid.uuid4().hex[:12]}"
     scratch.mkdir(parents=True)
-    record = {**job["asked"], "flags": job["flags"], "key": job["key"], "limits": [job["time_limit_s"], job["memory_limit_mb"]],
-              "record_every": job["record_every"]}
+    record = {
+        **job["asked"], "flags": job["flags"], "key": job["key"],
+        "limits": [job["time_limit_s"], job["memory_limit_mb"]], "record_every": job["record_every"]}
     if job["time_limit_s"] > 0:
         record.update(done(job, scratch, load))
     else:
-        record.update(status="time_limit", reason="not begun: the time of the sweep was spent", exit_code=None, finished=False,
-                      t_reached=None, wall_s=0.0, peak_memory_mb=None, other_cores=None, busy=None)
+        record.update(status="time_limit", reason="not begun: the time of the sweep was spent", exit_code=None,
+                      finished=False, t_reached=None, wall_s=0.0, peak_memory_mb=None, other_cores=None, busy=None)
     publish(record, scratch, runs / name)
     return record
 
@@ -312,8 +340,12 @@ def do(job, load):
 def done(job, scratch, load):
     """Runs the program into `scratch`: how it ended, as fields of its record."""
     def command(out, limit):
-        return [job["program"], "run", job["scene"], *job["flags"], "--record-every", str(job["record_every"]), "--time-limit", f"{limit:g}",
-                "--memory-limit", f"{job['memory_limit_mb']:g}", "--out", str(out), "--quiet"]
+        return [
+            job["program"], "run", job["scene"], *job["flags"], "--record-every",
+            str(job["record_every"]), "--time-limit", f"{limit:g}", "--memory-limit", f"{job['memory_limit_mb']:g}",
+            "--out",
+            str(out), "--quiet"]
+
     memory, warm_up, start = addresses(job["memory_limit_mb"]), scratch / "warm_up", time.monotonic()
     try:
         if job["timed"]:
@@ -333,9 +365,11 @@ def done(job, scratch, load):
     if not trusted:
         # Nothing downstream may take such a file for a summary.
         (scratch / "summary.json").unlink(missing_ok=True)
-    return {"status": status, "reason": reason.replace(str(scratch), "."), "exit_code": code, "finished": status in ("ok", "inaccurate"),
-            "t_reached": None if trusted else reached(scratch), "wall_s": round(wall, 4), "peak_memory_mb": round(peak, 2),
-            "other_cores": None if others is None else round(others, 3), "busy": None if others is None else others > BUSY}
+    return {
+        "status": status, "reason": reason.replace(str(scratch),
+                                                   "."), "exit_code": code, "finished": status in ("ok", "inaccurate"),
+        "t_reached": None if trusted else reached(scratch), "wall_s": round(wall, 4), "peak_memory_mb": round(peak, 2),
+        "other_cores": None if others is None else round(others, 3), "busy": None if others is None else others > BUSY}
 
 
 def publish(record, scratch, place):
@@ -353,9 +387,10 @@ def publish(record, scratch, place):
 
 
 def elsewhere(client, job, priority):
-    """A task of a Dask client that does a job. What is sent is a function of the standard library, so that workers need not import anything of ours."""
-    return client.submit(subprocess.run, [sys.executable, __file__], input=json.dumps(job), text=True, capture_output=True, pure=False,
-                         priority=priority, retries=2)
+    """A task of a Dask client that does a job. What is sent is a function of the standard library, so that workers need
+    not import anything of ours."""
+    return client.submit(subprocess.run, [sys.executable, __file__], input=json.dumps(job), text=True,
+                         capture_output=True, pure=False, priority=priority, retries=2)
 
 
 if __name__ == "__main__":

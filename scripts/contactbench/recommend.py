@@ -1,12 +1,12 @@
-"""Which method for a scene? Of all runs in the table of the sweep error_time, the cheapest that met a wanted error: method,
-solver and knobs, with the run that shows it and the runner-up.
+"""Which method for a scene? Of all runs in the table of the sweep error_time, the cheapest that met a wanted error:
+method, solver and knobs, with the run that shows it and the runner-up.
 
   scripts/recommend.py sliding_box --error 1e-3
   scripts/recommend.py stack --set boxes=4 --error 1e-6 --time-per-step 1e-4 --verify
   scripts/recommend.py my.xml --error 1e-3 --duration 2 --out my      first runs a small sweep of it into the folder my
 
-Exit codes: 0 there is an answer (and it was confirmed, with --verify); 1 --verify could not confirm it; 2 wrong flags or input;
-3 no run met the error, or there is no reference to measure errors against.
+Exit codes: 0 there is an answer (and it was confirmed, with --verify); 1 --verify could not confirm it; 2 wrong flags
+or input; 3 no run met the error, or there is no reference to measure errors against.
 """
 import contextlib
 import json
@@ -65,11 +65,12 @@ def measured_on(results):
     there, here = results.manifest.get("machine") or {}, this_machine()
     if isinstance(there, list):
         there = {"cpu": "several machines, as " + ", ".join(dict.fromkeys(str(m.get("cpu")) for m in there))}
-    return {**{k: there.get(k) for k in ("cpu", "cores", "os")}, "this_machine": all(there.get(k) == here[k] for k in here)}
+    return {**{k: there.get(k) for k in ("cpu", "cores", "os")}, "this_machine": here.items() <= there.items()}
 
 
 def has_exact_answer(file):
-    """Whether a scene's file names a closed form. Its comments may hold what strict XML refuses there, as the program's reader lets them."""
+    """Whether a scene's file names a closed form. Its comments may hold what strict XML refuses there, as the program's
+    reader lets them."""
     text = re.sub(r"<!--.*?-->", "", Path(file).read_text(), flags=re.DOTALL)
     return re.search(r"<reference\s[^>]*kind\s*=\s*[\"']analytic[\"']", text) is not None
 
@@ -78,22 +79,28 @@ def small_sweep(options):
     """Runs a scene over methods and knobs in the folder --out, for what is not there yet; its table."""
     file = scene_file(options.program, options.scene)
     if options.out is None:
-        raise WrongInput(f"{options.scene} is not in the table: --out names a folder for the small sweep that it needs first")
+        raise WrongInput(
+            f"{options.scene} is not in the table: --out names a folder for the small sweep that it needs first")
     # Made for a scene with an exact answer too: the one is a check on the other.
     try:
-        known = references.make(options.program, file, options.set, options.duration, options.out / "references", options.limit)
+        known = references.make(options.program, file, options.set, options.duration, options.out / "references",
+                                options.limit)
     except program.ProgramError as error:
         raise WrongInput(str(error)) from None
     if not known.about["accepted"] and not has_exact_answer(file):
         raise NoReference(known.about["reason"])
     toml = options.out / f"{precision.SWEEP}.toml"
-    toml.write_text(render("small_sweep.toml", interval=references.INTERVAL, duration=known.about["duration"], limit=options.limit, scene=file,
-                           steps=[f"{known.about['step'] * references.FINER * m:.12g}" for m in STEPS],
-                           sets=[pair.partition("=") for pair in options.set]))
+    toml.write_text(
+        render("small_sweep.toml", interval=references.INTERVAL, duration=known.about["duration"], limit=options.limit,
+               scene=file, steps=[f"{known.about['step'] * references.FINER * m:.12g}"
+                                  for m in STEPS], sets=[pair.partition("=") for pair in options.set]))
     try:
         with contextlib.redirect_stdout(sys.stderr):
-            sweep.sweep(sweep.arguments([str(toml), "--program", options.program, "--runs", str(options.out / "runs"), "--out",
-                                         str(options.out)]))
+            sweep.sweep(
+                sweep.arguments([
+                    str(toml), "--program", options.program, "--runs",
+                    str(options.out / "runs"), "--out",
+                    str(options.out)]))
     except (program.ProgramError, SystemExit) as error:
         print(f"sweep: {error}", file=sys.stderr)
         raise WrongInput("the sweep of it could not be done") from None
@@ -106,12 +113,14 @@ def table(options):
     if Path(options.scene).is_file() or options.out is not None:
         return small_sweep(options)
     if not (options.results / "runs.csv").exists():
-        raise WrongInput(f"{options.results} has no runs.csv: scripts/reproduce.sh makes it; --results names another folder")
+        raise WrongInput(
+            f"{options.results} has no runs.csv: scripts/reproduce.sh makes it; --results names another folder")
     results = Runs(options.results, options.results / "runs")
     there = dict.fromkeys((c["scene"], c["parameters"]) for c in results.cells(sweep=precision.SWEEP))
     if name in {scene for scene, _ in there} and (name, parameters) not in there:
-        raise WrongInput(f"the table has no runs of '{name} {parameters}'; it has " + ", ".join(" --set ".join(filter(None, s)) for s in there)
-                         + "; --out names a folder for a small sweep of others")
+        raise WrongInput(f"the table has no runs of '{name} {parameters}'; it has " +
+                         ", ".join(" --set ".join(filter(None, s))
+                                   for s in there) + "; --out names a folder for a small sweep of others")
     return results if (name, parameters) in there else small_sweep(options)
 
 
@@ -120,10 +129,12 @@ def said(point):
     if point is None:
         return None
     cell = point["cell"]
-    return {"run": point["run"], **{c: cell[c] for c in ("method", "solver", "variant", "k", "epsilon", "knobs")}, "label": cell.label,
-            "error": point["error"], "uncertainty": point["uncertainty"], "time_per_simulated_second": point["time"],
-            "time_least": point["least"], "time_most": point["most"], "time_per_step": point["time_per_step"], "repeats": point["repeats"],
-            "busy": point["busy"], "command": cell.command}
+    return {
+        "run": point["run"],
+        **{c: cell[c] for c in ("method", "solver", "variant", "k", "epsilon", "knobs")}, "label": cell.label,
+        "error": point["error"], "uncertainty": point["uncertainty"], "time_per_simulated_second": point["time"],
+        "time_least": point["least"], "time_most": point["most"], "time_per_step": point["time_per_step"],
+        "repeats": point["repeats"], "busy": point["busy"], "command": cell.command}
 
 
 def show(title, point, measure):
@@ -132,21 +143,26 @@ def show(title, point, measure):
     if point["repeats"] > 1:
         noise = f"{point['time_least']:.3g} to {point['time_most']:.3g} in {point['repeats']} runs"
     busy = ", machine busy" if point["busy"] else ""
-    print(f"  {measure} = {point['error']:.3g}; {point['time_per_simulated_second']:.3g} s a simulated second ({noise}{busy}), "
-          f"{point['time_per_step']:.3g} s a step")
+    print(f"  {measure} = {point['error']:.3g}; {point['time_per_simulated_second']:.3g} s a simulated second "
+          f"({noise}{busy}), {point['time_per_step']:.3g} s a step")
     print(f"  run {point['run']}\n  {point['command']}")
 
 
 def again(point, options, results):
-    """Does the run of a point once more, in a process and a folder of its own: (status, error, s a simulated second)."""
+    """Does the run of a point once more, in a process and a folder of its own: (status, error, s a simulated
+    second)."""
     run, file = Run.of(point["cell"].row), scene_file(options.program, options.scene)
     # Recorded as in the sweep: a certified error needs the moments of its reference.
     every = max(1, round(references.INTERVAL / float(point["step"])))
     with tempfile.TemporaryDirectory() as runs:
-        scene, statuses = file if Path(options.scene).is_file() else f"{run.scene}.xml", program.statuses_of(listed(options.program))
-        record = program.do(program.job_of(run, options.program, scene, runs, statuses, options.limit, record_every=every), program.Load())
+        scene, statuses = file if Path(options.scene).is_file() else f"{run.scene}.xml", program.statuses_of(
+            listed(options.program))
+        record = program.do(
+            program.job_of(run, options.program, scene, runs, statuses, options.limit, record_every=every),
+            program.Load())
         folder, parameters = Path(runs) / run.name, run.asked()["parameters"]
-        certified = references.read(results.folder / "references", run.scene, parameters, program.files_of(options.program, file, parameters))
+        certified = references.read(results.folder / "references", run.scene, parameters,
+                                    program.files_of(options.program, file, parameters))
         row = row_of(run, record, program.read_json(folder / "summary.json") or {}, folder, certified)
     error, took = (row.get(f"error_{point['measure']}") or None), row["processing_s"] or None
     return row["status"], error and float(error), took and float(took) / float(row["duration"])
@@ -170,8 +186,9 @@ def verify(best, cheaper, options, results):
 def answer(options):
     """What --json prints; `best` is None where none met the error, or `reference` is missing."""
     scene, parameters = Path(options.scene).stem, " ".join(options.set)
-    made = {"scene": scene, "parameters": parameters, "measure": options.measure, "wanted": options.error,
-            "time_per_step": options.time_per_step, "best": None, "runner_up": None}
+    made = {
+        "scene": scene, "parameters": parameters, "measure": options.measure, "wanted": options.error,
+        "time_per_step": options.time_per_step, "best": None, "runner_up": None}
     try:
         results = table(options)
     except NoReference as why:
@@ -190,15 +207,17 @@ def answer(options):
     best, second, cheaper = precision.choose(points, options.error, options.time_per_step)
     if best is None:
         return made | {"nearest": said(precision.nearest(points))}
-    made |= {"best": said(best), "runner_up": said(second), "cheaper_that_missed": len(cheaper),
-             "told_apart": precision.told_apart(best, second) if second else None}
+    made |= {
+        "best": said(best), "runner_up": said(second), "cheaper_that_missed": len(cheaper),
+        "told_apart": precision.told_apart(best, second) if second else None}
     if options.verify:
         made["verified"] = verify(best, cheaper, options, results)
     return made
 
 
 def show_all(made):
-    wanted = f"{made['measure']} <= {made['wanted']:g}" + (f" and at most {made['time_per_step']:g} s a step" if made["time_per_step"] else "")
+    wanted = f"{made['measure']} <= {made['wanted']:g}" + (f" and at most {made['time_per_step']:g} s a step"
+                                                           if made["time_per_step"] else "")
     scene = f"{made['scene']} {made['parameters']}".strip()
     if made["reference"] == "missing":
         print(f"{scene}: none can be recommended, its reference is missing: {made['why']}")
@@ -215,7 +234,8 @@ def show_all(made):
         return
     show("cheapest", made["best"], made["measure"])
     if made["runner_up"]:
-        unsure = {None: " (too few repeats to tell them apart)", False: " (times overlap: not told apart)", True: ""}[made["told_apart"]]
+        unsure = {None: " (too few repeats to tell them apart)", False: " (times overlap: not told apart)",
+                  True: ""}[made["told_apart"]]
         show(f"runner-up{unsure}", made["runner_up"], made["measure"])
     else:
         print("runner-up: no other method or solver met it")
@@ -224,15 +244,17 @@ def show_all(made):
             print(f"not confirmed: {fault}")
         if not made["verified"]["faults"]:
             missed = made["cheaper_that_missed"]
-            print("confirmed: run again, it meets the error; " +
-                  (f"the {missed} cheaper in the table do not, run again" if missed else "nothing in the table is cheaper"))
+            print("confirmed: run again, it meets the error; " + (f"the {missed} cheaper in the table do not, run again"
+                                                                  if missed else "nothing in the table is cheaper"))
 
 
 def main():
     parser = program.flags(__doc__)
     parser.add_argument("scene", help="a scene of the table, or a file of your own")
     parser.add_argument("--error", type=float, required=True, help="wanted error, in the unit of the measure")
-    parser.add_argument("--measure", help="which error (`contactbench list references`; certified_linf_m) [the scene's largest of position]")
+    parser.add_argument(
+        "--measure",
+        help="which error (`contactbench list references`; certified_linf_m) [the scene's largest of position]")
     parser.add_argument("--time-per-step", type=float, metavar="S", help="processing time that a step may take, s")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="a parameter of the scene")
     parser.add_argument("--verify", action="store_true", help="run the answer and all that is cheaper again")

@@ -1,7 +1,8 @@
 """Makes a failing scene smaller while it fails the same way: fewer bodies, a shorter run, rounder numbers.
 
-`same(path)` says whether the scene in a file still shows what is sought; it may be anything, and is asked a bounded number of times.
-Bodies go in halves, then one by one (as in delta debugging); of what is left, numbers are rounded to as few digits as keep it failing.
+`same(path)` says whether the scene in a file still shows what is sought; it may be anything, and is asked a bounded
+number of times. Bodies go in halves, then one by one (as in delta debugging); of what is left, numbers are rounded to
+as few digits as keep it failing.
 """
 import copy
 import fnmatch
@@ -10,8 +11,9 @@ import xml.etree.ElementTree as ET
 
 TRIALS = 150  # questions asked of a scene at most
 DIGITS = [1, 2, 3]
-ROUNDED = {"position", "velocity", "angular_velocity", "size", "radius", "length", "mass", "quaternion", "angle", "axis", "mu", "restitution", "constant",
-           "normal", "point"}
+ROUNDED = {
+    "position", "velocity", "angular_velocity", "size", "radius", "length", "mass", "quaternion", "angle", "axis", "mu",
+    "restitution", "constant", "normal", "point"}
 
 
 class Reduction:
@@ -68,7 +70,7 @@ def tidy(root):
         if controller.get("robot") not in robots:
             controllers.remove(controller)
     for parent in (contacts, controllers):
-        if parent is not None and not len(parent):
+        if parent is not None and len(parent) == 0:
             root.remove(parent)
 
 
@@ -78,7 +80,8 @@ def without(names):
         for body in list(bodies):
             if body.get("name") in names:
                 bodies.remove(body)
-        return any(body.tag not in ("half_space",) for body in bodies)
+        return any(body.tag not in ("half_space", ) for body in bodies)
+
     return change
 
 
@@ -88,6 +91,7 @@ def shorter(share):
         step, duration = float(simulation.get("step")), float(simulation.get("duration"))
         simulation.set("duration", repr(max(1, round(duration * share / step)) * step if duration > step else duration))
         return duration > step
+
     return change
 
 
@@ -98,6 +102,7 @@ def rounder(key, number, digits):
         new = " ".join(f"{float(f'{float(word):.{digits}g}'):g}" for word in old.split())
         element.set(key, new)
         return new != old
+
     return change
 
 

@@ -1,10 +1,11 @@
-"""A frozen stream of contact problems: what one run of a scene met on its way, solved by every method and solver. Everybody gets the
-same numbers, so that what a solver costs and errs is seen apart from where its own answers would have led the simulation.
+"""A frozen stream of contact problems: what one run of a scene met on its way, solved by every method and solver.
+Everybody gets the same numbers, so that what a solver costs and errs is seen apart from where its own answers would
+have led the simulation.
 
   scripts/replay.py --out results/replay
 
-One folder a scene, with the tables of scripts/solve_all.py. The run is `convex` at 1e-12 J; its problems are stored evenly over
-the simulated time.
+One folder a scene, with the tables of scripts/solve_all.py. The run is `convex` at 1e-12 J; its problems are stored
+evenly over the simulated time.
 """
 import sys
 import tempfile
@@ -20,9 +21,9 @@ STREAMS = (("sliding_box", (), 8, 1000), ("circular_sliding", (), 10, 1250), ("s
 
 def store(path, scene, sets, duration, every, folder):
     """Runs the scene and stores its problems in `folder`."""
-    ended = program.call(path, "run", f"{scene}.xml", "--method", "convex", "--epsilon", "1e-12", "--step", STEP, "--duration", duration,
-                         "--prune", "off", "--record-every", "0", "--save-problems", folder, "--save-every", every, "--out",
-                         folder.with_name("run"), "--quiet", *program.settings(sets))
+    ended = program.call(path, "run", f"{scene}.xml", "--method", "convex", "--epsilon", "1e-12", "--step", STEP,
+                         "--duration", duration, "--prune", "off", "--record-every", "0", "--save-problems", folder,
+                         "--save-every", every, "--out", folder.with_name("run"), "--quiet", *program.settings(sets))
     if ended.returncode != 0:
         sys.exit(f"replay: {scene}: {ended.stderr.strip() or 'the run did not finish'}")
 
@@ -30,8 +31,10 @@ def store(path, scene, sets, duration, every, folder):
 def main():
     parser = program.flags(__doc__)
     parser.add_argument("--program", default=program.DEFAULT)
-    parser.add_argument("--out", type=Path, default=program.ROOT / "results/replay", help="folder of the tables [results/replay]")
-    parser.add_argument("--limit", type=float, default=10, help="seconds for one problem and solver, repeats included [10]")
+    parser.add_argument("--out", type=Path, default=program.ROOT / "results/replay",
+                        help="folder of the tables [results/replay]")
+    parser.add_argument("--limit", type=float, default=10,
+                        help="seconds for one problem and solver, repeats included [10]")
     parser.add_argument("--only", default="", help="scenes whose name contains this")
     options = parser.parse_args()
     for scene, sets, duration, every in STREAMS:
@@ -39,5 +42,7 @@ def main():
             with tempfile.TemporaryDirectory() as scratch:
                 problems = Path(scratch) / "problems"
                 store(options.program, scene, sets, duration, every, problems)
-                solve_all.main([str(problems), "--program", options.program, "--limit", str(options.limit), "--out",
-                                str(options.out / "__".join([scene, *sets]).replace("=", "-"))])
+                solve_all.main([
+                    str(problems), "--program", options.program, "--limit",
+                    str(options.limit), "--out",
+                    str(options.out / "__".join([scene, *sets]).replace("=", "-"))])

@@ -2,8 +2,9 @@
 
   scripts/report.py --results results --runs results/runs/quick
 
-In report.json everything that depends on the machine stands under the key `timing`; the rest is the same whenever the same
-is run. A section of the report is one function in scripts/contactbench/sections.py and one macro in templates/report.html.
+In report.json everything that depends on the machine stands under the key `timing`; the rest is the same whenever the
+same is run. A section of the report is one function in scripts/contactbench/sections.py and one macro in
+templates/report.html.
 """
 import concurrent.futures
 import json
@@ -50,7 +51,8 @@ def finite(value):
 
 def main():
     parser = program.flags(__doc__)
-    parser.add_argument("--results", required=True, type=Path, help="folder of runs.csv and manifest.json; all is written there")
+    parser.add_argument("--results", required=True, type=Path,
+                        help="folder of runs.csv and manifest.json; all is written there")
     parser.add_argument("--runs", required=True, type=Path, help="folder with one folder a run")
     parser.add_argument("--no-draw", action="store_true", help="take the figures that are there")
     options = parser.parse_args()
@@ -59,6 +61,8 @@ def main():
         draw(results)
     sections = {build.__name__: build(results) for build in ORDER}
     (options.results / "report.html").write_text(render("report.html", profile=results.profile, sections=sections))
-    said = {name: {"title": section.title, "data": section.data, "timing": section.timing} for name, section in sections.items()}
+    said = {
+        name: {"title": section.title, "data": section.data, "timing": section.timing}
+        for name, section in sections.items()}
     report = json.dumps(finite({"profile": results.profile, "sections": said}), indent=1, allow_nan=False)
     (options.results / "report.json").write_text(report + "\n")

@@ -12,14 +12,16 @@ AXLE, RADIUS = 0.3206, 0.0825  # m
 
 # grasp.xml. Boxes: body, half extents, centre in the body's frame (m).
 FINGERS = ("finger_left", "finger_right")
-PADS = (("finger_left", (0.005, 0.015, 0.011), (0.005, -0.04, 0.0)), ("finger_right", (0.005, 0.015, 0.011), (-0.005, -0.04, 0.0)))
+PADS = (("finger_left", (0.005, 0.015, 0.011), (0.005, -0.04, 0.0)), ("finger_right", (0.005, 0.015, 0.011),
+                                                                      (-0.005, -0.04, 0.0)))
 BOX = ((0.015, 0.015, 0.015), (0.0, 0.0, 0.0))
 ARM = ("shoulder_1", "shoulder_2", "upper_arm", "lower_arm", "wrist", "palm")
 POSE = ("px", "py", "pz", "qw", "qx", "qy", "qz")
 # Seen from the front, right and above, without perspective.
 SIDE, RAISED = np.radians(35), np.radians(20)
 VIEW = np.array([[np.cos(SIDE), 0, -np.sin(SIDE)],
-                 [-np.sin(SIDE) * np.sin(RAISED), np.cos(RAISED), -np.cos(SIDE) * np.sin(RAISED)]])
+                 [-np.sin(SIDE) * np.sin(RAISED),
+                  np.cos(RAISED), -np.cos(SIDE) * np.sin(RAISED)]])
 
 
 def wanted(s):
@@ -73,10 +75,10 @@ def turned(q, v):
 
 def creep(cell, most=3000):
     """Time, and the root sum of squares of the box's displacement in both fingers' frames since the start, m."""
-    box = cell.series("trajectory.csv", "t", *POSE, of=("box",), most=most)
+    box = cell.series("trajectory.csv", "t", *POSE, of=("box", ), most=most)
     total = np.zeros(box.shape[1])
     for name in FINGERS:
-        finger = cell.series("trajectory.csv", "t", *POSE, of=(name,), most=most)
+        finger = cell.series("trajectory.csv", "t", *POSE, of=(name, ), most=most)
         n = min(box.shape[1], finger.shape[1])
         box, total = box[:, :n], total[:n]
         if n == 0:
@@ -92,6 +94,7 @@ def outline(x, z, heading):
 
     def at(along, aside):
         return np.array([x, z]) + SCALE * (along * forward + aside * right)
+
     base = [at(-AHEAD + a * LENGTH / 2, b * WIDTH / 2) for a, b in ((1, -1), (1, 1), (-1, 1), (-1, -1))]
     wheels = [[at(-RADIUS, s * AXLE / 2), at(RADIUS, s * AXLE / 2)] for s in (-1, 1)]
     return np.array(base), np.array(wheels), np.array([at(-AHEAD, 0), at(-AHEAD + 0.7 * LENGTH, 0)])
@@ -103,6 +106,7 @@ def hull(points):
 
     def cross(o, a, b):
         return (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0])
+
     for order in (points, points[::-1]):
         half = []
         for p in order:

@@ -1,5 +1,6 @@
-"""The one table of runs (runs.csv: a row a run) and the manifest of what made it: gathered from the folders of the runs, and read by the
-tables, claims and figures, which take a Cell, one method on one scene with one choice of knobs, with its repeats."""
+"""The one table of runs (runs.csv: a row a run) and the manifest of what made it: gathered from the folders of the
+runs, and read by the tables, claims and figures, which take a Cell, one method on one scene with one choice of knobs,
+with its repeats."""
 import json
 import math
 import platform
@@ -29,13 +30,14 @@ COLUMNS = {
     "false_claims": "residuals.false_claims", "max_penetration": "max_penetration", "max_gain_j": "energy.max_gain_j",
     "max_gain_relative": "energy.max_gain_relative"}
 # Columns that differ from run to run of the same input; so do all of a run that a time or memory limit cut.
-TIMING = ("processing_s", "total_s", "dynamics_s", "collision_s", "assembly_s", "solve_s", "write_s", "wall_s", "other_cores",
-          "busy", "peak_memory_mb")
+TIMING = ("processing_s", "total_s", "dynamics_s", "collision_s", "assembly_s", "solve_s", "write_s", "wall_s",
+          "other_cores", "busy", "peak_memory_mb")
 PARTS = ("dynamics_s", "collision_s", "assembly_s", "solve_s")  # of processing time
 CELL = ["scene", "parameters", "method", "variant", "solver", "k", "epsilon", "knobs"]
 LIMITS = ("time_limit", "memory_limit")  # how far a run that they cut comes depends on the machine
-NAMES = {"newton": "Newton", "mirtich": "Mirtich", "ap": "A-P", "convex": "convex", "lemke": "Lemke", "path": "PATH", "ynl": "YNL",
-         "path-lib": "PATH library"}
+NAMES = {
+    "newton": "Newton", "mirtich": "Mirtich", "ap": "A-P", "convex": "convex", "lemke": "Lemke", "path": "PATH",
+    "ynl": "YNL", "path-lib": "PATH library"}
 
 
 def lookup(tree, path):
@@ -52,22 +54,26 @@ def text(value):
 
 
 def processing_s(summary):
-    """Seconds of dynamics, collision, assembly and solve: what the paper calls processing time. The check of each answer
-    by the referee (in total_s) and writing (not in it) are no part of a method."""
+    """Seconds of dynamics, collision, assembly and solve: what the paper calls processing time. The check of each
+    answer by the referee (in total_s) and writing (not in it) are no part of a method."""
     parts = [lookup(summary, f"time.{part}") for part in PARTS]
     return None if None in parts else sum(parts)
 
 
 def row_of(run, record, summary, folder, certified):
     """`folder`: files of the run; `certified`: the scene's references.Reference, or None."""
-    row = {column: text(lookup(record, source[4:]) if source.startswith("run.") else lookup(summary, source))
-           for column, source in COLUMNS.items() if source}
+    row = {
+        column: text(lookup(record, source[4:]) if source.startswith("run.") else lookup(summary, source))
+        for column, source in COLUMNS.items() if source}
     row |= {"sweeps": " ".join(run.sweeps), "processing_s": text(processing_s(summary))}
     # A run that could not say it itself is judged from outside.
-    row |= {column: text((summary if column in summary else record)[column]) for column in ("t_reached", "peak_memory_mb")}
+    row |= {
+        column: text((summary if column in summary else record)[column]) for column in ("t_reached", "peak_memory_mb")}
     row |= {f"error_{name}": text(value) for name, value in (summary.get("errors") or {}).items()}
     if certified and record["finished"]:
-        row[f"error_{references.ERROR}"] = text(certified.error(lookup(summary, "options.duration"), Path(folder) / "trajectory.csv"))
+        row[f"error_{references.ERROR}"] = text(
+            certified.error(lookup(summary, "options.duration"),
+                            Path(folder) / "trajectory.csv"))
     return row
 
 
@@ -80,9 +86,9 @@ def same_or_list(summaries, key):
 
 
 def gather(plan, missing, runs, out, sweeps, profile, certified):
-    """Writes OUT/runs.csv (cells in the order of the sweep files, the repeats of a cell together) and OUT/manifest.json:
-    machine, versions, flags, statuses counted, certified references used; no dates, no paths. `certified`: {(scene, parameters):
-    references.Reference} of the scenes that have one, accepted or not."""
+    """Writes OUT/runs.csv (cells in the order of the sweep files, the repeats of a cell together) and
+    OUT/manifest.json: machine, versions, flags, statuses counted, certified references used; no dates, no paths.
+    `certified`: {(scene, parameters): references.Reference} of the scenes that have one, accepted or not."""
     order = {}
     for run in plan:
         order.setdefault(run.cell, len(order))
@@ -92,18 +98,22 @@ def gather(plan, missing, runs, out, sweeps, profile, certified):
         record = read_json(folder / "run.json")
         if isinstance(record, dict):
             summaries.append(read_json(folder / "summary.json") or {})
-            rows.append(row_of(run, record, summaries[-1], folder, certified.get((run.scene, run.asked()["parameters"]))))
+            rows.append(
+                row_of(run, record, summaries[-1], folder, certified.get((run.scene, run.asked()["parameters"]))))
     errors = dict.fromkeys(c for row in rows for c in row if c.startswith("error_"))
     table = pd.DataFrame(rows, columns=[*COLUMNS, *errors], dtype=str).fillna("")
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     table.to_csv(out / "runs.csv", index=False, lineterminator="\n")
-    manifest = {"sweeps": sweeps, "profile": profile, "runs": len(rows), "runs_not_done_yet": len(plan) - len(rows), "missing": missing,
-                "statuses": table["status"].value_counts().sort_index().to_dict(), "machine": same_or_list(summaries, "machine"),
-                "versions": same_or_list(summaries, "versions"), "python": ".".join(platform.python_version_tuple()[:2]),
-                "references": {references.name_of(*scene): {key: found.about.get(key) for key in references.SAID}
-                               for scene, found in sorted(certified.items())},
-                "timing": {"runs_on_a_busy_machine": int((table["busy"] == "true").sum()), "runs_not_judged": int((table["busy"] == "").sum())}}
+    manifest = {
+        "sweeps": sweeps, "profile": profile, "runs": len(rows), "runs_not_done_yet": len(plan) - len(rows),
+        "missing": missing, "statuses": table["status"].value_counts().sort_index().to_dict(), "machine": same_or_list(
+            summaries, "machine"), "versions": same_or_list(summaries, "versions"),
+        "python": ".".join(platform.python_version_tuple()[:2]), "references": {
+            references.name_of(*scene): {key: found.about.get(key) for key in references.SAID}
+            for scene, found in sorted(certified.items())}, "timing": {
+                "runs_on_a_busy_machine": int((table["busy"] == "true").sum()), "runs_not_judged": int(
+                    (table["busy"] == "").sum())}}
     (out / "manifest.json").write_text(json.dumps(manifest, indent=1) + "\n")
 
 
@@ -119,7 +129,6 @@ def table_of(path):
 
 class Cell:
     """One method on one scene with one choice of knobs: its repeats."""
-
     def __init__(self, rows, runs):
         self.rows = rows
         self.key = (rows[0]["method"], rows[0]["solver"] or rows[0]["variant"])
@@ -167,14 +176,16 @@ class Cell:
 
     @property
     def cut(self):
-        """The limit that cut a repeat, empty where none did: what is to come out the same when made again must not show it."""
+        """The limit that cut a repeat, empty where none did: what is to come out the same when made again must not show
+        it."""
         return next((r["status"] for r in self.rows if r["status"] in LIMITS), "")
 
     @property
     def name(self):
         """The method as a reader would say it."""
         parts = [self["method"], self["solver"] if self["method"] != "convex" else "", self["variant"]]
-        return " ".join(NAMES.get(p, p) for p in parts if p) + (f", epsilon {self['epsilon']} J" if self["epsilon"] else "")
+        return " ".join(NAMES.get(p, p)
+                        for p in parts if p) + (f", epsilon {self['epsilon']} J" if self["epsilon"] else "")
 
     @property
     def with_k(self):
@@ -197,8 +208,8 @@ class Cell:
 
 
 def series(path, *columns, of=None, most=None):
-    """Columns of a CSV file as arrays. `of`: only the rows of a body, joint or pair, by its words; `most`: at most about so many of
-    them, evenly spaced, and the last."""
+    """Columns of a CSV file as arrays. `of`: only the rows of a body, joint or pair, by its words; `most`: at most
+    about so many of them, evenly spaced, and the last."""
     try:
         lines = path.read_text().splitlines(keepends=True)
     except OSError:
@@ -217,8 +228,8 @@ def series(path, *columns, of=None, most=None):
 
 
 class Runs:
-    """A folder with runs.csv and manifest.json, and the folder of its runs. `table` holds the words of runs.csv as they are."""
-
+    """A folder with runs.csv and manifest.json, and the folder of its runs. `table` holds the words of runs.csv as they
+    are."""
     def __init__(self, results, runs=None):
         self.folder = Path(results)
         self.table = table_of(self.folder / "runs.csv")
@@ -227,7 +238,8 @@ class Runs:
         self.runs = Path(runs) if runs else self.folder / "runs" / self.profile
 
     def cells(self, scene=None, sweep="paper", **wanted):
-        """Cells in the order of the table: those of a scene (of all), of one sweep file (of all: None), with given columns."""
+        """Cells in the order of the table: those of a scene (of all), of one sweep file (of all: None), with given
+        columns."""
         chosen = self.table
         for column, value in wanted.items() if scene is None else {"scene": scene, **wanted}.items():
             chosen = chosen[chosen[column] == value]

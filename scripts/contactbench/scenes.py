@@ -1,35 +1,46 @@
 """Random scenes: families of them, each tame or wild, every one determined by (seed, number) alone.
 
-A scene is one XML file (and a URDF file beside it, where a robot comes from one). Numbers are drawn with Python's own generator, whose
-sequence is fixed by its documentation, and rounded to four digits: the same bytes on every machine. Nothing penetrates at the start,
-by construction: bodies stand flush on each other or in cells wider than they are; `look.initial_penetration` checks it.
+A scene is one XML file (and a URDF file beside it, where a robot comes from one). Numbers are drawn with Python's own
+generator, whose sequence is fixed by its documentation, and rounded to four digits: the same bytes on every machine.
+Nothing penetrates at the start, by construction: bodies stand flush on each other or in cells wider than they are;
+`look.initial_penetration` checks it.
 
 RANGES is the one place that says from where numbers are drawn; docs/campaign.md shows it.
 """
 import math
 import random
 
+from .templates import TEMPLATES, render
+
 # kind: {quantity: (low, high) or the values to choose from}. mass_kg is drawn evenly in its logarithm.
 RANGES = {
-    "tame": {"density_kg_per_m3": [1000.0], "mass_kg": None, "mu": (0.2, 0.8), "restitution": [0.0], "gravity_m_per_s2": [9.8],
-             "size_m": (0.1, 0.5), "speed_m_per_s": (0.0, 2.0), "spin_rad_per_s": (0.0, 5.0), "slope": (0.1, 0.6)},
-    "wild": {"density_kg_per_m3": None, "mass_kg": (1e-3, 1e3), "mu": (0.0, 1.5), "restitution": (0.0, 1.0), "gravity_m_per_s2": [9.8, 30.0],
-             "size_m": (0.1, 0.6), "speed_m_per_s": (0.0, 5.0), "spin_rad_per_s": (0.0, 20.0), "slope": (0.1, 1.5)},
-}
+    "tame": {
+        "density_kg_per_m3": [1000.0], "mass_kg": None, "mu": (0.2, 0.8), "restitution": [0.0], "gravity_m_per_s2": [
+            9.8], "size_m": (0.1, 0.5), "speed_m_per_s": (0.0, 2.0), "spin_rad_per_s": (0.0, 5.0), "slope": (0.1, 0.6)},
+    "wild": {
+        "density_kg_per_m3": None, "mass_kg": (1e-3, 1e3), "mu": (0.0, 1.5), "restitution": (0.0, 1.0),
+        "gravity_m_per_s2": [9.8, 30.0], "size_m": (0.1, 0.6), "speed_m_per_s": (0.0, 5.0),
+        "spin_rad_per_s": (0.0, 20.0), "slope": (0.1, 1.5)}, }
 # Of both kinds.
 DURATION = (0.3, 0.5)  # s
-STEP = 1e-3            # s
-EDGES = [4, 8]         # of ap's polygon
-WILD_ZERO = 0.3        # share of wild pairs whose mu, and of those whose restitution, is exactly 0
+STEP = 1e-3  # s
+EDGES = [4, 8]  # of ap's polygon
+WILD_ZERO = 0.3  # share of wild pairs whose mu, and of those whose restitution, is exactly 0
 KINDS = list(RANGES)
 
 
 def ranges_table():
     """Lines of docs/campaign.md."""
-    show = lambda values: "-" if values is None else f"{values[0]:g} to {values[1]:g}" if isinstance(values, tuple) else " or ".join(f"{v:g}" for v in values)
+    def show(values):
+        if values is None:
+            return "-"
+        return " or ".join(f"{v:g}" for v in values) if isinstance(values, list) else f"{values[0]:g} to {values[1]:g}"
+
     quantities = list(RANGES[KINDS[0]])
     lines = ["| | " + " | ".join(KINDS) + " |", "|---" * (len(KINDS) + 1) + "|"]
-    lines += [f"| `{quantity}` | " + " | ".join(show(RANGES[kind][quantity]) for kind in KINDS) + " |" for quantity in quantities]
+    lines += [
+        f"| `{quantity}` | " + " | ".join(show(RANGES[kind][quantity]) for kind in KINDS) + " |"
+        for quantity in quantities]
     return lines
 
 
@@ -41,9 +52,12 @@ def text(*numbers):
     return " ".join(repr(float(x) + 0.0) for x in numbers)
 
 
+# Of belts, carts and trees of links; numbers in them are printed as everywhere.
+ROBOTS = TEMPLATES.get_template("robots.xml").make_module({"floats": text})
+
+
 class Draw:
     """Numbers of one scene."""
-
     def __init__(self, seed, number, kind):
         self.random = random.Random(f"contactbench {seed} {number}")
         self.kind, self.ranges = kind, RANGES[kind]
@@ -85,7 +99,7 @@ class Draw:
         if self.ranges["mass_kg"] is None:
             return rounded(volume * self.of("density_kg_per_m3"))
         low, high = self.ranges["mass_kg"]
-        return rounded(low * (high / low) ** self.random.random())
+        return rounded(low * (high / low)**self.random.random())
 
     def law(self):
         """Attributes of a pair."""
@@ -104,7 +118,6 @@ class Draw:
 
 class Scene:
     """The parts of one XML file, in the order in which they are added."""
-
     def __init__(self, draw, family, name):
         self.draw, self.family, self.kind, self.name = draw, family, draw.kind, name
         self.g = draw.of("gravity_m_per_s2")
@@ -123,7 +136,8 @@ class Scene:
 
     def free(self, kind, extents, position, motion="", turn=""):
         """A free body; `extents` are its attributes."""
-        words = [f'<{kind} name="{self.next("b")}" {extents} {self.draw.mass()} position="{text(*position)}"', turn, motion]
+        words = [
+            f'<{kind} name="{self.next("b")}" {extents} {self.draw.mass()} position="{text(*position)}"', turn, motion]
         self.bodies.append(" ".join(w for w in words if w) + "/>")
 
     def box(self, size, position, motion="", turn=""):
@@ -153,12 +167,7 @@ class Scene:
                 self.pair(name, other)
 
     def xml(self):
-        lines = ['<?xml version="1.0" encoding="UTF-8"?>', f'<scenario title="{self.family}, {self.kind}: {self.name}">',
-                 f'<simulation step="{text(STEP)}" duration="{text(self.duration)}" k="{self.k}"/>', '<reference kind="missing"/>',
-                 f'<gravity constant="{text(*self.gravity)}"/>', "<bodies>", *self.bodies, "</bodies>", "<contacts>", *self.pairs, "</contacts>"]
-        if self.controllers:
-            lines += ["<controllers>", *self.controllers, "</controllers>"]
-        return "\n".join(lines + ["</scenario>"]) + "\n"
+        return render("scene.xml", scene=self, step=STEP, floats=text)
 
 
 def moving(v=None, w=None):
@@ -170,7 +179,8 @@ def drawn_motion(draw):
     """One body in four starts at rest, one in four without spin."""
     if draw.chance(0.25):
         return ""
-    return moving(draw.vector(draw.of("speed_m_per_s")), None if draw.chance(1 / 3) else draw.vector(draw.of("spin_rad_per_s")))
+    return moving(draw.vector(draw.of("speed_m_per_s")),
+                  None if draw.chance(1 / 3) else draw.vector(draw.of("spin_rad_per_s")))
 
 
 def flush_size(draw):
@@ -178,8 +188,8 @@ def flush_size(draw):
 
 
 def in_cells(scene, count, places, kinds=("box", "box", "sphere")):
-    """`count` bodies, turned and moving at random, in cells of a grid; `places(cell number, cell width)` is a cell's centre.
-    A cell is as wide as the largest body's sphere around it."""
+    """`count` bodies, turned and moving at random, in cells of a grid; `places(cell number, cell width)` is a cell's
+    centre. A cell is as wide as the largest body's sphere around it."""
     draw = scene.draw
     largest = draw.uniform(0.25, 1) * scene.draw.ranges["size_m"][1]
     cell = rounded(1.03 * math.sqrt(3) * largest)
@@ -189,11 +199,13 @@ def in_cells(scene, count, places, kinds=("box", "box", "sphere")):
         kind = draw.one_of(kinds)
         if kind == "box":
             upright = draw.chance(0.3)
-            scene.box([rounded(largest * draw.uniform(0.4, 1)) for _ in range(3)], place, motion, "" if upright else draw.quaternion())
+            scene.box([rounded(largest * draw.uniform(0.4, 1))
+                       for _ in range(3)], place, motion, "" if upright else draw.quaternion())
         elif kind == "sphere":
             scene.sphere(rounded(0.5 * largest * draw.uniform(0.4, 1.5)), place, motion)
         else:
-            scene.cylinder(rounded(0.5 * largest * draw.uniform(0.4, 1)), rounded(largest * draw.uniform(0.2, 1)), place, motion, draw.quaternion())
+            scene.cylinder(rounded(0.5 * largest * draw.uniform(0.4, 1)), rounded(largest * draw.uniform(0.2, 1)),
+                           place, motion, draw.quaternion())
     return cell
 
 
@@ -201,7 +213,9 @@ def grid(across):
     """Layers of across x across cells about the y axis, the lowest on the floor."""
     def place(number, cell):
         layer, rest = divmod(number, across * across)
-        return [(rest % across - (across - 1) / 2) * cell, (layer + 0.5) * cell, (rest // across - (across - 1) / 2) * cell]
+        return [(rest % across - (across - 1) / 2) * cell, (layer + 0.5) * cell,
+                (rest // across - (across - 1) / 2) * cell]
+
     return place
 
 
@@ -236,7 +250,8 @@ def stack(scene):
         height = draw.uniform(0.05, 0.3)
         motion = ""
         if number == kicked:
-            motion = moving([draw.signed("speed_m_per_s"), 0.0, draw.signed("speed_m_per_s")], [0.0, draw.signed("spin_rad_per_s"), 0.0])
+            motion = moving([draw.signed("speed_m_per_s"), 0.0,
+                             draw.signed("speed_m_per_s")], [0.0, draw.signed("spin_rad_per_s"), 0.0])
         shift = [draw.uniform(-0.02, 0.02), draw.uniform(-0.02, 0.02)] if draw.chance(0.5) else [0.0, 0.0]
         scene.box([foot[0], height, foot[1]], [shift[0], round(y + height / 2, 8), shift[1]], motion)
         y += height
@@ -249,9 +264,9 @@ def dominoes(scene):
     height, thick, wide = draw.uniform(0.2, 0.5), draw.uniform(0.02, 0.06), draw.uniform(0.1, 0.2)
     apart = rounded(thick + height * draw.uniform(0.15, 0.6))
     spin = draw.uniform(2, 8)
+    falling = moving([rounded(spin * height / 2), rounded(spin * thick / 2), 0.0], [0.0, 0.0, -spin])
     for number in range(draw.integer(5, 12)):
-        # The first turns about its lower edge at its front.
-        first = moving([rounded(spin * height / 2), rounded(spin * thick / 2), 0.0], [0.0, 0.0, -spin]) if number == 0 else ""
+        first = falling if number == 0 else ""  # turns about its lower edge at its front
         yaw = f'axis="0 1 0" angle="{text(draw.uniform(-0.1, 0.1))}"' if draw.chance(0.3) else ""
         scene.box([thick, height, wide], [round(number * apart, 8), height / 2, 0.0], first, yaw)
     scene.among()
@@ -265,15 +280,22 @@ def wall(scene):
     across, courses = draw.integer(2, 3), draw.integer(2, 3)
     for course in range(courses):
         for number in range(across):
-            scene.box([long, high, deep], [round((number - (across - 1) / 2 + 0.5 * (course % 2)) * long, 8), round((course + 0.5) * high, 8), 0.0])
+            scene.box([long, high, deep], [
+                round((number - (across - 1) / 2 + 0.5 * (course % 2)) * long, 8),
+                round((course + 0.5) * high, 8), 0.0])
     radius = draw.uniform(0.05, 0.2)
     speed = draw.uniform(1, 8)
-    place = [draw.uniform(-0.2, 0.2), max(radius, draw.uniform(0.3, 1) * courses * high), -rounded(deep / 2 + radius + speed * 0.1)]
-    scene.sphere(radius, place, moving([draw.uniform(-0.3, 0.3), draw.uniform(0, 1), speed], draw.vector(draw.of("spin_rad_per_s"))))
+    place = [
+        draw.uniform(-0.2, 0.2),
+        max(radius,
+            draw.uniform(0.3, 1) * courses * high), -rounded(deep / 2 + radius + speed * 0.1)]
+    scene.sphere(radius, place,
+                 moving([draw.uniform(-0.3, 0.3), draw.uniform(0, 1), speed], draw.vector(draw.of("spin_rad_per_s"))))
     scene.among()
 
 
-ROUND = [(1.0, 0.0), (0.707, 0.707), (0.0, 1.0), (-0.707, 0.707), (-1.0, 0.0), (-0.707, -0.707), (0.0, -1.0), (0.707, -0.707)]
+ROUND = [(1.0, 0.0), (0.707, 0.707), (0.0, 1.0), (-0.707, 0.707), (-1.0, 0.0), (-0.707, -0.707), (0.0, -1.0),
+         (0.707, -0.707)]
 
 
 def bowl(scene):
@@ -298,7 +320,8 @@ def ramp(scene):
         scene.plane([0, 0, 0], [0, 1, 0])
         for number in range(count):
             size = flush_size(draw)
-            motion = moving([draw.signed("speed_m_per_s"), 0.0, draw.signed("speed_m_per_s")]) if draw.chance(0.4) else ""
+            motion = moving([draw.signed("speed_m_per_s"), 0.0,
+                             draw.signed("speed_m_per_s")]) if draw.chance(0.4) else ""
             x = 0.9 * scene.draw.ranges["size_m"][1] * number * 2
             if draw.chance(0.25):
                 scene.sphere(size[0] / 2, [round(x, 6), size[0] / 2, 0.0], motion)
@@ -308,7 +331,8 @@ def ramp(scene):
         normal = [rounded(slope), 1.0, draw.uniform(-0.3, 0.3)]
         length = math.sqrt(sum(x * x for x in normal))
         scene.plane([0, 0, 0], normal)
-        in_cells(scene, count, lambda number, cell: [number * cell, 0.51 * cell * length - normal[0] * number * cell, 0.0])
+        in_cells(scene, count,
+                 lambda number, cell: [number * cell, 0.51 * cell * length - normal[0] * number * cell, 0.0])
     scene.among()
 
 
@@ -326,7 +350,8 @@ def corner(scene):
     for number in range(draw.integer(5, 9)):
         size = flush_size(draw)
         across, along = number % 3, number // 3
-        scene.box(size, [-across * apart, size[1] / 2, -along * apart], moving(heading, [0.0, draw.signed("spin_rad_per_s") if draw.chance(0.3) else 0.0, 0.0]),
+        scene.box(size, [-across * apart, size[1] / 2, -along * apart],
+                  moving(heading, [0.0, draw.signed("spin_rad_per_s") if draw.chance(0.3) else 0.0, 0.0]),
                   f'axis="0 1 0" angle="{text(draw.uniform(-3, 3))}"')
     scene.among()
 
@@ -339,12 +364,9 @@ def wedge(scene):
     scene.plane([0, 0, 0], [1, tilt, 0])
     scene.plane([0, 0, 0], [-1, tilt, 0])
     lanes = draw.integer(2, 4)
-    in_cells(scene, draw.integer(5, 12), lambda number, cell: [0.0, (0.51 * length / tilt + number // lanes) * cell, number % lanes * cell])
+    in_cells(scene, draw.integer(5, 12),
+             lambda number, cell: [0.0, (0.51 * length / tilt + number // lanes) * cell, number % lanes * cell])
     scene.among()
-
-
-def link(name, mass, position, inertia, shape):
-    return f'<link name="{name}" mass="{text(mass)}" position="{text(*position)}" inertia="{text(*inertia)}">{shape}</link>'
 
 
 def on_top(scene, along, y):
@@ -368,10 +390,7 @@ def belt(scene):
     two = draw.chance(0.4)
     for number in range(2 if two else 1):
         rate, z = draw.signed("speed_m_per_s"), (number - 0.5) * 2 if two else 0.0
-        shape = f'<box name="belt{number}" size="10.0 0.2 {text(2.0)}" position="{text(0, -0.1, z)}"/>'
-        scene.bodies.append(f'<robot name="drive{number}">' + link(f"band{number}", 10.0, [0.0, -0.1, z], [1.0, 10.0, 10.0], shape)
-                            + f'<joint name="roll{number}" kind="prismatic" parent="world" child="band{number}" axis="1 0 0" lower="0" upper="0" '
-                            f'limit_rate="{text(rate)}" velocity="{text(rate)}"/></robot>')
+        scene.bodies.append(ROBOTS.belt(number, rate, [0.0, -0.1, z]))
     on_top(scene, 0.0, 0.0)
     scene.one_by_one("belt*")
 
@@ -380,13 +399,8 @@ def cart(scene):
     """A cart on a rail, driven along a sine, carries bodies."""
     draw = scene.draw
     amplitude, frequency = draw.uniform(0.05, 0.3), draw.uniform(2, 12)
-    shape = '<box name="deck" size="10.0 0.2 2.0" position="0.0 -0.1 0.0"/>'
-    mass = draw.uniform(5, 50)
-    scene.bodies.append('<robot name="cart">' + link("frame", mass, [0.0, -0.1, 0.0], [1.0, 10.0, 10.0], shape)
-                        + '<joint name="rail" kind="prismatic" parent="world" child="frame" axis="1 0 0" '
-                        f'lower="-2.0" upper="2.0" velocity="{text(rounded(amplitude * frequency))}"/></robot>')
-    scene.controllers.append(f'<controller kind="computed_torque" robot="cart" kp="400.0" kd="40.0"><track joint="rail" amplitude="{text(amplitude)}" '
-                             f'frequency="{text(frequency)}"/></controller>')
+    scene.bodies.append(ROBOTS.cart(draw.uniform(5, 50), rounded(amplitude * frequency)))
+    scene.controllers.append(ROBOTS.drive(amplitude, frequency))
     on_top(scene, 0.0, 0.0)
     scene.one_by_one("deck")
 
@@ -398,92 +412,61 @@ def robot(scene):
     most = 0.0
     for number in range(draw.integer(3, 8)):
         size = flush_size(draw)
-        scene.box(size, [round(0.7 * (number % 4), 6), size[1] / 2, round(0.7 * (number // 4), 6)], drawn_motion_level(draw))
+        scene.box(size, [round(0.7 * (number % 4), 6), size[1] / 2,
+                         round(0.7 * (number // 4), 6)], drawn_motion_level(draw))
         most = max(most, size[1])
     free, urdf = draw.chance(0.5), draw.chance(0.5)
     links = tree_of(draw, free, rounded(most + 0.25))
     if urdf:
-        scene.files[f"{scene.name}.urdf"] = urdf_text(links, free)
-        starts = "".join(f'<start joint="{one["joint"]}" velocity="{text(one["rate"])}"/>' for one in links if one["joint"])
-        scene.bodies.append(f'<robot name="r" urdf="{scene.name}.urdf" base="{"free" if free else "fixed"}">{starts}</robot>')
+        scene.files[f"{scene.name}.urdf"] = ROBOTS.urdf(links, free, seen_from)
+        scene.bodies.append(ROBOTS.from_file(f"{scene.name}.urdf", links, free))
     else:
-        scene.bodies.append('<robot name="r">' + "".join(native_link(one) for one in links) + "".join(native_joint(one, free) for one in links) + "</robot>")
+        scene.bodies.append(ROBOTS.native(links))
     scene.among()
-    names = [one["name"] for one in links] if urdf else [f"s_{one['name']}" for one in links]
-    for name in names:
+    for one in links:
+        name = one["name"] if urdf else f"s_{one['name']}"
         scene.pair(name, "p1")
         scene.pair(name, "b*")
 
 
+def seen_from(place, origin):
+    return place if origin is None else [round(a - b, 6) for a, b in zip(place, origin)]
+
+
 def drawn_motion_level(draw):
-    return moving([draw.signed("speed_m_per_s"), 0.0, draw.signed("speed_m_per_s")], [0.0, draw.signed("spin_rad_per_s"), 0.0]) if draw.chance(0.3) else ""
+    return moving([draw.signed("speed_m_per_s"), 0.0, draw.signed("speed_m_per_s")],
+                  [0.0, draw.signed("spin_rad_per_s"), 0.0]) if draw.chance(0.3) else ""
 
 
 AXES = {"x": [1.0, 0.0, 0.0], "y": [0.0, 1.0, 0.0], "z": [0.0, 0.0, 1.0]}
 
 
 def tree_of(draw, free, height):
-    """Links with their parent, joint, shape and inertia, all in the robot's zero pose, whose axes are the world's. The first of
-    a tree with a fixed base hangs on the world."""
+    """Links with their parent, joint, shape and inertia, all in the robot's zero pose, whose axes are the world's. The
+    first of a tree with a fixed base hangs on the world."""
     links = []
     for number in range(draw.integer(2, 5)):
         parent = None if number == 0 else links[draw.integer(max(0, number - 2), number - 1)]
         long, thick = draw.uniform(0.15, 0.35), draw.uniform(0.04, 0.1)
-        anchor = [0.0, height, 0.0] if parent is None else [round(parent["anchor"][0] + parent["long"], 6), height, round(parent["anchor"][2], 6)]
+        before = parent["anchor"] if parent else [0.0, height, 0.0]
+        anchor = [round(before[0] + parent["long"], 6), height, round(before[2], 6)] if parent else before
         ball = draw.chance(0.3)
-        centre = [round(anchor[0] + long / 2, 6), height, anchor[2]]
         radius = rounded(thick * 0.6)
         mass = draw.mass_of(4 / 3 * math.pi * radius**3 if ball else long * thick * thick)
-        m = mass / 12
-        inertia = [0.4 * mass * radius**2] * 3 if ball else [m * 2 * thick**2, m * (long**2 + thick**2), m * (long**2 + thick**2)]
+        across = mass / 12 * (long**2 + thick**2)
+        inertia = [0.4 * mass * radius**2] * 3 if ball else [mass / 12 * 2 * thick**2, across, across]
         kind = "prismatic" if draw.chance(0.2) else "revolute"
         most = draw.uniform(0.3, 1.5) if kind == "revolute" else draw.uniform(0.05, 0.2)
-        joint = None if parent is None and free else f"j{number}"
-        links.append({"name": f"l{number}", "parent": parent, "anchor": anchor, "long": long, "centre": centre, "mass": mass,
-                      "inertia": [rounded(x, 6) for x in inertia], "ball": radius if ball else 0, "size": [long, thick, thick], "kind": kind,
-                      "axis": draw.one_of("xyz" if kind == "prismatic" else "yzz"), "limit": most, "damping": draw.one_of([0.0, 0.0, rounded(0.05 * mass)]),
-                      "rate": draw.uniform(-2, 2) if kind == "revolute" else draw.uniform(-0.3, 0.3), "joint": joint})
+        one = {"name": f"l{number}", "parent": parent, "anchor": anchor, "long": long, "mass": mass, "kind": kind}
+        one |= {"joint": None if parent is None and free else f"j{number}", "limit": most}
+        one |= {"ball": radius if ball else 0, "size": [long, thick, thick]}
+        one |= {"centre": [round(anchor[0] + long / 2, 6), height, anchor[2]]}
+        one |= {"inertia": [rounded(x, 6) for x in inertia]}
+        one["axis"] = AXES[draw.one_of("xyz" if kind == "prismatic" else "yzz")]
+        one["damping"] = draw.one_of([0.0, 0.0, rounded(0.05 * mass)])
+        one["rate"] = draw.uniform(-2, 2) if kind == "revolute" else draw.uniform(-0.3, 0.3)
+        links.append(one)
     return links
-
-
-def native_link(one):
-    extents = f'radius="{text(one["ball"])}"' if one["ball"] else f'size="{text(*one["size"])}"'
-    shape = f'<{"sphere" if one["ball"] else "box"} name="s_{one["name"]}" {extents} position="{text(*one["centre"])}"/>'
-    return link(one["name"], one["mass"], one["centre"], one["inertia"], shape)
-
-
-def native_joint(one, free):
-    parent = "world" if one["parent"] is None else one["parent"]["name"]
-    if one["joint"] is None:
-        return f'<joint name="base" kind="free" parent="world" child="{one["name"]}"/>'
-    anchor = f'anchor="{text(*one["anchor"])}" ' if one["kind"] == "revolute" else ""
-    return (f'<joint name="{one["joint"]}" kind="{one["kind"]}" parent="{parent}" child="{one["name"]}" axis="{text(*AXES[one["axis"]])}" {anchor}'
-            f'lower="{text(-one["limit"])}" upper="{text(one["limit"])}" damping="{text(one["damping"])}" velocity="{text(one["rate"])}"/>')
-
-
-def urdf_text(links, free):
-    """Origins without turning: each link's frame is at its anchor."""
-    lines = ['<?xml version="1.0"?>', '<robot name="tree">']
-    if not free:
-        lines.append('<link name="base"/>')
-    for one in links:
-        centre = [round(a - b, 6) for a, b in zip(one["centre"], one["anchor"])] if one["parent"] or not free else one["centre"]
-        extents = f'<sphere radius="{text(one["ball"])}"/>' if one["ball"] else f'<box size="{text(*one["size"])}"/>'
-        ixx, iyy, izz = (repr(x) for x in one["inertia"])
-        lines.append(f'<link name="{one["name"]}"><inertial><origin xyz="{text(*centre)}"/><mass value="{text(one["mass"])}"/>'
-                     f'<inertia ixx="{ixx}" iyy="{iyy}" izz="{izz}" ixy="0" ixz="0" iyz="0"/></inertial>'
-                     f'<collision><origin xyz="{text(*centre)}"/><geometry>{extents}</geometry></collision></link>')
-    for one in links:
-        if one["joint"] is None:
-            continue
-        parent = one["parent"]
-        # The frame of a floating root is the robot's own.
-        start = [0.0, 0.0, 0.0] if parent is None or (free and parent["parent"] is None) else parent["anchor"]
-        origin = [round(a - b, 6) for a, b in zip(one["anchor"], start)]
-        lines.append(f'<joint name="{one["joint"]}" type="{one["kind"]}"><parent link="{parent["name"] if parent else "base"}"/><child link="{one["name"]}"/>'
-                     f'<origin xyz="{text(*origin)}"/><axis xyz="{text(*AXES[one["axis"]])}"/><limit lower="{text(-one["limit"])}" upper="{text(one["limit"])}" '
-                     f'effort="1000" velocity="100"/><dynamics damping="{text(one["damping"])}"/></joint>')
-    return "\n".join(lines + ["</robot>"]) + "\n"
 
 
 def cylinders(scene):
@@ -501,14 +484,17 @@ def cylinders(scene):
         manner = draw.one_of(["rolls", "stands", "wobbles", "falls", "ball"] if level else ["falls", "ball"])
         ground = -(slope[0] * x + slope[2] * z)
         if manner == "rolls":
-            scene.cylinder(radius, length, [x, radius, z], moving([speed, 0.0, 0.0], [0.0, 0.0, -rounded(speed / radius)]), 'quaternion="1.0 1.0 0.0 0.0"')
+            scene.cylinder(radius, length, [x, radius, z],
+                           moving([speed, 0.0, 0.0], [0.0, 0.0, -rounded(speed / radius)]),
+                           'quaternion="1.0 1.0 0.0 0.0"')
         elif manner == "stands":
             scene.cylinder(radius, length, [x, length / 2, z], moving([speed, 0.0, 0.0], [0.0, spin, 0.0]))
         elif manner == "ball":
             scene.sphere(radius, [x, rounded(ground + radius * steep + 1e-3, 6), z], drawn_motion(draw))
         else:
             tall = 1.02 * math.sqrt(radius**2 + length**2 / 4) * steep
-            turn = f'axis="{text(draw.uniform(-1, 1), 0, 1)}" angle="{text(draw.uniform(0.05, 0.5))}"' if manner == "wobbles" else draw.quaternion()
+            turn = f'axis="{text(draw.uniform(-1, 1), 0, 1)}" angle="{text(draw.uniform(0.05, 0.5))}"' \
+                if manner == "wobbles" else draw.quaternion()
             motion = moving(None, [0.0, spin, 0.0]) if manner == "wobbles" else drawn_motion(draw)
             scene.cylinder(radius, length, [x, rounded(ground + tall, 6), z], motion, turn)
     scene.pair("b*", "p*")
@@ -519,8 +505,9 @@ def cylinders(scene):
                 scene.pair(f"b{i + 1}", f"b{j + 1}")
 
 
-FAMILIES = {"pile": pile, "bin": in_bin, "stack": stack, "dominoes": dominoes, "wall": wall, "bowl": bowl, "ramp": ramp, "corner": corner, "wedge": wedge,
-            "belt": belt, "cart": cart, "robot": robot, "cylinders": cylinders}
+FAMILIES = {
+    "pile": pile, "bin": in_bin, "stack": stack, "dominoes": dominoes, "wall": wall, "bowl": bowl, "ramp": ramp,
+    "corner": corner, "wedge": wedge, "belt": belt, "cart": cart, "robot": robot, "cylinders": cylinders}
 
 
 def name_of(seed, number):

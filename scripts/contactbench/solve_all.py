@@ -7,7 +7,6 @@ import collections
 import json
 import math
 import statistics
-import subprocess
 import sys
 import tempfile
 import time
@@ -19,15 +18,19 @@ from . import program
 from .runs import number, table_of
 from .templates import known, render
 
-COLUMNS = ["problem", "kind", "method", "solver", "variant", "k", "epsilon", "compression_bound", "size", "contacts", "status", "reason",
-           "iterations", "claimed_residual", "residual", "law_residual", "gap", "infeasibility", "false_claim", "energy_change_j", "reference",
-           "reference_error", "velocity_error", "velocity_allowed", "time_min_s", "time_median_s", "busy", "notes"]
+COLUMNS = [
+    "problem", "kind", "method", "solver", "variant", "k", "epsilon", "compression_bound", "size", "contacts", "status",
+    "reason", "iterations", "claimed_residual", "residual", "law_residual", "gap", "infeasibility", "false_claim",
+    "energy_change_j", "reference", "reference_error", "velocity_error", "velocity_allowed", "time_min_s",
+    "time_median_s", "busy", "notes"]
+CHOSEN = ("method", "solver", "variant", "k", "compression_bound")
 
 
 def arguments(words):
     root = program.ROOT
     parser = program.flags(__doc__)
-    parser.add_argument("folder", nargs="*", type=Path, default=[root / "test/data/problems", root / "test/data/stacks"],
+    parser.add_argument("folder", nargs="*", type=Path,
+                        default=[root / "test/data/problems", root / "test/data/stacks"],
                         help="folders with NAME.hdf5, NAME.dat, NAME.M.mtx + NAME.q.mtx [test/data]")
     parser.add_argument("--program", type=Path, default=None, help="contactbench [build/bin/contactbench]")
     parser.add_argument("--out", type=Path, default=root / "results/solve_all", help="folder of the tables")
@@ -41,7 +44,8 @@ def arguments(words):
     args = parser.parse_args(words)
     if args.program is None:
         built = sorted(root.glob("build*/bin/contactbench")) + sorted(root.glob("build/*/bin/contactbench"))
-        args.program = built[0] if built else sys.exit("solve_all.py: no built program below build*/; give --program PATH")
+        args.program = built[0] if built else sys.exit(
+            "solve_all.py: no built program below build*/; give --program PATH")
     return args
 
 
@@ -49,7 +53,7 @@ def ask(path, flags, limit):
     """What one solve prints, or a row that says how it ended."""
     try:
         done = program.call(path, "solve", "--json", *flags, timeout=limit)
-    except subprocess.TimeoutExpired:
+    except program.Late:
         return {"status": "time_limit", "reason": f"more than {limit:g} s"}
     if done.returncode in (0, 3) and done.stdout.strip():
         return json.loads(done.stdout)
@@ -63,7 +67,8 @@ def choices(said, ks, epsilon):
     lcp, contact = [{"solver": row["name"]} for row in said["solvers"] if row["method"] in (None, "ap")], []
     for method, variant, solver in program.choices(said, unavailable=True)[0]:
         flags = {option["flag"] for option in method["options"]}
-        choice = {key: word for key, word in (("method", method["name"]), ("solver", solver), ("variant", variant)) if word}
+        choice = {
+            key: word for key, word in (("method", method["name"]), ("solver", solver), ("variant", variant)) if word}
         more = [{"k": k} for k in ks] if "k" in flags else [{}]
         if "compression-bound" in flags:
             more = [{"compression-bound": bound, "epsilon-relative": epsilon} for bound in ("on", "off")]
@@ -123,10 +128,11 @@ def solve_all(args, scratch):
             start = time.monotonic()
             answer = ask(args.program, [*flags, "--kind", kind, "--repeat", str(args.repeat), *chosen], args.limit)
             others = load.others(start)
-            row = {**{column: answer.get(column) for column in COLUMNS}, "problem": name, "kind": kind,
-                   **{column: choice.get(column.replace("_", "-")) for column in ("method", "solver", "variant", "k", "compression_bound")},
-                   "busy": None if others is None else others > program.BUSY, "epsilon": choice.get("epsilon-relative"),
-                   "iterations": answer.get("iterations", answer.get("pivots")), "notes": "; ".join(answer.get("notes", []))}
+            row = {column: answer.get(column) for column in COLUMNS} | {"problem": name, "kind": kind}
+            row |= {column: choice.get(column.replace("_", "-")) for column in CHOSEN}
+            row |= {"epsilon": choice.get("epsilon-relative"), "notes": "; ".join(answer.get("notes", []))}
+            row |= {"iterations": answer.get("iterations", answer.get("pivots"))}
+            row |= {"busy": None if others is None else others > program.BUSY}
             judge(row, choice, reference, program.read_vector(velocities), answer)
             rows.append(row)
         if show:
@@ -135,8 +141,9 @@ def solve_all(args, scratch):
 
 
 def label(row):
-    parts = [row["method"] or "lcp", row["solver"], row["variant"], f"k={row['k']}" if row["k"] is not None else "",
-             f"bound {row['compression_bound']}" if row["compression_bound"] else ""]
+    parts = [
+        row["method"] or "lcp", row["solver"], row["variant"], f"k={row['k']}" if row["k"] is not None else "",
+        f"bound {row['compression_bound']}" if row["compression_bound"] else ""]
     return " ".join(str(part) for part in parts if part)
 
 
@@ -151,11 +158,17 @@ def markdown(rows):
 
         def of(column, good=good):
             return [row[column] for row in good if row[column] is not None]
-        worst = max((row for row in good if row["velocity_error"] is not None), key=lambda row: row["velocity_error"], default={})
-        numbers = (max(of("residual"), default=None), max(of("reference_error"), default=None), worst.get("velocity_error"),
+
+        worst = max((row for row in good if row["velocity_error"] is not None), key=lambda row: row["velocity_error"],
+                    default={})
+        numbers = (max(of("residual"), default=None), max(of("reference_error"),
+                                                          default=None), worst.get("velocity_error"),
                    worst.get("velocity_allowed"), 1e6 * statistics.median(of("time_median_s") or [math.nan]))
-        lines.append([name, len(group), len(good), ", ".join(f"{status} {n}" for status, n in sorted(others.items())),
-                      sum(bool(row["false_claim"]) for row in group), *(known(x, 2) for x in numbers)])
+        lines.append([
+            name,
+            len(group),
+            len(good), ", ".join(f"{status} {n}" for status, n in sorted(others.items())),
+            sum(bool(row["false_claim"]) for row in group), *(known(x, 2) for x in numbers)])
     return render("solve_all.md", solvers=lines, bad=[(label(row), row) for row in rows if row["status"] != "ok"])
 
 
@@ -169,7 +182,8 @@ def main(words=None):
     if not rows:
         sys.exit("solve_all.py: no problems found; a folder must hold NAME.hdf5, NAME.dat or NAME.M.mtx")
     args.out.mkdir(parents=True, exist_ok=True)
-    pd.DataFrame(rows, columns=COLUMNS, dtype=object).to_csv(args.out / "solve_all.csv", index=False, lineterminator="\n")
+    pd.DataFrame(rows, columns=COLUMNS, dtype=object).to_csv(args.out / "solve_all.csv", index=False,
+                                                             lineterminator="\n")
     (args.out / "solve_all.md").write_text(markdown(rows), encoding="utf-8")
     print(f"{len(rows)} solves: {args.out / 'solve_all.csv'}, {args.out / 'solve_all.md'}")
 
@@ -186,27 +200,32 @@ def rows_of(results, folder="solve_all"):
 def streams(results):
     """{scene with its parameters: rows} of the replayed streams."""
     found = sorted((results.folder / "replay").glob("*/solve_all.csv"))
-    return {path.parent.name.replace("__", " ").replace("-", "=").replace("_", " "): rows_of(results, path.parent.relative_to(results.folder))
-            for path in found}
+    return {
+        path.parent.name.replace("__", " ").replace("-", "=").replace("_", " "):
+        rows_of(results, path.parent.relative_to(results.folder)) for path in found}
 
 
 def solver(row):
-    parts = [row["method"] or "LCP", row["solver"], row["variant"], f"k = {row['k']}" if row["k"] else "",
-             f"bound {row['compression_bound']}" if row["compression_bound"] else ""]
+    parts = [
+        row["method"] or "LCP", row["solver"], row["variant"], f"k = {row['k']}" if row["k"] else "",
+        f"bound {row['compression_bound']}" if row["compression_bound"] else ""]
     return " ".join(p for p in parts if p)
 
 
 def summary(some):
-    """{(kind, solver): counts (`busy`: solves during which others used the machine); worst checked residual, median residual against
-    Coulomb and median time of the ok ones}."""
+    """{(kind, solver): counts (`busy`: solves during which others used the machine); worst checked residual, median
+    residual against Coulomb and median time of the ok ones}."""
     def of(group, column):
         return [number(r[column]) for r in group if r["status"] == "ok" and r[column]]
+
     out = {}
     for row in some:
         out.setdefault((row["kind"], solver(row)), []).append(row)
-    return {key: {"problems": len(group), "ok": sum(r["status"] == "ok" for r in group),
-                  "false_claims": sum(r["false_claim"] == "True" for r in group), "busy": sum(r["busy"] == "True" for r in group),
-                  "residual": max(of(group, "residual"), default=math.nan),
-                  "law_residual": statistics.median(of(group, "law_residual") or [math.nan]),
-                  "time": statistics.median(of(group, "time_median_s") or [math.nan])}
-            for key, group in out.items()}
+    return {
+        key: {
+            "problems": len(group), "ok": sum(r["status"] == "ok"
+                                              for r in group), "false_claims": sum(r["false_claim"] == "True"
+                                                                                   for r in group),
+            "busy": sum(r["busy"] == "True" for r in group), "residual": max(of(group, "residual"), default=math.nan),
+            "law_residual": statistics.median(of(group, "law_residual") or [math.nan]), "time": statistics.median(
+                of(group, "time_median_s") or [math.nan])} for key, group in out.items()}

@@ -1,5 +1,5 @@
-"""Where every script begins. It is started by whatever python3 comes first on a user's PATH, which may be a bare one of their own:
-need() goes on in one that has the modules. As a script this prints that one (scripts/lib.sh)."""
+"""Where every script begins. It is started by whatever python3 comes first on a user's PATH, which may be a bare one of
+their own: need() goes on in one that has the modules. As a script this prints that one (scripts/lib.sh)."""
 import importlib
 import importlib.util
 import os
@@ -12,8 +12,8 @@ ASKED = "CONTACTBENCH_PYTHONS_ASKED"  # how many of them were, which each tells 
 
 
 def need(modules=MODULES, otherwise=1):
-    """Returns where this interpreter has the modules; else starts the script again in the next candidate, and where none is left ends
-    with the code `otherwise`."""
+    """Returns where this interpreter has the modules; else starts the script again in the next candidate, and where
+    none is left ends with the code `otherwise`."""
     asked = int(os.environ.pop(ASKED, 0))
     lacking = [m for m in modules if importlib.util.find_spec(m) is None]
     if not lacking:
@@ -22,8 +22,10 @@ def need(modules=MODULES, otherwise=1):
         if os.access(candidate, os.X_OK):
             os.environ[ASKED] = str(number)
             os.execv(candidate, [candidate, *sys.orig_argv[1:]])
-    print(f"{os.path.basename(sys.argv[0])}: no python3 here has {', '.join(lacking)}: scripts/setup.sh --tests installs Debian's "
-          f"({', '.join('python3-' + m for m in lacking)}); PYTHON=/path/to/python3 names another one", file=sys.stderr)
+    packages = ", ".join(f"python3-{m}" for m in lacking)
+    print(
+        f"{os.path.basename(sys.argv[0])}: no python3 here has {', '.join(lacking)}: scripts/setup.sh --tests installs "
+        f"Debian's ({packages}); PYTHON=/path/to/python3 names another one", file=sys.stderr)
     sys.exit(otherwise)
 
 

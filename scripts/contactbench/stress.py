@@ -1,17 +1,18 @@
-"""Runs every method and solver over the stiff and extreme cases (scenarios/stress/cases.toml) and says of each cell whether
-it is a right answer, a typed failure, a departure that the model itself explains, or a defect of the program.
+"""Runs every method and solver over the stiff and extreme cases (scenarios/stress/cases.toml) and says of each cell
+whether it is a right answer, a typed failure, a departure that the model itself explains, or a defect of the program.
 
   scripts/stress.py --jobs 4                    all of it: results/stress/{stress.csv,stress.md,heatmap.png,heatmap.svg}
   scripts/stress.py --quick                     the first row of each case
   scripts/stress.py --only M1 --only T2         some cases, printed only
-  scripts/stress.py --random 100 --seed 7       instead: a campaign of random scenes (docs/campaign.md), results/stress/random.{csv,md};
+  scripts/stress.py --random 100 --seed 7       instead: a campaign of random scenes (docs/campaign.md),
+  results/stress/random.{csv,md};
                                                 goes on where it was stopped
 
 Verdicts:
   right    the error is within the case's bound
   typed    the program says itself that there is no (accurate) answer
-  model    the checked residual is at most 1e-6: the answer is what the method's model says, which departs from the case's
-           expectation for a reason that cases.toml names for this method
+  model    the checked residual is at most 1e-6: the answer is what the method's model says, which departs from the
+           case's expectation for a reason that cases.toml names for this method
   wrong    the same without such a reason
   silent   `ok` although the checked residual is above 1e-6, or the claim of success was refuted and not reported
   defect   crash, no return, garbage, NaN in a file
@@ -22,7 +23,6 @@ import hashlib
 import json
 import math
 import os
-import subprocess
 import sys
 import tempfile
 import time
@@ -36,8 +36,9 @@ from .program import ROOT
 from .templates import render
 
 CASES = ROOT / "scenarios" / "stress" / "cases.toml"
-COLUMNS = ["id", "scene", "row", "method", "verdict", "status", "error", "bound", "residual", "energy_gain", "penetration", "share", "solve_s",
-           "iterations", "expect", "note", "command"]
+COLUMNS = [
+    "id", "scene", "row", "method", "verdict", "status", "error", "bound", "residual", "energy_gain", "penetration",
+    "share", "solve_s", "iterations", "expect", "note", "command"]
 MEASURED = ("residual", "energy_gain", "penetration", "solve_s", "iterations")
 LEFT_OUT = {"pgs"}  # a solver that A-P's LCP is not for (docs/adding.md)
 MEMORY_MB = 4000
@@ -53,20 +54,22 @@ def methods_of(listed):
         flags = {option["flag"] for option in method["options"]}
         for bound in ["on", "off"] if "compression-bound" in flags else [""]:
             name, chosen = method["name"], ["--method", method["name"]]
-            for flag, choice, said in (("solver", solver if len(method["solvers"]) > 1 else "", solver), ("variant", variant, variant),
-                                       ("compression-bound", bound, f"bound-{bound}")):
+            for flag, choice, said in (("solver", solver if len(method["solvers"]) > 1 else "", solver),
+                                       ("variant", variant, variant), ("compression-bound", bound, f"bound-{bound}")):
                 if choice:
                     name, chosen = f"{name}/{said}", chosen + [f"--{flag}", choice]
             yield name, chosen + (["--epsilon-relative", "1e-14"] if "epsilon-relative" in flags else [])
 
 
 def row_text(row):
-    return " ".join(f"{name} {value}" if name.startswith("--") else f"{name}={value}" for name, value in row.items()) or "as it is"
+    return " ".join(f"{name} {value}" if name.startswith("--") else f"{name}={value}"
+                    for name, value in row.items()) or "as it is"
 
 
 def row_flags(row):
-    return [word for name, value in row.items()
-            for word in ((name, str(value)) if name.startswith("--") else ("--set", f"{name}={value}"))]
+    return [
+        word for name, value in row.items()
+        for word in ((name, str(value)) if name.startswith("--") else ("--set", f"{name}={value}"))]
 
 
 def scene_file(name):
@@ -80,20 +83,25 @@ def rows_of(case, quick):
 
 
 def plan(cases, columns, options):
-    """All runs: dictionaries with case, row, method and flags; those of an ensemble carry size and seed, those of the other
-    program its path."""
+    """All runs: dictionaries with case, row, method and flags; those of an ensemble carry size and seed, those of the
+    other program its path."""
     jobs, quick = [], options.quick
     for number, case in enumerate(cases["case"]):
         if options.only and case["id"] not in options.only or quick and case.get("long"):
             continue
         chosen, first = [c for c in columns if c[0] in case.get("methods", [c[0]])], case["rows"][0]
         if case.get("other_program") and options.other_program:
-            jobs += [{"case": number, "row": "by the other program", "first": False, "method": name, "flags": flags + row_flags(first),
-                      "drawn": None, "program": options.other_program} for name, flags in chosen]
-        drawn = [(size, seed) for size in case["perturb"] for seed in range(1, 2 if quick else case["ensemble"] + 1)] if "ensemble" in case else [None]
-        jobs += [{"case": number, "row": row_text(row), "first": row == first, "method": name, "drawn": one, "program": options.program,
-                  "flags": flags + row_flags(row) + (["--perturb", f"{one[0]:g}", "--seed", str(one[1])] if one else [])}
-                 for row in rows_of(case, quick) for name, flags in chosen for one in drawn]
+            jobs += [{
+                "case": number, "row": "by the other program", "first": False, "method": name,
+                "flags": flags + row_flags(first), "drawn": None, "program": options.other_program}
+                     for name, flags in chosen]
+        drawn = [(size, seed) for size in case["perturb"]
+                 for seed in range(1, 2 if quick else case["ensemble"] + 1)] if "ensemble" in case else [None]
+        jobs += [{
+            "case": number, "row": row_text(row), "first": row == first, "method": name, "drawn": one,
+            "program": options.program, "flags": flags + row_flags(row) +
+            (["--perturb", f"{one[0]:g}", "--seed", str(one[1])] if one else [])} for row in rows_of(case, quick)
+                 for name, flags in chosen for one in drawn]
     return jobs
 
 
@@ -101,14 +109,16 @@ def do_run(job, case, options):
     scene, limit = scene_file(case["scene"]), case.get("time_limit_s", options.time_limit)
     cell = {**BLANK, "command": " ".join(["contactbench", "run", str(scene.relative_to(ROOT)), *job["flags"]])}
     with tempfile.TemporaryDirectory(dir=options.scratch) as folder:
-        cell["status"], cell["note"], cell["hung"], summary = program.watched(
-            job["program"], scene, [*job["flags"], "--time-limit", f"{limit:g}"], folder, options.statuses, 3 * limit + 20, MEMORY_MB)
+        cell["status"], cell["note"], cell["hung"], summary = program.watched(job["program"], scene, [
+            *job["flags"], "--time-limit", f"{limit:g}"], folder, options.statuses, 3 * limit + 20, MEMORY_MB)
         if not summary:
             return cell
         run, residuals = measures.Run(summary, Path(folder)), summary["residuals"]
-        cell |= {"residual": residuals["max"], "false_claims": residuals["false_claims"], "energy_gain": summary["energy"]["max_gain_relative"],
-                 "penetration": summary["max_penetration"], "solve_s": summary["time"]["solve_s"], "iterations": summary["iterations_total"],
-                 "memory": summary["peak_memory_mb"], "nan": run.has_nan()}
+        cell |= {
+            "residual": residuals["max"], "false_claims": residuals["false_claims"],
+            "energy_gain": summary["energy"]["max_gain_relative"], "penetration": summary["max_penetration"],
+            "solve_s": summary["time"]["solve_s"], "iterations": summary["iterations_total"],
+            "memory": summary["peak_memory_mb"], "nan": run.has_nan()}
         if cell["status"] in ("ok", "inaccurate") and not cell["nan"]:
             error, note = getattr(measures, case["measure"])(run, case, job["row"])
             cell["place" if isinstance(error, list) else "error"] = error
@@ -153,7 +163,9 @@ def fold(cells):
     worst = max(cells, key=lambda c: VERDICTS.index(c["verdict"]))
     right = sum(c["verdict"] == "right" for c in cells)
     most = {key: max((c[key] for c in cells if c[key] is not None), default=None) for key in ("error", *MEASURED)}
-    return {**worst, **most, "share": right / len(cells), "note": f"{right} of {len(cells)} within the bound; " + worst["note"]}
+    return {
+        **worst, **most, "share": right / len(cells),
+        "note": f"{right} of {len(cells)} within the bound; " + worst["note"]}
 
 
 def do_limit(row, case, options):
@@ -161,27 +173,31 @@ def do_limit(row, case, options):
     with tempfile.TemporaryDirectory(dir=options.scratch) as folder:
         measured, estimate = limits.stable_step(options.program, scene_file(case["scene"]), row_flags(row), folder)
     error = abs(estimate / measured - 1)
-    return {**BLANK, **{key: case[key] for key in ("id", "scene", "bound", "expect")}, "row": row_text(row), "method": "explicit step",
-            "verdict": "right" if error <= case["bound"] else "wrong", "status": "ok", "error": error,
-            "command": " ".join(["contactbench", "check", case["scene"], *row_flags(row)]),
-            "note": f"measured {measured:.4g} s, estimated {estimate:.4g} s"}
+    return {
+        **BLANK, **{key: case[key] for key in ("id", "scene", "bound", "expect")}, "row": row_text(row),
+        "method": "explicit step", "verdict": "right" if error <= case["bound"] else "wrong", "status": "ok",
+        "error": error, "command": " ".join(["contactbench", "check", case["scene"], *row_flags(row)
+                                             ]), "note": f"measured {measured:.4g} s, estimated {estimate:.4g} s"}
 
 
 def solve(kind, arguments, options):
-    """`solve` of one stored problem: status, its last words, its answer, the largest velocity of a contact after the event, exit code."""
+    """`solve` of one stored problem: status, its last words, its answer, the largest velocity of a contact after the
+    event, exit code."""
     with tempfile.TemporaryDirectory(dir=options.scratch) as folder:
         u = Path(folder) / "u.mtx"
         more = ["--velocities", u] if kind == "contact" else ["--time-limit", f"{options.time_limit:g}"]
         try:
-            ended = program.call(options.program, "solve", *arguments, "--json", *more, timeout=3 * options.time_limit + 20)
+            ended = program.call(options.program, "solve", *arguments, "--json", *more,
+                                 timeout=3 * options.time_limit + 20)
             code, said = ended.returncode, ended.stderr.strip()
             answer = json.loads(ended.stdout) if ended.stdout.strip() else {}
-        except subprocess.TimeoutExpired:
+        except program.Late:
             return "time_limit", "did not come back", {}, None, -9
         except ValueError:
             code, said, answer = 1, "what it printed is no JSON", {}
         values = program.read_vector(u)
-        speed = max((math.hypot(*values[i:i + 3]) for i in range(0, len(values), 3)), default=0.0) if u.exists() else None  # n, t1, t2
+        speed = max((math.hypot(*values[i:i + 3])
+                     for i in range(0, len(values), 3)), default=0.0) if u.exists() else None  # n, t1, t2
     status = "input_error" if code == 2 else answer.get("status", "crash") if code in (0, 3) else "crash"
     return status, said.splitlines()[-1] if said and code else "", answer, speed, code
 
@@ -190,15 +206,19 @@ def do_critical(case, column, options):
     """From which value of a parameter on does it stand? By bisection, as a row of the table."""
     method, flags = column
     with tempfile.TemporaryDirectory(dir=options.scratch) as folder:
+
         def arch(value):
             path = Path(folder) / "arch.dat"
             path.write_text(problems.arch(value))
             status, _, answer, speed, code = solve("contact", [str(path), "--kind", "contact", *flags], options)
-            return "crash" if code == -9 else status, answer.get("residual"), speed is not None and speed < 1e-6 * problems.FALL
+            return "crash" if code == -9 else status, answer.get(
+                "residual"), speed is not None and speed < 1e-6 * problems.FALL
 
         def scene(value):
-            command = [options.program, "run", str(scene_file(case["scene"])), *flags, "--set", f"{case['parameter']}={value!r}", "--duration",
-                       f"{case['duration']:g}", "--time-limit", f"{options.time_limit:g}", "--out", folder, "--quiet"]
+            command = [
+                options.program, "run",
+                str(scene_file(case["scene"])), *flags, "--set", f"{case['parameter']}={value!r}", "--duration",
+                f"{case['duration']:g}", "--time-limit", f"{options.time_limit:g}", "--out", folder, "--quiet"]
             (Path(folder) / "summary.json").unlink(missing_ok=True)
             program.execute(command, 3 * options.time_limit + 20, program.addresses(MEMORY_MB))
             summary = program.read_json(Path(folder) / "summary.json")
@@ -206,10 +226,14 @@ def do_critical(case, column, options):
                 return "crash", None, False
             moved, _ = measures.displacement(measures.Run(summary, Path(folder)), case, {})
             return summary["status"], summary["residuals"]["max"], moved < 1e-9
+
         found = limits.bisect(arch if case["scene"] == "arch" else scene, case["from"], case["to"], case["bound"] / 10)
-    cell = {**BLANK, **{key: case[key] for key in ("id", "scene", "bound", "expect")}, "row": f"critical {case['parameter']}", "method": method,
-            "command": f"scripts/stress.py --only {case['id']} --method {method}", "status": found.status, "residual": found.residual,
-            "note": found.note, "error": math.inf if found.value is None else abs(found.value / case["critical"] - 1)}
+    cell = {
+        **BLANK,
+        **{key: case[key] for key in ("id", "scene", "bound", "expect")}, "row": f"critical {case['parameter']}",
+        "method": method, "command": f"scripts/stress.py --only {case['id']} --method {method}", "status": found.status,
+        "residual": found.residual, "note": found.note,
+        "error": math.inf if found.value is None else abs(found.value / case["critical"] - 1)}
     judged(cell, case, method)
     return cell | {"error": None if found.value is None else cell["error"]}
 
@@ -218,8 +242,10 @@ def do_problem(job, options):
     """One stored problem through `solve`."""
     status, said, answer, speed, code = solve(job["kind"], job["arguments"], options)
     residual = answer.get("residual")
-    cell = {**BLANK, "status": status, "note": answer.get("reason") or said, "residual": residual, "solve_s": answer.get("time_min_s"),
-            "iterations": answer.get("iterations", answer.get("pivots")), "error": residual, "bound": 1e-6, "command": job["text"]}
+    cell = {
+        **BLANK, "status": status, "note": answer.get("reason") or said, "residual": residual,
+        "solve_s": answer.get("time_min_s"), "iterations": answer.get("iterations", answer.get("pivots")),
+        "error": residual, "bound": 1e-6, "command": job["text"]}
     if answer.get("condition"):
         cell["note"] = (cell["note"] + "; " if cell["note"] else "") + \
             f"rank {answer['rank']} of {answer['rows']} rows, condition {answer['condition']:.2g}"
@@ -241,7 +267,8 @@ def do_problem(job, options):
 
 
 def problem_jobs(cases, columns, listed, only, scratch):
-    lcp_solvers = dict.fromkeys(s["name"] for s in listed["solvers"] if not s["unavailable"] and s["method"] in (None, "", "ap"))
+    lcp_solvers = dict.fromkeys(s["name"] for s in listed["solvers"]
+                                if not s["unavailable"] and s["method"] in (None, "", "ap"))
     jobs = []
     for case in cases["problem"]:
         if only and case["id"] not in only:
@@ -255,11 +282,14 @@ def problem_jobs(cases, columns, listed, only, scratch):
             job = {"kind": case["kind"], "id": case["id"], "name": name, "ends": ends, "speed": speed, "case": case}
             if case["kind"] == "lcp":
                 words = "--kind lcp --matrix {0}.M.mtx --vector {0}.q.mtx --solver {1}"
-                jobs += [{**job, "method": f"ap/{solver}", "arguments": words.format(path, solver).split(),
-                          "text": "contactbench solve " + words.format(name, solver)} for solver in lcp_solvers]
+                jobs += [{
+                    **job, "method": f"ap/{solver}", "arguments": words.format(path, solver).split(),
+                    "text": "contactbench solve " + words.format(name, solver)} for solver in lcp_solvers]
             else:
-                jobs += [{**job, "method": column, "arguments": [str(path), "--kind", "contact", *flags],
-                          "text": f"contactbench solve {path.name} --kind contact {' '.join(flags)}"} for column, flags in columns]
+                jobs += [{
+                    **job, "method": column, "arguments": [str(path), "--kind", "contact", *flags],
+                    "text": f"contactbench solve {path.name} --kind contact {' '.join(flags)}"}
+                         for column, flags in columns]
     return jobs
 
 
@@ -284,15 +314,19 @@ def write_tables(rows, out, manifest):
     for row in rows:
         table.setdefault((row["id"], row["scene"], row["row"], row["expect"]), {})[row["method"]] = row
     count = {v: [sum(r["verdict"] == v and r["method"] == n for r in rows) for n in names] for v in VERDICTS}
-    (out / "stress.md").write_text(render("stress.md", names=names, count=count, manifest=manifest, shown=shown, table=table))
+    (out / "stress.md").write_text(
+        render("stress.md", names=names, count=count, manifest=manifest, shown=shown, table=table))
     (out / "manifest.json").write_text(json.dumps(manifest, indent=1) + "\n")
 
 
 def manifest_of(options, runs):
-    cpu = next((line.split(":", 1)[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")), "unknown")
-    return {"git": program.version(options.program), "program": hashlib.sha256(Path(options.program).read_bytes()).hexdigest()[:16], "cpu": cpu,
-            "made": time.strftime("%Y-%m-%d", time.gmtime()), "runs": runs, "quick": options.quick, "time_limit_s": options.time_limit,
-            "load_average": os.getloadavg()[0]}
+    cpu = next((line.split(":", 1)[1].strip()
+                for line in open("/proc/cpuinfo") if line.startswith("model name")), "unknown")
+    return {
+        "git": program.version(options.program),
+        "program": hashlib.sha256(Path(options.program).read_bytes()).hexdigest()[:16], "cpu": cpu,
+        "made": time.strftime("%Y-%m-%d", time.gmtime()), "runs": runs, "quick": options.quick,
+        "time_limit_s": options.time_limit, "load_average": os.getloadavg()[0]}
 
 
 def compare(jobs, cells, cases):
@@ -321,8 +355,9 @@ def table_of(jobs, cells, cases):
     for job, cell in zip(jobs, cells):
         perturbed = f" perturbed by {job['drawn'][0]:g} m" if job["drawn"] and job["drawn"][0] else ""
         groups.setdefault((job["case"], job["row"] + perturbed, job["method"]), []).append(cell)
-    return [{**(fold(group) if len(group) > 1 else group[0]), "row": text, "method": method,
-             **{key: cases["case"][number_of][key] for key in ("id", "scene", "bound", "expect")}}
+    return [{
+        **(fold(group) if len(group) > 1 else group[0]), "row": text, "method": method,
+        **{key: cases["case"][number_of][key] for key in ("id", "scene", "bound", "expect")}}
             for (number_of, text, method), group in groups.items()]
 
 
@@ -342,20 +377,29 @@ def run_all(cases, options):
     listed = program.listed(options.program)
     options.statuses = program.statuses_of(listed)
     columns = [c for c in methods_of(listed) if not options.method or c[0] in options.method]
-    with tempfile.TemporaryDirectory(prefix="stress") as options.scratch, concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
+    with tempfile.TemporaryDirectory(prefix="stress") as options.scratch, concurrent.futures.ThreadPoolExecutor(
+            options.jobs) as pool:
         jobs = plan(cases, columns, options)
-        solves = [j for j in problem_jobs(cases, columns, listed, options.only, options.scratch)
-                  if not options.method or j["method"] in options.method]
+        solves = [
+            j for j in problem_jobs(cases, columns, listed, options.only, options.scratch)
+            if not options.method or j["method"] in options.method]
         futures = [pool.submit(do_run, job, cases["case"][job["case"]], options) for job in jobs]
         futures += [pool.submit(do_problem, job, options) for job in solves]
-        wanted = {kind: [case for case in cases[kind] if not options.only or case["id"] in options.only] for kind in ("limit", "critical")}
-        found = [pool.submit(do_limit, row, case, options) for case in wanted["limit"] for row in rows_of(case, options.quick)]
-        found += [pool.submit(do_critical, case, column, options) for case in wanted["critical"] if not options.quick for column in columns]
+        wanted = {
+            kind: [case for case in cases[kind] if not options.only or case["id"] in options.only]
+            for kind in ("limit", "critical")}
+        found = [
+            pool.submit(do_limit, row, case, options) for case in wanted["limit"]
+            for row in rows_of(case, options.quick)]
+        found += [
+            pool.submit(do_critical, case, column, options) for case in wanted["critical"] if not options.quick
+            for column in columns]
         cells = results(futures)
     compare(jobs, cells, cases)
     rows = table_of(jobs, cells, cases)
-    rows += [{**cell, "id": job["id"], "scene": job["name"], "row": "stored problem", "method": job["method"],
-              "expect": "ends: " + ", ".join(job["ends"])} for job, cell in zip(solves, cells[len(jobs):])]
+    rows += [{
+        **cell, "id": job["id"], "scene": job["name"], "row": "stored problem", "method": job["method"],
+        "expect": "ends: " + ", ".join(job["ends"])} for job, cell in zip(solves, cells[len(jobs):])]
     return rows + [future.result() for future in found], len(cells)
 
 
@@ -364,19 +408,25 @@ def arguments():
     parser.add_argument("--program", default=program.DEFAULT)
     parser.add_argument("--out", type=Path, default=ROOT / "results/stress")
     parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--only", action="append", default=[], metavar="ID", help="only these cases; prints, writes no table")
+    parser.add_argument("--only", action="append", default=[], metavar="ID",
+                        help="only these cases; prints, writes no table")
     parser.add_argument("--method", action="append", default=[], help="only these columns, as in --method ap/lemke")
     parser.add_argument("--random", type=int, metavar="N", help="a campaign of N random scenes in place of the cases")
     parser.add_argument("--seed", type=int, default=1, help="of the random scenes [1]")
     parser.add_argument("--first", type=int, default=0, metavar="NUMBER", help="number of the first random scene [0]")
-    parser.add_argument("--family", action="append", choices=list(scenes.FAMILIES), help="only random scenes of this family")
+    parser.add_argument("--family", action="append", choices=list(scenes.FAMILIES),
+                        help="only random scenes of this family")
     parser.add_argument("--kind", choices=scenes.KINDS, help="only random scenes of this kind")
     parser.add_argument("--prune", action="append", choices=["on", "off"], help="random scenes: only with this [both]")
-    parser.add_argument("--write-scenes", type=Path, metavar="DIR", help="writes the random scenes there and runs nothing")
+    parser.add_argument("--write-scenes", type=Path, metavar="DIR",
+                        help="writes the random scenes there and runs nothing")
     parser.add_argument("--reduce", action="store_true", help="makes failing random scenes smaller, into OUT/reduced")
-    parser.add_argument("--other-program", metavar="PROGRAM", help="a build without fused multiply-add (preset portable), to compare with in N1")
-    parser.add_argument("--quick", action="store_true", help="the first row of each case but long ones, one seed of an ensemble")
-    parser.add_argument("--time-limit", type=float, help=f"seconds a run may take [15; of a random scene {campaign.TIME_LIMIT:g}]")
+    parser.add_argument("--other-program", metavar="PROGRAM",
+                        help="a build without fused multiply-add (preset portable), to compare with in N1")
+    parser.add_argument("--quick", action="store_true",
+                        help="the first row of each case but long ones, one seed of an ensemble")
+    parser.add_argument("--time-limit", type=float,
+                        help=f"seconds a run may take [15; of a random scene {campaign.TIME_LIMIT:g}]")
     options = parser.parse_args()
     options.program = str(Path(options.program).resolve())
     options.other_program = options.other_program and str(Path(options.other_program).resolve())
@@ -393,10 +443,12 @@ def main():
     rows, runs = run_all(cases, options)
     for row in rows:
         if options.only or row["verdict"] in BAD:
-            print(f"{row['verdict']:6} {row['id']:4} {row['scene']} [{row['row']}] {row['method']}: {row['status']}, "
-                  f"error {number(row['error'])} (bound {number(row['bound'])}), residual {number(row['residual'])}; {row['note']}"[:300])
-    print(f"{len(rows)} cells: " + ", ".join(f"{sum(r['verdict'] == v for r in rows)} {v}" for v in VERDICTS) +
-          f"; {runs} runs in {time.monotonic() - began:.0f} s")
+            error, bound, residual = (number(row[key]) for key in ("error", "bound", "residual"))
+            said = f"{row['verdict']:6} {row['id']:4} {row['scene']} [{row['row']}] {row['method']}: " \
+                f"{row['status']}, error {error} (bound {bound}), residual {residual}; {row['note']}"
+            print(said[:300])
+    print(f"{len(rows)} cells: " + ", ".join(f"{sum(r['verdict'] == v for r in rows)} {v}"
+                                             for v in VERDICTS) + f"; {runs} runs in {time.monotonic() - began:.0f} s")
     if not options.only and not options.method:
         from . import heatmap  # matplotlib is for this alone
         options.out.mkdir(parents=True, exist_ok=True)

@@ -1,5 +1,5 @@
-"""Does the runs of sweep files (scenarios/sweeps/*.toml): every run a process of its own within limits, every end of it a
-row with a typed status. What is finished is not done again, whatever interrupted the sweep; docs/sweeps.md says more.
+"""Does the runs of sweep files (scenarios/sweeps/*.toml): every run a process of its own within limits, every end of it
+a row with a typed status. What is finished is not done again, whatever interrupted the sweep; docs/sweeps.md says more.
 
   scripts/sweep.py scenarios/sweeps/paper.toml --profile quick --dry-run
   scripts/sweep.py scenarios/sweeps/*.toml --profile paper --jobs 8 --timed-alone
@@ -31,15 +31,20 @@ def arguments(words):
     parser.add_argument("--program", default=program.DEFAULT)
     parser.add_argument("--runs", type=Path, help="one folder a run [results/runs/PROFILE]")
     parser.add_argument("--out", type=Path, help="folder of runs.csv and manifest.json [results]")
-    parser.add_argument("--references", type=Path, help="folder of certified references (scripts/references.py) [OUT/references]")
-    parser.add_argument("--jobs", type=int, default=1, help="runs at a time, 0: one a core [1: timings are not disturbed]")
+    parser.add_argument("--references", type=Path,
+                        help="folder of certified references (scripts/references.py) [OUT/references]")
+    parser.add_argument("--jobs", type=int, default=1,
+                        help="runs at a time, 0: one a core [1: timings are not disturbed]")
     parser.add_argument("--timed-alone", action="store_true",
                         help="runs whose times count go one at a time, after the others went --jobs at a time")
-    parser.add_argument("--budget", type=float, metavar="HOURS",
-                        help="end after this time: what is not done by then is a row `time_limit`, done when the sweep goes on")
+    parser.add_argument(
+        "--budget", type=float, metavar="HOURS",
+        help="end after this time: what is not done by then is a row `time_limit`, done when the sweep goes on")
     parser.add_argument("--engine", default="local", help="local, dask (a cluster here), dask:ADDRESS [local]")
-    parser.add_argument("--rerun", action="append", default=[], metavar="STATUS", help="do runs with this status again (or `all`)")
-    parser.add_argument("--keep", action="store_true", help="keep finished runs although program or scene have changed since")
+    parser.add_argument("--rerun", action="append", default=[], metavar="STATUS",
+                        help="do runs with this status again (or `all`)")
+    parser.add_argument("--keep", action="store_true",
+                        help="keep finished runs although program or scene have changed since")
     parser.add_argument("--dry-run", action="store_true", help="say what would be done, and do nothing")
     parsed = parser.parse_intermixed_args(words)
     if parsed.jobs < 0:
@@ -54,7 +59,8 @@ def arguments(words):
 
 
 def local(todo, count, done):
-    """An engine, as is each of `dask`: does the jobs, `count` at a time, and calls done(record) in this process after every run."""
+    """An engine, as is each of `dask`: does the jobs, `count` at a time, and calls done(record) in this process after
+    every run."""
     load = program.Load()
     with concurrent.futures.ThreadPoolExecutor(count) as pool:
         try:
@@ -78,8 +84,9 @@ def dask(address):
         with contextlib.ExitStack() as stack:
             if not address:
                 scratch = stack.enter_context(tempfile.TemporaryDirectory())
-                cluster = stack.enter_context(LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None,
-                                                           local_directory=scratch, silence_logs=50))
+                cluster = stack.enter_context(
+                    LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None, local_directory=scratch,
+                                 silence_logs=50))
             try:
                 client = stack.enter_context(Client(address or cluster, timeout="30s"))
             except OSError as error:
@@ -90,6 +97,7 @@ def dask(address):
                     raise ProgramError(f"a worker could not do a run: {ended.stderr.strip()[-500:]}")
                 done(json.loads(ended.stdout))
                 future.release()
+
     return engine
 
 
@@ -109,19 +117,23 @@ def files_of(options, scenes, run):
 def certified(runs, listed, options):
     """{(scene, parameters): its certified reference}, of those that have one."""
     asked = {(run.scene, run.asked()["parameters"]): run for run in runs}
-    found = {scene: references.read(options.references, *scene, files_of(options, program.scenes_of(listed), run))
-             for scene, run in asked.items()}
+    found = {
+        scene: references.read(options.references, *scene, files_of(options, program.scenes_of(listed), run))
+        for scene, run in asked.items()}
     return {scene: known for scene, known in found.items() if known}
 
 
 def jobs_of(runs, listed, options):
-    """What `program.do` needs to know of each run; `key` changes when program, scene (its own file or a robot's) or flags do."""
+    """What `program.do` needs to know of each run; `key` changes when program, scene (its own file or a robot's) or
+    flags do."""
     path, scenes = str(Path(options.program).resolve()), program.scenes_of(listed)
     read = {run: files_of(options, scenes, run) for run in runs}
     keys = {files: references.digest(path, *files) for files in set(read.values())}
     deadline = None if options.budget is None else time.time() + 3600 * options.budget
-    return [program.job_of(run, path, run.file or f"{run.scene}.xml", options.runs.resolve(), program.statuses_of(listed), run.time_limit_s,
-                           run.memory_limit_mb, run.record_every, run.timed, keys[read[run]], deadline) for run in runs]
+    return [
+        program.job_of(run, path, run.file or f"{run.scene}.xml", options.runs.resolve(), program.statuses_of(listed),
+                       run.time_limit_s, run.memory_limit_mb, run.record_every, run.timed, keys[read[run]], deadline)
+        for run in runs]
 
 
 def is_done(job, options):
@@ -139,7 +151,6 @@ def is_done(job, options):
 
 class Progress:
     """A bar with the time left on a terminal (tqdm, where it is installed); else a line a run."""
-
     def __init__(self, total):
         self.total, self.number, self.start, self.bar = total, 0, time.monotonic(), None
         if sys.stderr.isatty():
@@ -157,7 +168,8 @@ class Progress:
             return
         left = (time.monotonic() - self.start) / self.number * (self.total - self.number)
         busy = ", machine busy" if record["busy"] else ""
-        print(f"[{self.number:{len(str(self.total))}}/{self.total}, {left:.0f} s left] {said}, {record['wall_s']:.1f} s{busy}", flush=True)
+        done = f"{self.number:{len(str(self.total))}}/{self.total}"
+        print(f"[{done}, {left:.0f} s left] {said}, {record['wall_s']:.1f} s{busy}", flush=True)
 
     def close(self):
         if self.bar is not None:
@@ -207,7 +219,9 @@ def sweep(options):
             shutil.rmtree(options.runs / program.DOING, ignore_errors=True)
         stray = sorted({f.name for f in options.runs.iterdir() if f.is_dir()} - {run.name for run in runs})
         if stray:
-            print(f"{len(stray)} folders are of no run of these sweeps and stay out of the tables: {', '.join(stray[:5])}")
+            print(
+                f"{len(stray)} folders are of no run of these sweeps and stay out of the tables: {', '.join(stray[:5])}"
+            )
         gather(runs, missing, options.runs, options.out, [path.stem for path in options.sweeps], options.profile,
                certified(runs, listed, options))
 

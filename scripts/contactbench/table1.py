@@ -1,8 +1,8 @@
 """Table I: processing time of each method on each scene at the paper's settings, beside what the paper prints.
 
-The paper's numbers (paper_table1.csv) are those that a scan of it shows; cells whose column the scan lost are marked. Another
-machine, fifteen years ago: what can be compared are ratios inside a column. The unit of a column is the convex method at
-1e-12 J, here and there, because it is the only one that the paper has a time for in every column.
+The paper's numbers (paper_table1.csv) are those that a scan of it shows; cells whose column the scan lost are marked.
+Another machine, fifteen years ago: what can be compared are ratios inside a column. The unit of a column is the convex
+method at 1e-12 J, here and there, because it is the only one that the paper has a time for in every column.
 """
 import math
 from pathlib import Path
@@ -16,17 +16,20 @@ COLUMNS = [("impacting_sphere", "", "8", "impacting sphere"), ("sliding_box", ""
            ("sticking_box", "", "8", "sticking box"), ("circular_sliding", "", "8", "circular sliding")]
 COLUMNS += [("stack", f"boxes={n}", "4", f"stack of {n}") for n in (1, 2, 4, 8, 16)]
 COLUMNS += [("mobile_robot", "", "4", "mobile robot"), ("grasp", "", "12", "grasp")]
-FIELDS = ["method", "variant", "solver", "epsilon", "k", "scene", "parameters", "simulated_s", "repeats", "status", "reason",
-          "t_reached", "median_s", "minimum_s", "ratio", "busy", "paper_s", "paper_certain", "paper_ratio"]
+FIELDS = [
+    "method", "variant", "solver", "epsilon", "k", "scene", "parameters", "simulated_s", "repeats", "status", "reason",
+    "t_reached", "median_s", "minimum_s", "ratio", "busy", "paper_s", "paper_certain", "paper_ratio"]
 
 
 def paper_times():
     """(method, solver, epsilon or "", column) -> (seconds or "DNF", certain)."""
     times = {}
-    for row in pd.read_csv(Path(__file__).with_name("paper_table1.csv"), comment="#", dtype=str, keep_default_na=False).to_dict("records"):
+    for row in pd.read_csv(Path(__file__).with_name("paper_table1.csv"), comment="#", dtype=str,
+                           keep_default_na=False).to_dict("records"):
         scene, _, boxes = row["scene"].partition("_") if row["scene"].startswith("stack") else (row["scene"], "", "")
         solver = "" if row["method"] == "convex" else row["solver"]
-        times[row["method"], solver, row["epsilon"], scene, f"boxes={boxes}" if boxes else ""] = (row["processing_s"], row["certain"] == "yes")
+        times[row["method"], solver, row["epsilon"], scene,
+              f"boxes={boxes}" if boxes else ""] = (row["processing_s"], row["certain"] == "yes")
     return times
 
 
@@ -54,22 +57,23 @@ def entries(results):
             paper, certain = paper_cell(times, cell)
             timed = cell.finished and cell.times
             worst = next((r for r in cell.rows if r["finished"] != "true"), cell.row)
-            row = {**{f: cell[f] for f in ("method", "variant", "solver", "epsilon", "k", "scene", "parameters")},
-                   "simulated_s": cell["duration"], "repeats": len(cell.rows), "status": worst["status"], "reason": worst["reason"],
-                   "t_reached": worst["t_reached"], "median_s": cell.seconds if timed else "",
-                   "minimum_s": min(cell.times) if timed else "", "ratio": cell.seconds / unit if timed and unit == unit else "",
-                   "busy": "true" if cell.busy else "false", "paper_s": paper, "paper_certain": "yes" if certain else "no",
-                   "paper_ratio": float(paper) / float(paper_unit) if numeric(paper) and numeric(paper_unit)
-                   and float(paper_unit) > 0 else ""}
+            row = {f: cell[f] for f in FIELDS[:7]} | {"simulated_s": cell["duration"], "repeats": len(cell.rows)}
+            row |= {key: worst[key] for key in ("status", "reason", "t_reached")}
+            row |= {"median_s": cell.seconds if timed else "", "minimum_s": min(cell.times) if timed else ""}
+            row |= {"ratio": over(cell.seconds, unit) if timed else "", "busy": "true" if cell.busy else "false"}
+            row |= {
+                "paper_s": paper, "paper_certain": "yes" if certain else "no", "paper_ratio": over(paper, paper_unit)}
             out.append((cell, row))
     return out
 
 
-def numeric(text):
+def over(time, unit):
+    """A ratio, empty where one of the two is no number."""
     try:
-        return math.isfinite(float(text))
-    except ValueError:
-        return False
+        ratio_of = float(time) / float(unit)
+    except (ValueError, ZeroDivisionError):
+        return ""
+    return ratio_of if math.isfinite(ratio_of) else ""
 
 
 def ours(row):
@@ -98,7 +102,8 @@ def tex(text):
 
 
 def grid(results, rows):
-    """What the templates show: columns (title, about), and of each method its name and a row, or none, a column; `rows` are entries()."""
+    """What the templates show: columns (title, about), and of each method its name and a row, or none, a column; `rows`
+    are entries()."""
     table = {}
     for cell, row in rows:
         table.setdefault(cell.name, {})[cell["scene"], cell["parameters"]] = row
@@ -106,15 +111,18 @@ def grid(results, rows):
     for scene, parameters, k, title in COLUMNS:
         durations = {c["duration"] for c in results.cells(scene, parameters=parameters, knobs="") if c["duration"]}
         columns.append((title, ", ".join([f"{float(d):g} s" for d in sorted(durations)] + [f"k = {k}"])))
-    return {"columns": columns, "ours": ours, "theirs": theirs, "bracket": bracket, "tex": tex,
-            "methods": [(name, [of.get((scene, parameters)) for scene, parameters, _, _ in COLUMNS]) for name, of in table.items()]}
+    return {
+        "columns": columns, "ours": ours, "theirs": theirs, "bracket": bracket, "tex": tex,
+        "methods": [(name, [of.get((scene, parameters)) for scene, parameters, _, _ in COLUMNS])
+                    for name, of in table.items()]}
 
 
 def write(results):
     """table1.csv, .md and .tex in the folder of the results; its rows and what the templates show."""
     rows = entries(results)
     shown = grid(results, rows)
-    pd.DataFrame([row for _, row in rows], columns=FIELDS, dtype=object).to_csv(results.folder / "table1.csv", index=False, lineterminator="\n")
+    pd.DataFrame([row for _, row in rows], columns=FIELDS, dtype=object).to_csv(results.folder / "table1.csv",
+                                                                                index=False, lineterminator="\n")
     for kind in ("md", "tex"):
         (results.folder / f"table1.{kind}").write_text(render(f"table1.{kind}", **shown))
     return [row for _, row in rows], shown

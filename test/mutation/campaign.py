@@ -45,7 +45,7 @@ LEAST_PATIENCE = 20    # s
 DRAWN = 180           # faults that nobody chose
 MEMORY = 4 << 30       # bytes of data a test may hold: a fault that makes it eat more is killed
 # Looks at the text of the sources and not at what the program does: it would be killed by any fault that breaks a line.
-APART = {"rooms"}
+APART = {"rooms", "scripts_style"}
 PARTS = ("lib/", "app/", "test/", "scripts/", "scenarios/", "CMake")
 # Tests of scripts that a fault there reaches first; the others of this list follow.
 SCRIPTS = {f"scripts/contactbench/{name}": test for name, test in {
@@ -102,8 +102,8 @@ class Copy:
             if target.exists() and target.read_bytes() == (ROOT / name).read_bytes():
                 continue  # its time stamp stays, and with it what was built
             target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(ROOT / name, target)
-            shutil.copymode(ROOT / name, target)
+            target.unlink(missing_ok=True)
+            shutil.copy(ROOT / name, target, follow_symlinks=False)
         watched = [f for f in sorted(self.files) if f.startswith(PARTS) and not f.startswith("test/mutation/")]
         self.digest = digest_of(*(part for name in watched for part in (name, (ROOT / name).read_bytes())))
         self.undisturbed = {}  # test -> s that it takes, digest of the program that it runs
