@@ -18,9 +18,8 @@ import tempfile
 import time
 from pathlib import Path
 
-import pandas as pd
-
 from . import look, program, reduce, scenes
+from .runs import write_table
 from .templates import render
 
 METHODS = {
@@ -51,8 +50,9 @@ def examine(job, path, model, folder):
     the run says `ok`, unless the method's law is known for it; a crash, a hang and damaged numbers always do."""
     began, limit = time.monotonic(), job["time_limit"]
     # A run that is still there half as long again after its limit does not hear it: a hang.
-    status, reason, hung, summary = program.watched(job["program"], path, [*job["flags"], "--time-limit", f"{limit:g}"],
-                                                    folder, job["statuses"], 1.5 * limit + 5, MEMORY_MB)
+    flags = [*job["flags"], "--time-limit", f"{limit:g}"]
+    status, reason, hung, summary = program.watched(job["program"], path, flags, folder, job["statuses"],
+                                                    1.5 * limit + 5, MEMORY_MB)
     took = time.monotonic() - began
     row = {
         "status": status, "reason": reason, "faults": [], "departures": [], "false_claims": 0, "run_s": round(took, 3)}
@@ -92,8 +92,8 @@ def digest(*parts):
 def keep(job, row, folder, summary):
     """Keeps a failing run's scene, its hard problem and the commands; whether the problem fails again by its command:
     yes, no, or nothing."""
-    path, place = Path(
-        job["path"]), Path(job["failing"]) / f"{row['scene']}__{row['method'].replace('/', '-')}__prune-{row['prune']}"
+    path, name = Path(job["path"]), f"{row['scene']}__{row['method'].replace('/', '-')}__prune-{row['prune']}"
+    place = Path(job["failing"]) / name
     shutil.rmtree(place, ignore_errors=True)
     place.mkdir(parents=True)
     for source in [path] + [path.parent / name for name in job["files"]]:
@@ -147,8 +147,8 @@ def jobs_of(some, options):
                 yield {
                     "scene": scene.name, "family": scene.family, "kind": scene.kind, "method": method, "prune": prune,
                     "key": key, "path": str(path), "files": list(scene.files), "flags": flags + ["--prune", prune],
-                    "program": options.program, "time_limit": options.time_limit, "statuses": statuses,
-                    "failing": str(options.out / "failing")}
+                    "program": options.program, "time_limit": options.time_limit, "statuses": statuses, "failing": str(
+                        options.out / "failing")}
 
 
 def finished(path):
@@ -186,8 +186,8 @@ def page(rows, manifest):
         return sum(any(kind_of(found) == kind for found in row[what]) for row in of(method=method))
 
     def shares(**want):
-        ok = [(sum(row["status"] == "ok" for row in some), len(some)) for some in (of(**want, method=m)
-                                                                                   for m in methods)]
+        ok = [
+            (sum(row["status"] == "ok" for row in some), len(some)) for some in (of(**want, method=m) for m in methods)]
         return [f"{good}/{count}" if count else "" for good, count in ok]
 
     families = [(family, kind) for family in scenes.FAMILIES for kind in scenes.KINDS if of(family=family, kind=kind)]
@@ -195,35 +195,31 @@ def page(rows, manifest):
     faults = collections.Counter(kind_of(fault) for row in rows for fault in row["faults"]).most_common()
     worst = max(of(status="ok"), key=lambda row: row.get("penetration_of_size") or 0, default={})
     kept = [row["again"] for row in rows if row["verdict"] == "typed" and row["again"]]
-    return render(
-        "random.md", manifest=manifest, scenes=len({row["scene"]
-                                                    for row in rows}), runs=len(rows), methods=methods, shares=[
-                                                        (*key, shares(family=key[0], kind=key[1]))
-                                                        for key in families] + [("all", kind, shares(kind=kind))
-                                                                                for kind in scenes.KINDS],
-        ends=[(status, [len(of(method=m, status=status)) for m in methods])
-              for status, _ in statuses], defects=[(kind, [having(kind, m) for m in methods])
-                                                   for kind, _ in faults] or [("none", [0] * len(methods))], departs=[
-                                                       (kind, method, having(kind, method, "departures"), reason)
-                                                       for method, known in DEPARTS.items()
-                                                       for kind, reason in known.items()
-                                                       if having(kind, method, "departures")],
-        worst=worst if worst.get("penetration_of_size") else None, listing=listing(rows, methods), kept=kept)
+    table = {"shares": [(*key, shares(family=key[0], kind=key[1])) for key in families]}
+    table["shares"] += [("all", kind, shares(kind=kind)) for kind in scenes.KINDS]
+    table["ends"] = [(status, [len(of(method=m, status=status)) for m in methods]) for status, _ in statuses]
+    table["defects"] = [(kind, [having(kind, m) for m in methods]) for kind, _ in faults]
+    table["defects"] = table["defects"] or [("none", [0] * len(methods))]
+    departs = [(kind, method, having(kind, method, "departures"), reason) for method, known in DEPARTS.items()
+               for kind, reason in known.items()]
+    return render("random.md", manifest=manifest, scenes=len({row["scene"] for row in rows}), runs=len(rows),
+                  methods=methods, **table, departs=[row for row in departs if row[2]], kept=kept,
+                  worst=worst if worst.get("penetration_of_size") else None, listing=listing(rows, methods))
 
 
 def listing(rows, methods):
     """Which scenes fail how: method, fault or end, scenes."""
     ends = collections.defaultdict(dict)
     for row in rows:
-        for end in {kind_of(fault)
-                    for fault in row["faults"]} | ({f"*{row['status']}*"} if row["verdict"] == "typed" else set()):
+        typed = {f"*{row['status']}*"} if row["verdict"] == "typed" else set()
+        for end in typed | {kind_of(fault) for fault in row["faults"]}:
             ends[methods.index(row["method"]), end][f"{row['scene']} ({row['family']})"] = None
     return [(methods[m], end, ", ".join(some)) for (m, end), some in sorted(ends.items())]
 
 
 def write_tables(rows, out, manifest):
     said = [{**row, "faults": "; ".join(row["faults"]), "departures": "; ".join(row["departures"])} for row in rows]
-    pd.DataFrame(said, columns=COLUMNS, dtype=object).to_csv(out / "random.csv", index=False, lineterminator="\n")
+    write_table(said, COLUMNS, out / "random.csv")
     (out / "random.md").write_text(page(rows, manifest))
 
 
@@ -298,8 +294,8 @@ def main(options):
     rows = [known[job["key"]] for job in jobs if job["key"] in known]
     disagreements(rows)
     version = next((row["git"] for row in rows if row.get("git")), "a program that said nothing of itself")
-    command = f"scripts/stress.py --random {options.random} --seed {options.seed}" + (f" --first {options.first}"
-                                                                                      if options.first else "")
+    first = f" --first {options.first}" if options.first else ""
+    command = f"scripts/stress.py --random {options.random} --seed {options.seed}{first}"
     write_tables(rows, out, {"git": version, "command": command, "runs": len(jobs)})
     if options.reduce:
         reduce_all(rows, jobs, out)

@@ -75,8 +75,8 @@ def beside(first, second):
     def diagonal(a, b):
         return np.block([[a, np.zeros((a.shape[0], b.shape[1]))], [np.zeros((b.shape[0], a.shape[1])), b]])
 
-    return (diagonal(first[0], second[0]), diagonal(first[1], second[1]), np.concatenate([first[2], second[2]]),
-            np.concatenate([first[3], second[3]]))
+    return (diagonal(first[0], second[0]), diagonal(first[1], second[1]), np.concatenate([
+        first[2], second[2]]), np.concatenate([first[3], second[3]]))
 
 
 def problems():
@@ -169,12 +169,11 @@ def reference(W, q, mu, bounded):
         cvxopt.solvers.options.update(abstol=tolerance, reltol=tolerance, feastol=max(1e-11, 10 * tolerance),
                                       refinement=3)
         try:
+            bound = np.concatenate([*limit, kappa * (1 + widening), np.zeros(n)])
             solution = cvxopt.solvers.coneqp(matrix(square), matrix(objective), matrix(np.vstack([*linear, cones])),
-                                             matrix(np.concatenate([*limit, kappa * (1 + widening),
-                                                                    np.zeros(n)])),
-                                             {"l": nc + len(kappa), "q": [3] * nc, "s": []},
-                                             matrix(np.hstack([np.eye(rank),
-                                                               -B.T])), matrix(np.zeros(rank)), kktsolver=kkt_solver)
+                                             matrix(bound), {"l": nc + len(kappa), "q": [3] * nc, "s": []},
+                                             matrix(np.hstack([np.eye(rank), -B.T])), matrix(np.zeros(rank)),
+                                             kktsolver=kkt_solver)
         except (ArithmeticError, ValueError):  # a singular system on the way
             continue
         if solution["status"] == "optimal":

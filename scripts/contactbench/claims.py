@@ -256,14 +256,15 @@ def c5(claim, results):
     slower = [
         seconds(c) > seconds(find(cells, "convex", epsilon=EPS)) for cells in big for c in cells if c["method"] == "ap"]
     claim.ask("slower",
-              all(slower) if slower else None, {f"{c['parameters']}, {c.name}": seconds(c)
-                                                for c in used}, used, timing=True)
+              all(slower) if slower else None, {f"{c['parameters']}, {c.name}": seconds(c) for c in used}, used,
+              timing=True)
     pairs = [(n, find(c, "mirtich"), find(c, "convex", epsilon=EPS)) for n, c in by_size.items() if n >= 2]
     pairs = [(n, m, c) for n, m, c in pairs if m and c]
-    claim.ask("mirtich",
-              all(seconds(m) > seconds(c) for _, m, c in pairs) if pairs else None, {
-                  f"{n} boxes": f"{m.how_it_ended or f'{seconds(m):.3g} s'} against {seconds(c):.3g} s"
-                  for n, m, c in pairs}, [x for _, m, c in pairs for x in (m, c)], timing=True)
+    claim.ask(
+        "mirtich",
+        all(seconds(m) > seconds(c) for _, m, c in pairs) if pairs else None,
+        {f"{n} boxes": f"{m.how_it_ended or f'{seconds(m):.3g} s'} against {seconds(c):.3g} s"
+         for n, m, c in pairs}, [x for _, m, c in pairs for x in (m, c)], timing=True)
 
 
 def c6(claim, results):
@@ -284,8 +285,8 @@ def c6(claim, results):
         if c["method"] == "ap"]
     for v in VARIANTS:
         rest = [c for c in cells if c["method"] != "convex" and c["variant"] in ("", v)]
-        claim.ask("others", not any(drives(c)
-                                    for c in rest) if rest else None, named(rest + finer, how), rest + finer, v)
+        claim.ask("others", not any(drives(c) for c in rest) if rest else None, named(rest + finer, how), rest + finer,
+                  v)
     claim.ask_of(
         "unloaded", [find(cells, "ap", "lemke")], lambda c: left(c) + right(c), lambda c: left(c) + right(c) >= 0.9,
         lambda c:
@@ -303,12 +304,12 @@ def c7(claim, results):
         return c.finished and math.isnan(dropped(c)) and creep(c) <= 5e-3
 
     def how(c):
-        return outcome(
-            c, f", creep {said(creep(c))} m" + ("" if math.isnan(dropped(c)) else f", dropped at {said(dropped(c))} s"))
+        fell = "" if math.isnan(dropped(c)) else f", dropped at {said(dropped(c))} s"
+        return outcome(c, f", creep {said(creep(c))} m{fell}")
 
     claim.ask_of("convex", [find(cells, "convex")], how, holds)
-    for who, cell, v in (*((f"Newton {v}", newton(cells, v), v)
-                           for v in VARIANTS), ("Mirtich", find(cells, "mirtich"), "")):
+    dropping = [(f"Newton {v}", newton(cells, v), v) for v in VARIANTS]
+    for who, cell, v in [*dropping, ("Mirtich", find(cells, "mirtich"), "")]:
         claim.ask_of("drops", [cell], how, lambda c: not holds(c), variant=v, who=who)
     claim.ask_of("ap", [c for c in cells if c["method"] == "ap"], how, lambda *rest: not any(c.finished for c in rest))
 

@@ -329,9 +329,8 @@ def error_time(table, axes):
             size = 3.5 + 3.5 * finer.index(fineness(some[0][0]["cell"])) / max(len(finer) - 1, 1)
             look = {**some[0][1], "linestyle": "-", "linewidth": 0.6, "label": "_", "markersize": size}
             panel.plot([p["time"] for p, _ in some], error, **look)
-            panel.hlines(error, [p["least"]
-                                 for p, _ in some], [p["most"]
-                                                     for p, _ in some], color=look["color"], linewidth=1.6, alpha=0.35)
+            panel.hlines(error, [p["least"] for p, _ in some], [p["most"] for p, _ in some], color=look["color"],
+                         linewidth=1.6, alpha=0.35)
         front = precision.pareto(points)
         panel.plot([p["time"] for p in front], [max(p["error"], FLOOR) for p in front], linestyle="", marker="o",
                    markersize=11, markerfacecolor="none", markeredgecolor="0.5", markeredgewidth=1.0, zorder=2.5)
@@ -367,8 +366,8 @@ def error_budget(table, axes):
                     panel.plot([cell.seconds / float(cell["duration"])], [max(row[part], least)],
                                **{**look, "linestyle": "", "label": "_"})
         for panel, (_, title) in zip(line, columns):
-            panel.set(xscale="log", yscale="log",
-                      title=f"{scene.replace('_', ' ')} {parameters}: {title}".replace(" :", ":"))
+            panel.set(xscale="log", yscale="log", title=f"{scene.replace('_', ' ')} {parameters}: {title}".replace(
+                " :", ":"))
             panel.title.set_fontsize(8.5)
         busy = sum(r["cell"].busy for r in rows)
         line[0].set_ylabel("error (m)" + (f"\n(others used the\nmachine: {busy} of {len(rows)})" if busy else ""))
@@ -454,8 +453,8 @@ def uncut(results, scene):
     and what it says of the others."""
     cells = results.cells(scene)
     cut = [cell.label for cell in cells if cell.cut]
-    return Curves([cell
-                   for cell in cells if not cell.cut], "cut by a limit, not drawn: " + ", ".join(cut) if cut else "")
+    return Curves([cell for cell in cells if not cell.cut],
+                  "cut by a limit, not drawn: " + ", ".join(cut) if cut else "")
 
 
 def one_each(results, scene):
@@ -471,6 +470,14 @@ def compared(results, _):
 
 def contending(results, _):
     return results if precision.contenders(results) else []
+
+
+def stored(results, _):
+    return solve_all.rows_of(results)
+
+
+def streamed(results, _):
+    return solve_all.streams(results)
 
 
 @dataclass
@@ -489,32 +496,31 @@ class Figure:
         return bool(self.needs)
 
 
+SWEEP = "the sweep error_time"
+APART = {"hspace": 0.6, "wspace": 0.3}
+WIDE, HIGH = {"width_ratios": [3, 2]}, {"height_ratios": [3, 2]}
+# yapf: disable
 FIGURES = {
-    "error_budget": Figure(error_budget, "", scenes_by_three, compared, 4, "the sweep error_time"),
-    "error_time": Figure(error_time, "", two_beside(lambda table: len(precision.scenes(table))), compared, 4,
-                         "the sweep error_time"), "figure01": Figure(
-                             figure01, "impacting_sphere",
-                             panels(1, 2, (9, 3.4), sharey=True, gridspec_kw={"width_ratios": [3, 2]}),
-                             uncut), "figure02": Figure(timing("impacting sphere"), "impacting_sphere"),
-    "figure03": Figure(figure03, "sliding_box", panels(3, 1, (7, 8.4)), columns=2), "figure04": Figure(
-        figure04, "sticking_box", panels(2, 1, (7, 6.8), gridspec_kw={"height_ratios": [3, 2]}),
-        columns=2), "figure05": Figure(figure05, "circular_sliding", panels(1, 2, (9.5, 4.2)),
-                                       uncut), "figure06": Figure(timing("box sliding in a circle"),
-                                                                  "circular_sliding"),
-    "figure07": Figure(figure07, "stack", panels(size=(6.5, 4.6)), columns=2), "figure08": Figure(
-        figure08, "mobile_robot", three_below,
-        uncut), "figure09": Figure(timing("mobile robot"), "mobile_robot"), "figure10": Figure(
-            figure10, "grasp", panels(size=(7, 4.2)),
-            uncut), "figure11": Figure(timing("manipulator grasp"), "grasp"), "grasp_picture": Figure(
-                grasp_picture, "grasp", moments, one_each,
-                tight={"h_pad": 0.4, "w_pad": 0.2}), "performance": Figure(performance, "",
-                                                                           panels(1, 2, (9.5, 3.6), sharey=True),
-                                                                           contending, 4, "the sweep error_time"),
-    "robot_picture": Figure(robot_picture, "mobile_robot", robots_by_three, one_each), "stored_problems": Figure(
-        stored_problems, "", panels(1, 2, (9.5, 4.2)), lambda results, _: solve_all.rows_of(results), 4,
-        "scripts/solve_all.py"), "streams": Figure(streams, "", two_beside(len),
-                                                   lambda results, _: solve_all.streams(results), 4,
-                                                   "scripts/replay.py", adjust={"hspace": 0.6, "wspace": 0.3})}
+    "error_budget": Figure(error_budget, "", scenes_by_three, compared, 4, SWEEP),
+    "error_time": Figure(error_time, "", two_beside(lambda table: len(precision.scenes(table))), compared, 4, SWEEP),
+    "figure01": Figure(figure01, "impacting_sphere", panels(1, 2, (9, 3.4), sharey=True, gridspec_kw=WIDE), uncut),
+    "figure02": Figure(timing("impacting sphere"), "impacting_sphere"),
+    "figure03": Figure(figure03, "sliding_box", panels(3, 1, (7, 8.4)), columns=2),
+    "figure04": Figure(figure04, "sticking_box", panels(2, 1, (7, 6.8), gridspec_kw=HIGH), columns=2),
+    "figure05": Figure(figure05, "circular_sliding", panels(1, 2, (9.5, 4.2)), uncut),
+    "figure06": Figure(timing("box sliding in a circle"), "circular_sliding"),
+    "figure07": Figure(figure07, "stack", panels(size=(6.5, 4.6)), columns=2),
+    "figure08": Figure(figure08, "mobile_robot", three_below, uncut),
+    "figure09": Figure(timing("mobile robot"), "mobile_robot"),
+    "figure10": Figure(figure10, "grasp", panels(size=(7, 4.2)), uncut),
+    "figure11": Figure(timing("manipulator grasp"), "grasp"),
+    "grasp_picture": Figure(grasp_picture, "grasp", moments, one_each, tight={"h_pad": 0.4, "w_pad": 0.2}),
+    "performance": Figure(performance, "", panels(1, 2, (9.5, 3.6), sharey=True), contending, 4, SWEEP),
+    "robot_picture": Figure(robot_picture, "mobile_robot", robots_by_three, one_each),
+    "stored_problems": Figure(stored_problems, "", panels(1, 2, (9.5, 4.2)), stored, 4, "scripts/solve_all.py"),
+    "streams": Figure(streams, "", two_beside(len), streamed, 4, "scripts/replay.py", adjust=APART),
+}
+# yapf: enable
 
 
 def draw(name, results):

@@ -151,8 +151,8 @@ class Model:
             self.shapes += [shape_of(shape, link.get("name")) for shape in link]
         for joint in robot.iterfind("joint"):
             if "lower" in joint.attrib:
-                self.limits[joint.get("name")] = (float(joint.get("lower")), float(joint.get("upper")),
-                                                  float(joint.get("limit_rate", 0)))
+                self.limits[joint.get("name")] = (float(joint.get("lower")), float(
+                    joint.get("upper")), float(joint.get("limit_rate", 0)))
         return None
 
     def read_urdf(self, root):
@@ -429,8 +429,8 @@ def islands(names, model, touches, steps):
             index[name] = index[next(iter(model.links))]
     label = np.tile(np.arange(len(names)), (steps, 1))
     label[:, [k for k, name in enumerate(names) if index[name] != k]] = index.get(next(iter(model.links), ""), 0)
-    edges = [(index[a], index[b], touching) for a, b, touching in touches
-             if a in index and b in index and touching.any()]
+    edges = [
+        (index[a], index[b], touching) for a, b, touching in touches if a in index and b in index and touching.any()]
     changed = True
     while changed:
         changed = False
@@ -531,8 +531,8 @@ def energies(model, times, motion, counted, frame):
 def momentum(model, times, motion, touches, out):
     h = model.step
     for name, (mass, inertia) in model.free.items():
-        free = ~np.any([np.zeros(len(times) - 1, bool)] + [touching
-                                                           for a, b, touching in touches if name in (a, b)], axis=0)
+        own = [touching for a, b, touching in touches if name in (a, b)]
+        free = ~np.any([np.zeros(len(times) - 1, bool), *own], axis=0)
         if not free.any():
             continue
         p, q, v, w = motion[name]
@@ -542,11 +542,12 @@ def momentum(model, times, motion, touches, out):
         R = matrix(q)
         L = np.einsum("kij,kj->ki", R, inertia * np.einsum("kij,ki->kj", R, w))
         second_order = (h * np.linalg.norm(w[:-1], axis=1))**2 * inertia.max() / inertia.min() + MOMENTUM
-        for what, error, allowed in (("velocity", np.linalg.norm(v[1:] - v[:-1] - h * pushed, axis=1),
-                                      MOMENTUM * size_v), ("place", np.linalg.norm(p[1:] - p[:-1] - h * v[1:],
-                                                                                   axis=1), MOMENTUM * size_p),
-                                     ("angular momentum", np.linalg.norm(L[1:] - L[:-1], axis=1),
-                                      second_order * np.linalg.norm(L[:-1], axis=1))):
+        for what, error, allowed in (("velocity", np.linalg.norm(
+                v[1:] - v[:-1] - h * pushed,
+                axis=1), MOMENTUM * size_v), ("place", np.linalg.norm(
+                    p[1:] - p[:-1] - h * v[1:],
+                    axis=1), MOMENTUM * size_p), ("angular momentum", np.linalg.norm(
+                        L[1:] - L[:-1], axis=1), second_order * np.linalg.norm(L[:-1], axis=1))):
             ratio = np.where(free, error / np.maximum(allowed, 1e-300), 0.0)
             ratio[(error == 0)] = 0.0
             worst = int(np.argmax(ratio))

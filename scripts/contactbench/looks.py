@@ -8,8 +8,8 @@ import numpy as np
 from .runs import PARTS, number
 
 matplotlib.use("Agg")
-BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE = ("#000000", "#E69F00", "#56B4E9", "#009E73", "#F0E442",
-                                                              "#0072B2", "#D55E00", "#CC79A7")
+BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
+YELLOW, BLUE, VERMILION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
 
 # (method, solver or variant): name in legends, colour, marker.
 LOOKS = {
@@ -177,8 +177,8 @@ def solves(panel, rows, column, floor, known):
         good = [r for r in some if r["status"] == "ok" and r["time_median_s"] and r[column]]
         panel.plot([number(r["time_median_s"]) for r in good], [max(number(r[column]), floor) for r in good], **look)
         bad = [r for r in some if r["status"] != "ok" and r["time_median_s"]]
-        panel.plot([number(r["time_median_s"])
-                    for r in bad], [1.04] * len(bad), transform=panel.get_xaxis_transform(), clip_on=False,
+        panel.plot([number(r["time_median_s"]) for r in bad], [1.04] * len(bad), transform=panel.get_xaxis_transform(),
+                   clip_on=False,
                    **{**look, "markerfacecolor": "none", "markeredgewidth": 0.8, "markeredgecolor": colour})
     busy = sum(r["busy"] == "True" for r in rows)
     if busy:

@@ -176,8 +176,8 @@ def ramp_verdict(run, case, row):
     a, n, moved, along = ramp_way(run)
     way = pulled(abs(a), n, run.h)
     got = sum(m * d for m, d in zip(moved, along))
-    return abs(got - (way if a > 0 else 0.0)) / way if way > 0 else norm(
-        moved), f"{got / way:.3g} of the way that it would slide"
+    error = abs(got - (way if a > 0 else 0.0)) / way if way > 0 else norm(moved)
+    return error, f"{got / way:.3g} of the way that it would slide"
 
 
 def pulled_pair(run, case, row):

@@ -18,10 +18,9 @@ from .runs import PARTS, series
 
 def run(options, method, out):
     """One run; its summary, whatever it ended with."""
-    words = [
-        options.program, "run", options.scene, "--method", method, "--time-limit", f"{options.limit:g}", "--out",
-        str(out), "--quiet", *program.settings(options.set),
-        *(["--duration", f"{options.duration:g}"] if options.duration else [])]
+    flags = ["--method", method, "--time-limit", f"{options.limit:g}", *program.settings(options.set)]
+    flags += ["--duration", f"{options.duration:g}"] if options.duration else []
+    words = program.run_words(options.program, options.scene, flags, out)
     print(shlex.join(words), flush=True)
     try:
         ended = program.call(*words)

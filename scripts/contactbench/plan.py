@@ -93,9 +93,9 @@ class Run:
         knobs = dict(self.knobs)
         return {
             "run": self.name, "scene": self.scene, "parameters": " ".join(f"{n}={v}" for n, v in self.sets),
-            "method": self.method, "variant": self.variant, "solver": self.solver, "k": knobs.pop("k", ""),
-            "epsilon": knobs.pop("epsilon", ""), "knobs": " ".join(f"{n}={v}"
-                                                                   for n, v in knobs.items()), "repeat": self.repeat}
+            "method": self.method,
+            "variant": self.variant, "solver": self.solver, "k": knobs.pop("k", ""), "epsilon": knobs.pop(
+                "epsilon", ""), "knobs": " ".join(f"{n}={v}" for n, v in knobs.items()), "repeat": self.repeat}
 
 
 def text(value):
@@ -179,8 +179,8 @@ def merge(a, b):
     """One run that two blocks ask for: recorded as finely as either wants (0 is not at all), with the wider limits."""
     finest = min((r for r in (a.record_every, b.record_every) if r), default=0)
     return dataclasses.replace(a, sweeps=tuple(dict.fromkeys(a.sweeps + b.sweeps)), record_every=finest, timed=a.timed
-                               or b.timed, time_limit_s=max(a.time_limit_s, b.time_limit_s),
-                               memory_limit_mb=max(a.memory_limit_mb, b.memory_limit_mb))
+                               or b.timed, time_limit_s=max(a.time_limit_s, b.time_limit_s), memory_limit_mb=max(
+                                   a.memory_limit_mb, b.memory_limit_mb))
 
 
 def plan(paths, profile, listed):

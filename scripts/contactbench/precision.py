@@ -57,8 +57,8 @@ def reference_of(results, scene, parameters, name):
     if name == ERROR:
         return f"certified to {uncertainty(results, scene, parameters):.1g} m"
     if name:
-        return next(c["reference"] for c in results.cells(scene, None, parameters=parameters)
-                    if not math.isnan(c.error(name)))
+        return next(
+            c["reference"] for c in results.cells(scene, None, parameters=parameters) if not math.isnan(c.error(name)))
     refused = results.manifest.get("references", {}).get(name_of(scene, parameters))
     return "missing" + (f": {refused['reason']}" if refused else "")
 
@@ -241,10 +241,10 @@ def polygons(results):
     for cell in results.cells(sweep="polygons", method="ap", solver="lemke"):
         if cell.finished:
             # The turned polygons of a scene differ in their angle, which follows from k: pi/k or half of it.
-            angle = next((float(p.partition("=")[2])
-                          for p in cell["parameters"].split() if p.startswith("rotate_cone=")), 0.0)
-            turned = {0.0: "an edge's corner on the axes", 1.0: "turned by pi/k",
-                      0.5: "turned by pi/2k"}.get(round(angle * int(cell["k"]) / math.pi, 9), f"turned by {angle:g}")
+            angle = next(
+                (float(p.partition("=")[2]) for p in cell["parameters"].split() if p.startswith("rotate_cone=")), 0.0)
+            turned = {0.0: "an edge's corner on the axes", 1.0: "turned by pi/k", 0.5: "turned by pi/2k"}.get(
+                round(angle * int(cell["k"]) / math.pi, 9), f"turned by {angle:g}")
             rest = " ".join(p for p in cell["parameters"].split() if not p.startswith("rotate_cone="))
             groups.setdefault((cell["scene"], rest, turned), []).append(cell)
     rows = []

@@ -63,8 +63,8 @@ def made():
     yield "one_contact_mu_1e6", text(W, q, [1e6]), ["solved"], 0.0
     yield "no_contact", "3\n0\n0\n0\n0\n0 0\n\n\n", ["solved", "input_error"], None
     yield "nan", text(W, [math.nan] + q[1:], [0.5]), ["input_error"], None
-    yield "1e300", text(W, [-1e300] + q[1:],
-                        [0.5]), ["solved", "input_error", "not_finite", "singular", "nonconverged", "inaccurate"], None
+    yield "1e300", text(W, [-1e300] + q[1:], [0.5]), [
+        "solved", "input_error", "not_finite", "singular", "nonconverged", "inaccurate"], None
     yield "both_sides_fixed", text([[0.0] * 3] * 3, [-1.0, 0.0, 0.0], [0.5]), ["input_error"], None
     for count in (2, 16, 100):
         W, q = body([below] * count, fall)
@@ -90,8 +90,8 @@ def made():
     # F4: three contacts on a circle of 1.5 m under a torque, g = 10: slips above mu m g R = 30 N m. One step of 1 ms.
     h, mass, radius, mu, g = 1e-3, 3.0, 1.5, 2 / 3, 10.0
     inertia = mass * radius * radius / 2
-    points = [(radius * math.cos(a), 0.0, radius * math.sin(a))
-              for a in (0.1, 0.1 + 2 * math.pi / 3, 0.1 + 4 * math.pi / 3)]
+    points = [
+        (radius * math.cos(a), 0.0, radius * math.sin(a)) for a in (0.1, 0.1 + 2 * math.pi / 3, 0.1 + 4 * math.pi / 3)]
     for torque, slip in ((29.99, 0.0), (30.01, 0.01 * h / inertia * radius)):
         W, q = body(points, [0.0, -g * h, 0.0, 0.0, torque * h / inertia, 0.0], mass, inertia)
         yield f"triangle_{torque:g}_Nm", text(W, q, [mu] * 3), ["solved"], slip

@@ -65,6 +65,11 @@ def call(*words, timeout=None):
     return subprocess.run([str(w) for w in words], capture_output=True, text=True, timeout=timeout, check=False)
 
 
+def run_words(program, scene, flags, out):
+    """The command of a run into the folder `out`."""
+    return [str(w) for w in (program, "run", scene, *flags, "--out", out, "--quiet")]
+
+
 def settings(pairs):
     """Flags of scene parameters given as NAME=VALUE."""
     return [word for pair in pairs for word in ("--set", pair)]
@@ -232,8 +237,8 @@ def fault_of(summary, job):
         return "summary.json is no JSON object"
     if summary.get("status") not in job["statuses"]:
         return f"summary.json has no known status, but {summary.get('status')!r}"[:120]
-    if not isinstance(summary.get("finished"),
-                      bool) or summary["finished"] != (summary["status"] in ("ok", "inaccurate")):
+    ended = summary.get("finished")
+    if not isinstance(ended, bool) or ended != (summary["status"] in ("ok", "inaccurate")):
         return "summary.json contradicts itself on whether the run finished"
     if summary.get("scenario") != job["asked"]["scene"] or summary.get("method") != job["asked"]["method"]:
         return "summary.json is of another run"
@@ -271,11 +276,7 @@ def watched(program, scene, flags, folder, statuses, wall_limit, memory_mb):
     """A run of a scene file into `folder`, recorded where the flags do not say otherwise: (status, reason, had to be
     stopped, summary or None)."""
     recorded = [] if "--record-every" in flags else ["--record-every", "1"]
-    command = [
-        program, "run",
-        str(scene), *flags, *recorded, "--memory-limit",
-        str(memory_mb), "--out",
-        str(folder), "--quiet"]
+    command = run_words(program, scene, [*flags, *recorded, "--memory-limit", memory_mb], folder)
     job = {
         "asked": {"scene": Path(scene).stem, "method": flags[flags.index("--method") + 1]}, "statuses": statuses,
         "wall_limit_s": wall_limit, "memory_limit_mb": memory_mb}
@@ -326,8 +327,8 @@ def do(job, load):
     scratch = runs / DOING / f"{name}.{uuid.uuid4().hex[:12]}"
     scratch.mkdir(parents=True)
     record = {
-        **job["asked"], "flags": job["flags"], "key": job["key"],
-        "limits": [job["time_limit_s"], job["memory_limit_mb"]], "record_every": job["record_every"]}
+        **job["asked"], "flags": job["flags"], "key": job["key"], "limits": [
+            job["time_limit_s"], job["memory_limit_mb"]], "record_every": job["record_every"]}
     if job["time_limit_s"] > 0:
         record.update(done(job, scratch, load))
     else:
@@ -340,11 +341,9 @@ def do(job, load):
 def done(job, scratch, load):
     """Runs the program into `scratch`: how it ended, as fields of its record."""
     def command(out, limit):
-        return [
-            job["program"], "run", job["scene"], *job["flags"], "--record-every",
-            str(job["record_every"]), "--time-limit", f"{limit:g}", "--memory-limit", f"{job['memory_limit_mb']:g}",
-            "--out",
-            str(out), "--quiet"]
+        limits = ["--time-limit", f"{limit:g}", "--memory-limit", f"{job['memory_limit_mb']:g}"]
+        flags = [*job["flags"], "--record-every", job["record_every"], *limits]
+        return run_words(job["program"], job["scene"], flags, out)
 
     memory, warm_up, start = addresses(job["memory_limit_mb"]), scratch / "warm_up", time.monotonic()
     try:
@@ -365,11 +364,11 @@ def done(job, scratch, load):
     if not trusted:
         # Nothing downstream may take such a file for a summary.
         (scratch / "summary.json").unlink(missing_ok=True)
-    return {
-        "status": status, "reason": reason.replace(str(scratch),
-                                                   "."), "exit_code": code, "finished": status in ("ok", "inaccurate"),
-        "t_reached": None if trusted else reached(scratch), "wall_s": round(wall, 4), "peak_memory_mb": round(peak, 2),
-        "other_cores": None if others is None else round(others, 3), "busy": None if others is None else others > BUSY}
+    record = {"status": status, "reason": reason.replace(str(scratch), "."), "exit_code": code}
+    record |= {"finished": status in ("ok", "inaccurate"), "t_reached": None if trusted else reached(scratch)}
+    record |= {"wall_s": round(wall, 4), "peak_memory_mb": round(peak, 2)}
+    known = others is not None
+    return record | {"other_cores": round(others, 3) if known else None, "busy": others > BUSY if known else None}
 
 
 def publish(record, scratch, place):

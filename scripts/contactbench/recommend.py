@@ -90,17 +90,14 @@ def small_sweep(options):
     if not known.about["accepted"] and not has_exact_answer(file):
         raise NoReference(known.about["reason"])
     toml = options.out / f"{precision.SWEEP}.toml"
+    steps = [f"{known.about['step'] * references.FINER * m:.12g}" for m in STEPS]
     toml.write_text(
         render("small_sweep.toml", interval=references.INTERVAL, duration=known.about["duration"], limit=options.limit,
-               scene=file, steps=[f"{known.about['step'] * references.FINER * m:.12g}"
-                                  for m in STEPS], sets=[pair.partition("=") for pair in options.set]))
+               scene=file, steps=steps, sets=[p.partition("=") for p in options.set]))
+    words = [toml, "--program", options.program, "--runs", options.out / "runs", "--out", options.out]
     try:
         with contextlib.redirect_stdout(sys.stderr):
-            sweep.sweep(
-                sweep.arguments([
-                    str(toml), "--program", options.program, "--runs",
-                    str(options.out / "runs"), "--out",
-                    str(options.out)]))
+            sweep.sweep(sweep.arguments([str(word) for word in words]))
     except (program.ProgramError, SystemExit) as error:
         print(f"sweep: {error}", file=sys.stderr)
         raise WrongInput("the sweep of it could not be done") from None
@@ -216,8 +213,8 @@ def answer(options):
 
 
 def show_all(made):
-    wanted = f"{made['measure']} <= {made['wanted']:g}" + (f" and at most {made['time_per_step']:g} s a step"
-                                                           if made["time_per_step"] else "")
+    late = f" and at most {made['time_per_step']:g} s a step" if made["time_per_step"] else ""
+    wanted = f"{made['measure']} <= {made['wanted']:g}{late}"
     scene = f"{made['scene']} {made['parameters']}".strip()
     if made["reference"] == "missing":
         print(f"{scene}: none can be recommended, its reference is missing: {made['why']}")
@@ -244,8 +241,9 @@ def show_all(made):
             print(f"not confirmed: {fault}")
         if not made["verified"]["faults"]:
             missed = made["cheaper_that_missed"]
-            print("confirmed: run again, it meets the error; " + (f"the {missed} cheaper in the table do not, run again"
-                                                                  if missed else "nothing in the table is cheaper"))
+            others = f"the {missed} cheaper in the table do not, run again"
+            others = others if missed else "nothing in the table is cheaper"
+            print(f"confirmed: run again, it meets the error; {others}")
 
 
 def main():

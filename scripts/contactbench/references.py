@@ -132,8 +132,8 @@ def certify(maker, duration):
     half, halfway, _ = maker.run(FIRST, 2 * step / FINER, duration)
     about["runs"] = [{"command": command, "status": first["status"], "law_residual_max": first["residuals"]["law_max"]}]
     if not good(first) or not half["finished"]:
-        why = f"convex at 1/{FINER} of the step: {first['status']}" + (f" ({first['reason']})"
-                                                                       if first["reason"] else "")
+        because = f" ({first['reason']})" if first["reason"] else ""
+        why = f"convex at 1/{FINER} of the step: {first['status']}{because}"
         return Reference(about | {"reason": why}, None)
     # Of first order, the step leaves of the reference what halving it changed.
     about["step_difference_m"] = apart(motion, halfway)

@@ -42,7 +42,6 @@ def main():
             with tempfile.TemporaryDirectory() as scratch:
                 problems = Path(scratch) / "problems"
                 store(options.program, scene, sets, duration, every, problems)
-                solve_all.main([
-                    str(problems), "--program", options.program, "--limit",
-                    str(options.limit), "--out",
-                    str(options.out / "__".join([scene, *sets]).replace("=", "-"))])
+                out = options.out / "__".join([scene, *sets]).replace("=", "-")
+                words = [problems, "--program", options.program, "--limit", options.limit, "--out", out]
+                solve_all.main([str(word) for word in words])

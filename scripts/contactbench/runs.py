@@ -108,18 +108,23 @@ def gather(plan, missing, runs, out, sweeps, profile, certified):
     manifest = {
         "sweeps": sweeps, "profile": profile, "runs": len(rows), "runs_not_done_yet": len(plan) - len(rows),
         "missing": missing, "statuses": table["status"].value_counts().sort_index().to_dict(), "machine": same_or_list(
-            summaries, "machine"), "versions": same_or_list(summaries, "versions"),
-        "python": ".".join(platform.python_version_tuple()[:2]), "references": {
-            references.name_of(*scene): {key: found.about.get(key) for key in references.SAID}
-            for scene, found in sorted(certified.items())}, "timing": {
-                "runs_on_a_busy_machine": int((table["busy"] == "true").sum()), "runs_not_judged": int(
-                    (table["busy"] == "").sum())}}
+            summaries, "machine"), "versions": same_or_list(summaries, "versions"), "python": ".".join(
+                platform.python_version_tuple()[:2]), "references": {
+                    references.name_of(*scene): {key: found.about.get(key) for key in references.SAID}
+                    for scene, found in sorted(certified.items())}, "timing": {
+                        "runs_on_a_busy_machine": int((table["busy"] == "true").sum()), "runs_not_judged": int(
+                            (table["busy"] == "").sum())}}
     (out / "manifest.json").write_text(json.dumps(manifest, indent=1) + "\n")
 
 
 def number(cell):
     """A cell of a table as a number; nan where it is empty."""
     return float(cell) if cell else math.nan
+
+
+def write_table(rows, columns, path):
+    """A CSV file of rows (dictionaries); what one lacks is empty."""
+    pd.DataFrame(rows, columns=columns, dtype=object).to_csv(path, index=False, lineterminator="\n")
 
 
 def table_of(path):

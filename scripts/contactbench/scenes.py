@@ -199,8 +199,8 @@ def in_cells(scene, count, places, kinds=("box", "box", "sphere")):
         kind = draw.one_of(kinds)
         if kind == "box":
             upright = draw.chance(0.3)
-            scene.box([rounded(largest * draw.uniform(0.4, 1))
-                       for _ in range(3)], place, motion, "" if upright else draw.quaternion())
+            scene.box([rounded(largest * draw.uniform(0.4, 1)) for _ in range(3)], place, motion,
+                      "" if upright else draw.quaternion())
         elif kind == "sphere":
             scene.sphere(rounded(0.5 * largest * draw.uniform(0.4, 1.5)), place, motion)
         else:
@@ -250,8 +250,9 @@ def stack(scene):
         height = draw.uniform(0.05, 0.3)
         motion = ""
         if number == kicked:
-            motion = moving([draw.signed("speed_m_per_s"), 0.0,
-                             draw.signed("speed_m_per_s")], [0.0, draw.signed("spin_rad_per_s"), 0.0])
+            motion = moving(
+                [draw.signed("speed_m_per_s"), 0.0, draw.signed("speed_m_per_s")],
+                [0.0, draw.signed("spin_rad_per_s"), 0.0])
         shift = [draw.uniform(-0.02, 0.02), draw.uniform(-0.02, 0.02)] if draw.chance(0.5) else [0.0, 0.0]
         scene.box([foot[0], height, foot[1]], [shift[0], round(y + height / 2, 8), shift[1]], motion)
         y += height

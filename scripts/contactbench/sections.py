@@ -92,8 +92,8 @@ def table_one(results):
         return key in TIMES or row["status"] in LIMITS and key in ("reason", "t_reached")
 
     return Section("Table I: processing time", shown,
-                   {"rows": [{k: v for k, v in row.items() if not changes(row, k)}
-                             for row in rows]}, {"rows": [picked(row, TIMES) for row in rows]})
+                   {"rows": [{k: v for k, v in row.items() if not changes(row, k)} for row in rows]},
+                   {"rows": [picked(row, TIMES) for row in rows]})
 
 
 def claim_table(results):
@@ -124,25 +124,22 @@ def error_time(results):
         fronts[name], budgets[name] = precision.pareto(some), precision.budget(results, *scene)
     against += [(name, "", f"missing: {about['reason']}")
                 for name, about in results.manifest.get("references", {}).items() if not about["accepted"]]
-    fixed, timed = ("scene", "parameters", "step", "measure", "status", "error"), ("run", "time", "least", "most",
-                                                                                   "repeats", "busy")
-    budget = {
-        name: {r["cell"].unrepeated: picked(r, ("solver", "model", "step_error", "total", "dominates")) for r in rows}
-        for name, rows in budgets.items()}
-    return Section("Error against run time",
-                   {"picture": picture, "parts": parts, "against": against, "fronts": fronts, "budgets": budgets}, {
-                       "figure": about, "points": [{"run": p["cell"].unrepeated, **picked(p, fixed)}
-                                                   for p in points], "budget": budget},
-                   {
-                       "sha256": [digest, digest_of_parts], "points": [picked(p, timed) for p in points], "pareto": {
-                           name: [p["run"] for p in front] for name, front in fronts.items()}})
+    fixed = ("scene", "parameters", "step", "measure", "status", "error")
+    parts_of = ("solver", "model", "step_error", "total", "dominates")
+    data = {"figure": about, "points": [{"run": p["cell"].unrepeated, **picked(p, fixed)} for p in points]}
+    data["budget"] = {name: {r["cell"].unrepeated: picked(r, parts_of) for r in rows} for name, rows in budgets.items()}
+    timed = ("run", "time", "least", "most", "repeats", "busy")
+    timing = {"sha256": [digest, digest_of_parts], "points": [picked(p, timed) for p in points]}
+    timing["pareto"] = {name: [p["run"] for p in front] for name, front in fronts.items()}
+    shown = {"picture": picture, "parts": parts, "against": against, "fronts": fronts, "budgets": budgets}
+    return Section("Error against run time", shown, data, timing)
 
 
 def wins(chosen):
     """Of the answers, how many are whose: one sentence."""
     return SAY.wins(len(chosen),
-                    collections.Counter(best["cell"].name.partition(",")[0]
-                                        for best in chosen).most_common()) if chosen else ""
+                    collections.Counter(
+                        best["cell"].name.partition(",")[0] for best in chosen).most_common()) if chosen else ""
 
 
 def knob(results, scenes, model, name, coarse, fine):
@@ -246,14 +243,14 @@ def stored_problems(results):
 
     some = solve_all.rows_of(results)
     if some:
-        shown["picture"], data["figure"], timing["sha256"] = figure(results, "stored_problems",
-                                                                    made_by=shown["collection"])
+        made_by = shown["collection"]
+        shown["picture"], data["figure"], timing["sha256"] = figure(results, "stored_problems", made_by=made_by)
         shown["counts"] = solve_all.summary(some)
         timing |= parts(shown["counts"])
     streams = solve_all.streams(results)
     if streams:
-        shown["streamed"], data["streams"], timing["streams_sha256"] = figure(results, "streams",
-                                                                              made_by=shown["replayed"])
+        made_by = shown["replayed"]
+        shown["streamed"], data["streams"], timing["streams_sha256"] = figure(results, "streams", made_by=made_by)
         shown["streams"] = {scene: solve_all.summary(rows) for scene, rows in streams.items()}
         timing["streams"] = {scene: parts(counts) for scene, counts in shown["streams"].items()}
     return Section("The same problems for every solver", shown, data, timing)
@@ -283,8 +280,8 @@ def unfinished(results):
     bad = results.table[(results.table["status"] != "ok") |
                         ~results.table["false_claims"].isin(["", "0"])].to_dict("records")
     # What a limit cut may come through on another machine.
-    ends = [{r["run"]: [r["status"], r["reason"]] for r in bad if (r["status"] in LIMITS) == cut}
-            for cut in (False, True)]
+    ends = [
+        {r["run"]: [r["status"], r["reason"]] for r in bad if (r["status"] in LIMITS) == cut} for cut in (False, True)]
     return Section("Runs that did not end well", {"bad": bad}, *ends)
 
 

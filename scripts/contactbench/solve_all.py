@@ -12,10 +12,8 @@ import tempfile
 import time
 from pathlib import Path
 
-import pandas as pd
-
 from . import program
-from .runs import number, table_of
+from .runs import number, table_of, write_table
 from .templates import known, render
 
 COLUMNS = [
@@ -29,8 +27,8 @@ CHOSEN = ("method", "solver", "variant", "k", "compression_bound")
 def arguments(words):
     root = program.ROOT
     parser = program.flags(__doc__)
-    parser.add_argument("folder", nargs="*", type=Path,
-                        default=[root / "test/data/problems", root / "test/data/stacks"],
+    parser.add_argument("folder", nargs="*", type=Path, default=[
+        root / "test/data/problems", root / "test/data/stacks"],
                         help="folders with NAME.hdf5, NAME.dat, NAME.M.mtx + NAME.q.mtx [test/data]")
     parser.add_argument("--program", type=Path, default=None, help="contactbench [build/bin/contactbench]")
     parser.add_argument("--out", type=Path, default=root / "results/solve_all", help="folder of the tables")
@@ -159,16 +157,14 @@ def markdown(rows):
         def of(column, good=good):
             return [row[column] for row in good if row[column] is not None]
 
-        worst = max((row for row in good if row["velocity_error"] is not None), key=lambda row: row["velocity_error"],
-                    default={})
-        numbers = (max(of("residual"), default=None), max(of("reference_error"),
-                                                          default=None), worst.get("velocity_error"),
-                   worst.get("velocity_allowed"), 1e6 * statistics.median(of("time_median_s") or [math.nan]))
-        lines.append([
-            name,
-            len(group),
-            len(good), ", ".join(f"{status} {n}" for status, n in sorted(others.items())),
-            sum(bool(row["false_claim"]) for row in group), *(known(x, 2) for x in numbers)])
+        known_errors = [row for row in good if row["velocity_error"] is not None]
+        worst = max(known_errors, key=lambda row: row["velocity_error"], default={})
+        numbers = [max(of("residual"), default=None), max(of("reference_error"), default=None)]
+        numbers += [worst.get("velocity_error"), worst.get("velocity_allowed")]
+        numbers += [1e6 * statistics.median(of("time_median_s") or [math.nan])]
+        ends = ", ".join(f"{status} {n}" for status, n in sorted(others.items()))
+        false_claims = sum(bool(row["false_claim"]) for row in group)
+        lines.append([name, len(group), len(good), ends, false_claims, *(known(x, 2) for x in numbers)])
     return render("solve_all.md", solvers=lines, bad=[(label(row), row) for row in rows if row["status"] != "ok"])
 
 
@@ -182,8 +178,7 @@ def main(words=None):
     if not rows:
         sys.exit("solve_all.py: no problems found; a folder must hold NAME.hdf5, NAME.dat or NAME.M.mtx")
     args.out.mkdir(parents=True, exist_ok=True)
-    pd.DataFrame(rows, columns=COLUMNS, dtype=object).to_csv(args.out / "solve_all.csv", index=False,
-                                                             lineterminator="\n")
+    write_table(rows, COLUMNS, args.out / "solve_all.csv")
     (args.out / "solve_all.md").write_text(markdown(rows), encoding="utf-8")
     print(f"{len(rows)} solves: {args.out / 'solve_all.csv'}, {args.out / 'solve_all.md'}")
 
@@ -201,8 +196,8 @@ def streams(results):
     """{scene with its parameters: rows} of the replayed streams."""
     found = sorted((results.folder / "replay").glob("*/solve_all.csv"))
     return {
-        path.parent.name.replace("__", " ").replace("-", "=").replace("_", " "):
-        rows_of(results, path.parent.relative_to(results.folder)) for path in found}
+        path.parent.name.replace("__", " ").replace("-", "=").replace("_", " "): rows_of(
+            results, path.parent.relative_to(results.folder)) for path in found}
 
 
 def solver(row):
@@ -218,14 +213,16 @@ def summary(some):
     def of(group, column):
         return [number(r[column]) for r in group if r["status"] == "ok" and r[column]]
 
+    def counted(group):
+        count = {"problems": len(group), "ok": sum(r["status"] == "ok" for r in group)}
+        count |= {
+            name: sum(r[column] == "True" for r in group)
+            for name, column in (("false_claims", "false_claim"), ("busy", "busy"))}
+        count["residual"] = max(of(group, "residual"), default=math.nan)
+        count["law_residual"] = statistics.median(of(group, "law_residual") or [math.nan])
+        return count | {"time": statistics.median(of(group, "time_median_s") or [math.nan])}
+
     out = {}
     for row in some:
         out.setdefault((row["kind"], solver(row)), []).append(row)
-    return {
-        key: {
-            "problems": len(group), "ok": sum(r["status"] == "ok"
-                                              for r in group), "false_claims": sum(r["false_claim"] == "True"
-                                                                                   for r in group),
-            "busy": sum(r["busy"] == "True" for r in group), "residual": max(of(group, "residual"), default=math.nan),
-            "law_residual": statistics.median(of(group, "law_residual") or [math.nan]), "time": statistics.median(
-                of(group, "time_median_s") or [math.nan])} for key, group in out.items()}
+    return {key: counted(group) for key, group in out.items()}

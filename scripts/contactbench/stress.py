@@ -29,10 +29,9 @@ import time
 import tomllib
 from pathlib import Path
 
-import pandas as pd
-
 from . import campaign, limits, measures, problems, program, scenes
 from .program import ROOT
+from .runs import write_table
 from .templates import render
 
 CASES = ROOT / "scenarios" / "stress" / "cases.toml"
@@ -109,8 +108,9 @@ def do_run(job, case, options):
     scene, limit = scene_file(case["scene"]), case.get("time_limit_s", options.time_limit)
     cell = {**BLANK, "command": " ".join(["contactbench", "run", str(scene.relative_to(ROOT)), *job["flags"]])}
     with tempfile.TemporaryDirectory(dir=options.scratch) as folder:
-        cell["status"], cell["note"], cell["hung"], summary = program.watched(job["program"], scene, [
-            *job["flags"], "--time-limit", f"{limit:g}"], folder, options.statuses, 3 * limit + 20, MEMORY_MB)
+        cell["status"], cell["note"], cell["hung"], summary = program.watched(
+            job["program"], scene, [*job["flags"], "--time-limit", f"{limit:g}"], folder, options.statuses,
+            3 * limit + 20, MEMORY_MB)
         if not summary:
             return cell
         run, residuals = measures.Run(summary, Path(folder)), summary["residuals"]
@@ -175,9 +175,10 @@ def do_limit(row, case, options):
     error = abs(estimate / measured - 1)
     return {
         **BLANK, **{key: case[key] for key in ("id", "scene", "bound", "expect")}, "row": row_text(row),
-        "method": "explicit step", "verdict": "right" if error <= case["bound"] else "wrong", "status": "ok",
-        "error": error, "command": " ".join(["contactbench", "check", case["scene"], *row_flags(row)
-                                             ]), "note": f"measured {measured:.4g} s, estimated {estimate:.4g} s"}
+        "method": "explicit step",
+        "verdict": "right" if error <= case["bound"] else "wrong", "status": "ok", "error": error, "command": " ".join([
+            "contactbench", "check", case["scene"],
+            *row_flags(row)]), "note": f"measured {measured:.4g} s, estimated {estimate:.4g} s"}
 
 
 def solve(kind, arguments, options):
@@ -215,10 +216,9 @@ def do_critical(case, column, options):
                 "residual"), speed is not None and speed < 1e-6 * problems.FALL
 
         def scene(value):
-            command = [
-                options.program, "run",
-                str(scene_file(case["scene"])), *flags, "--set", f"{case['parameter']}={value!r}", "--duration",
-                f"{case['duration']:g}", "--time-limit", f"{options.time_limit:g}", "--out", folder, "--quiet"]
+            lengths = ["--duration", f"{case['duration']:g}", "--time-limit", f"{options.time_limit:g}"]
+            more = ["--set", f"{case['parameter']}={value!r}", *lengths]
+            command = program.run_words(options.program, scene_file(case["scene"]), [*flags, *more], folder)
             (Path(folder) / "summary.json").unlink(missing_ok=True)
             program.execute(command, 3 * options.time_limit + 20, program.addresses(MEMORY_MB))
             summary = program.read_json(Path(folder) / "summary.json")
@@ -243,9 +243,9 @@ def do_problem(job, options):
     status, said, answer, speed, code = solve(job["kind"], job["arguments"], options)
     residual = answer.get("residual")
     cell = {
-        **BLANK, "status": status, "note": answer.get("reason") or said, "residual": residual,
-        "solve_s": answer.get("time_min_s"), "iterations": answer.get("iterations", answer.get("pivots")),
-        "error": residual, "bound": 1e-6, "command": job["text"]}
+        **BLANK, "status": status, "note": answer.get("reason") or said,
+        "residual": residual, "solve_s": answer.get("time_min_s"), "iterations": answer.get(
+            "iterations", answer.get("pivots")), "error": residual, "bound": 1e-6, "command": job["text"]}
     if answer.get("condition"):
         cell["note"] = (cell["note"] + "; " if cell["note"] else "") + \
             f"rank {answer['rank']} of {answer['rows']} rows, condition {answer['condition']:.2g}"
@@ -267,8 +267,8 @@ def do_problem(job, options):
 
 
 def problem_jobs(cases, columns, listed, only, scratch):
-    lcp_solvers = dict.fromkeys(s["name"] for s in listed["solvers"]
-                                if not s["unavailable"] and s["method"] in (None, "", "ap"))
+    lcp_solvers = dict.fromkeys(
+        s["name"] for s in listed["solvers"] if not s["unavailable"] and s["method"] in (None, "", "ap"))
     jobs = []
     for case in cases["problem"]:
         if only and case["id"] not in only:
@@ -309,7 +309,7 @@ def shown(cell):
 
 
 def write_tables(rows, out, manifest):
-    pd.DataFrame(rows, columns=COLUMNS, dtype=object).to_csv(out / "stress.csv", index=False, lineterminator="\n")
+    write_table(rows, COLUMNS, out / "stress.csv")
     names, table = list(dict.fromkeys(row["method"] for row in rows)), {}
     for row in rows:
         table.setdefault((row["id"], row["scene"], row["row"], row["expect"]), {})[row["method"]] = row
@@ -320,13 +320,13 @@ def write_tables(rows, out, manifest):
 
 
 def manifest_of(options, runs):
-    cpu = next((line.split(":", 1)[1].strip()
-                for line in open("/proc/cpuinfo") if line.startswith("model name")), "unknown")
+    cpu = next((line.split(":", 1)[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")),
+               "unknown")
     return {
-        "git": program.version(options.program),
-        "program": hashlib.sha256(Path(options.program).read_bytes()).hexdigest()[:16], "cpu": cpu,
-        "made": time.strftime("%Y-%m-%d", time.gmtime()), "runs": runs, "quick": options.quick,
-        "time_limit_s": options.time_limit, "load_average": os.getloadavg()[0]}
+        "git": program.version(options.program), "program": hashlib.sha256(Path(
+            options.program).read_bytes()).hexdigest()[:16], "cpu": cpu, "made": time.strftime(
+                "%Y-%m-%d", time.gmtime()), "runs": runs, "quick": options.quick, "time_limit_s": options.time_limit,
+        "load_average": os.getloadavg()[0]}
 
 
 def compare(jobs, cells, cases):
@@ -356,8 +356,8 @@ def table_of(jobs, cells, cases):
         perturbed = f" perturbed by {job['drawn'][0]:g} m" if job["drawn"] and job["drawn"][0] else ""
         groups.setdefault((job["case"], job["row"] + perturbed, job["method"]), []).append(cell)
     return [{
-        **(fold(group) if len(group) > 1 else group[0]), "row": text, "method": method,
-        **{key: cases["case"][number_of][key] for key in ("id", "scene", "bound", "expect")}}
+        **(fold(group) if len(group) > 1 else group[0]), "row": text, "method": method, **{
+            key: cases["case"][number_of][key] for key in ("id", "scene", "bound", "expect")}}
             for (number_of, text, method), group in groups.items()]
 
 
@@ -447,8 +447,8 @@ def main():
             said = f"{row['verdict']:6} {row['id']:4} {row['scene']} [{row['row']}] {row['method']}: " \
                 f"{row['status']}, error {error} (bound {bound}), residual {residual}; {row['note']}"
             print(said[:300])
-    print(f"{len(rows)} cells: " + ", ".join(f"{sum(r['verdict'] == v for r in rows)} {v}"
-                                             for v in VERDICTS) + f"; {runs} runs in {time.monotonic() - began:.0f} s")
+    counts = ", ".join(f"{sum(r['verdict'] == v for r in rows)} {v}" for v in VERDICTS)
+    print(f"{len(rows)} cells: {counts}; {runs} runs in {time.monotonic() - began:.0f} s")
     if not options.only and not options.method:
         from . import heatmap  # matplotlib is for this alone
         options.out.mkdir(parents=True, exist_ok=True)

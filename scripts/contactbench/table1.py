@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from .runs import write_table
 from .templates import render
 
 # Column: scene, parameters, the paper's k, heading.
@@ -112,17 +113,15 @@ def grid(results, rows):
         durations = {c["duration"] for c in results.cells(scene, parameters=parameters, knobs="") if c["duration"]}
         columns.append((title, ", ".join([f"{float(d):g} s" for d in sorted(durations)] + [f"k = {k}"])))
     return {
-        "columns": columns, "ours": ours, "theirs": theirs, "bracket": bracket, "tex": tex,
-        "methods": [(name, [of.get((scene, parameters)) for scene, parameters, _, _ in COLUMNS])
-                    for name, of in table.items()]}
+        "columns": columns, "ours": ours, "theirs": theirs, "bracket": bracket, "tex": tex, "methods": [
+            (name, [of.get((scene, parameters)) for scene, parameters, _, _ in COLUMNS]) for name, of in table.items()]}
 
 
 def write(results):
     """table1.csv, .md and .tex in the folder of the results; its rows and what the templates show."""
     rows = entries(results)
     shown = grid(results, rows)
-    pd.DataFrame([row for _, row in rows], columns=FIELDS, dtype=object).to_csv(results.folder / "table1.csv",
-                                                                                index=False, lineterminator="\n")
+    write_table([row for _, row in rows], FIELDS, results.folder / "table1.csv")
     for kind in ("md", "tex"):
         (results.folder / f"table1.{kind}").write_text(render(f"table1.{kind}", **shown))
     return [row for _, row in rows], shown
