@@ -27,6 +27,7 @@ for_tests=(
   liborocos-kdl-dev                  # robots against another library
   chromium                           # the report in a browser
   yapf3 flake8 pylint                # how scripts/ is written
+  qemu-user                          # the same numbers on other processors
 )
 
 check=no

@@ -48,6 +48,7 @@ if [ "$long" = yes ]; then
   python3 test/acceptance/scenes.py "$folder/bin/contactbench" --jobs "$(jobs)" || failed=1
   "$(find_python)" test/acceptance/precision.py "$folder/bin/contactbench" || failed=1
   python3 test/acceptance/pruning.py "$folder/bin/contactbench" --jobs "$(jobs)" || failed=1
+  python3 test/acceptance/same_bytes.py "$folder/bin/contactbench" || failed=1
   python3 test/acceptance/any_scene.py "$folder/bin/contactbench" --jobs "$(jobs)" || failed=1
   "$(find_python)" test/acceptance/reproduction.py "$folder/bin/contactbench" || failed=1
 fi

@@ -14,7 +14,7 @@ namespace cb {
 ///   subject to  N v + w_n + slack >= 0              (where `bounded_below`; N: first row of each band)
 ///               N v + w_n = 0                       (where `fixed` says so, in place of >= 0)
 ///               r_i in K_i = { |r_t| <= mu_i r_n }   (band i of J; mu_i = 0 leaves r_n >= 0, r_t = 0)
-///               d . r <= kappa                      (where kappa is finite; d = `bound`, or the sum of share_i r_n,i)
+///               d . r <= kappa                      (where kappa is finite; d . r is the sum of share_i r_n,i)
 /// In terms of r alone the objective is 1/2 r.W r + r.(J v0 + w) up to a constant, W = J M^-1 J^T.
 /// One program is one island: what does not touch is solved apart. Views only: the caller keeps the data alive.
 struct ConeProgram {
@@ -29,7 +29,6 @@ struct ConeProgram {
   const std::vector<double>* slack = nullptr;   ///< nc, m/s, >= 0: how far N v + w_n may fall below 0; null: 0
   const std::vector<char>* fixed = nullptr;     ///< nc, N v + w_n = 0 enforced? null: nowhere
   double kappa = std::numeric_limits<double>::infinity();  ///< N s, >= 0
-  const std::vector<double>* bound = nullptr;              ///< 3 nc, d, of order 1; null: share e_n of every contact
   const std::vector<double>* share = nullptr;              ///< nc, 1 where r_n counts in the sum, 0 not; null: all do
   /// N s: impulses beside which an answer's are not large; infinite: the velocities' scale is theirs. Where bodies
   /// slide at 1 m/s and hardly approach, impulses are 1e-8 of what their velocities could make of them.

@@ -1,4 +1,4 @@
-// Primal-dual interior point method for small cone programs in impulses, dense and in long double.
+// Primal-dual interior point method for small cone programs in impulses, dense and in DoubleDouble.
 //
 // Problem: as in interior_point.cpp, scaled by the contacts' mobilities w_i and the sizes of velocities and impulses,
 // U and R <= U (sqrt J), c = R / U:
@@ -9,9 +9,10 @@
 //   [ c W + G^-1 + P   -W_n       d  ] [dx]   [ c_x + y - (c W x + q / U - W_n e + d s) ]
 //   [ W_n'             a / e      0  ] [de] = [ c_e + a - (W x + q / R)_n               ]
 //   [ -d'              0        b / s] [ds]   [ c_s + b - kappa / R + d.x_n             ]
-// Source: as interior_point.cpp (Nesterov-Todd scaling, predictor and corrector). Pivoting does not need G^-1 to be
-// bounded away from zero, but impulses are not unique, and where friction is strong the middle of the cones is far out:
-// without the proximal term P they drift there, until the rounding of what cancels is more than the gap.
+// Source: as interior_point.cpp (Nesterov-Todd scaling, predictor and corrector); the system is solved in velocities
+// (dense_newton.h). Where light bodies lie between heavy ones, or contacts tilt by the last bits of the data,
+// multipliers are 1e6 to 1e9 of what there is to solve, and 16 digits do not know the rest; 32 do. P is there because
+// impulses are not unique, and where friction is strong the middle of the cones is far out.
 // Fails with `nonconverged` (iterations), `singular`, `not_finite`; the best iterate is returned.
 
 #include "cone/dense_interior_point.h"
@@ -20,6 +21,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cone/dense_newton.h"
 #include "cone/interior_point.h"
 #include "cone/second_order_cone.h"
 #include "linalg/stop.h"
@@ -28,10 +30,11 @@ namespace cb {
 
 namespace {
 
-using Real = long double;
+using Real = DoubleDouble;
 using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
 using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
 using Vec3 = ConeVector<Real>;
+using Matrix3 = Eigen::Matrix<Real, 3, 3>;
 
 /// A point, or a step: impulses, multipliers, and their slacks.
 struct Point {
@@ -61,12 +64,12 @@ class Dense {
       return;
     }
     start();
-    Real best_merit = HUGE_VALL;
+    Real best_merit = HUGE_VAL;
     int since_best = 0;
     for (int k = 0; k < options_.iteration_limit; ++k) {
       poll_stop();
       const Real merit = residuals();
-      if (!std::isfinite(merit)) {
+      if (!isfinite(merit)) {
         solution.status = ConeStatus::not_finite;
         break;
       }
@@ -78,11 +81,14 @@ class Dense {
         rounded_.iterations = solution.iterations;
         solution = rounded_;
       }
-      since_best = merit < 0.5L * best_merit ? 0 : since_best + 1;
+      since_best = merit < 0.5 * best_merit ? 0 : since_best + 1;
       best_merit = std::min(best_merit, merit);
       if (merit < rounding || (best_merit < near && since_best > patience)) break;
       if (merit < accepted && worth(solution) <= enough * options_.gap_tolerance) break;
-      factor();
+      if (!factor()) {
+        solution.status = ConeStatus::singular;
+        break;
+      }
       predict();
       const Real affine = std::min<Real>(1, longest());
       // Never to the edge itself: products that fall far behind the others leave no room for the path's turns.
@@ -102,41 +108,38 @@ class Dense {
   // Of 1, the scaled problem's size. Where the iteration ends: looser leaves less to the certificate, which multiplies
   // by mu. What counts as solved where rounding ends it before that. From where on it is given up without progress:
   // before that it may well come back from iterates that are worse.
-  static constexpr Real rounding = 1e-18L, accepted = 1e-12L, near = 1e-9L;
+  static constexpr double rounding = 1e-18, accepted = 1e-12, near = 1e-9;
   // Iterations in a row that do not halve the merit.
   static constexpr int patience = 6;
   // Complementarity aimed at, of the present.
-  static constexpr Real least_centre = 1e-2L;
+  static constexpr double least_centre = 1e-2;
   // Of the gap that is asked for: the share of an answer that another iteration need not improve.
   static constexpr double enough = 1e-2;
-  // P, of 1, the contacts' mobility. It does not move the answer; larger: slower at the end.
-  static constexpr Real proximal = 1e-15L;
 
   void form(const ConeProgram& p) {
-    const int nv = p.nv();
-    Matrix J = Matrix::Zero(3 * n_, nv);
-    for (int c = 0; c < n_; ++c)
+    q_.resize(3 * n_);
+    for (int c = 0; c < n_; ++c) {
+      Vec3 u = Eigen::Map<const Eigen::Vector3d>(&(*p.offset)[3 * c]).cast<Real>();
       for (int e = p.J->band[c]; e < p.J->band[c + 1]; ++e) {
-        const auto entry = p.J->entry(e);
-        J.block(3 * c, p.M->first[p.J->block[e]], 3, entry.cols()) += entry.cast<Real>();
+        const int b = p.J->block[e];
+        u += p.J->entry(e).cast<Real>() *
+             Eigen::Map<const Eigen::VectorXd>(&(*p.v0)[p.M->first[b]], p.M->block_size(b)).cast<Real>();
       }
-    q_ = J * Eigen::Map<const Eigen::VectorXd>(p.v0->data(), nv).cast<Real>() +
-         Eigen::Map<const Eigen::VectorXd>(p.offset->data(), 3 * n_).cast<Real>();
+      q_.segment<3>(3 * c) = u;
+    }
     d_.resize(n_);
     for (int c = 0; c < n_; ++c) {
-      d_[c] = 1 / std::sqrt(Real((*p.weight)[c]));
-      J.middleRows(3 * c, 3) *= d_[c];
+      d_[c] = 1 / sqrt(Real((*p.weight)[c]));
       q_.segment(3 * c, 3) *= d_[c];
     }
     has_friction_.resize(n_);
-    double mean_weight = 0;
     for (int c = 0; c < n_; ++c) {
       has_friction_[c] = mu_[c] > 0;
-      mean_weight += std::log((*p.weight)[c]) / n_;
+      mean_log_weight_ += std::log((*p.weight)[c]) / n_;
       if (!has_friction_[c]) q_[3 * c + 1] = q_[3 * c + 2] = 0;  // nothing depends on it
     }
     size_ = q_.norm();
-    const Real impulse = p.impulse_size * std::sqrt(std::exp(mean_weight));
+    const Real impulse = p.impulse_size * std::exp(mean_log_weight_ / 2);
     if (impulse > 0 && impulse < size_) ratio_ = impulse / size_;
     rounded_q_.resize(3 * n_);
     for (int i = 0; i < 3 * n_; ++i) rounded_q_[i] = static_cast<double>(q_[i] / d_[i / 3]);
@@ -144,20 +147,10 @@ class Dense {
     kappa_ = bound_ && size_ > 0 ? Real(p.kappa) / (ratio_ * size_) : 0;
     share_.resize(n_);
     for (int c = 0; c < n_; ++c) share_[c] = p.share_of(c) * d_[c];
-    W_ = Matrix::Zero(3 * n_, 3 * n_);
-    for (int b = 0; b < p.M->blocks(); ++b) {
-      const int first = p.M->first[b], rows = p.M->block_size(b);
-      const Matrix M = p.M->block(b).cast<Real>();
-      const Matrix L_J = M.llt().matrixL().solve(J.middleCols(first, rows).transpose());
-      W_.noalias() += L_J.transpose() * L_J;
-    }
-    K_.resize(unknowns(), unknowns());
     scaling_.resize(n_);
+    newton_.form(p, d_, share_, ratio_, below_, bound_);
   }
 
-  int at_e() const { return 3 * n_; }
-  int at_s() const { return 3 * n_ + (below_ ? n_ : 0); }
-  int unknowns() const { return at_s() + (bound_ ? 1 : 0); }
   bool inequality(int c) const { return program_.bounded_below && !program_.is_fixed(c); }
   int cones() const {
     int count = n_ + (bound_ ? 1 : 0);
@@ -170,7 +163,7 @@ class Dense {
 
   // On the axis of each cone, at the scale of the problem.
   void start() {
-    const Real start = 1 / std::sqrt(Real(n_));
+    const Real start = 1 / sqrt(Real(n_));
     at_.x = at_.y = Vector::Zero(3 * n_);
     at_.e = at_.a = Vector::Zero(n_);
     for (int c = 0; c < n_; ++c)
@@ -180,33 +173,33 @@ class Dense {
         at_.e[c] = start * start / at_.a[c];
       }
     for (int c = 0; c < n_; ++c) at_.x[3 * c] = at_.y[3 * c] = start;
-    at_.s = bound_ ? start / d_.array().pow(Real(1) / n_).prod() : 0;
+    at_.s = bound_ ? start * std::exp(mean_log_weight_ / 2) : Real(0);
     at_.b = bound_ ? std::max(start * start / at_.s, kappa_ / 10) : 0;
   }
 
   // What the slacks of `at` should be for its impulses and multipliers, less what they are. Without `offsets`: of a
   // step.
   void slacks(const Point& at, bool offsets, Vector& y, Vector& a, Real& b) const {
-    const Vector u = W_ * at.x;
-    y = ratio_ * u;
-    if (offsets) y += q_;
     a = Vector::Zero(n_);
+    Vector u, load = ratio_ * at.x;
     if (below_) {
-      Vector normals = Vector::Zero(3 * n_);
+      newton_.columns().momentum(at.x, momentum_);
+      newton_.columns().velocities(momentum_, u);
       for (int c = 0; c < n_; ++c) {
-        normals[3 * c] = at.e[c];
+        load[3 * c] -= at.e[c];
         a[c] = offsets ? u[3 * c] + q_[3 * c] / ratio_ + slack(c) : u[3 * c];
       }
-      y.noalias() -= W_ * normals;
     }
-    b = offsets ? kappa_ : 0;
+    newton_.columns().momentum(load, momentum_);
+    newton_.columns().velocities(momentum_, y);
+    if (offsets) y += q_;
+    b = offsets ? kappa_ : Real(0);
     if (bound_)
       for (int c = 0; c < n_; ++c) {
         y[3 * c] += share_[c] * at.s;
         b -= share_[c] * at.x[3 * c];
       }
   }
-
   // Largest of complementarity and of what the slacks are off by.
   Real residuals() {
     slacks(at_, true, off_y_, off_a_, off_b_);
@@ -214,11 +207,11 @@ class Dense {
     off_a_ = at_.a - off_a_;
     off_b_ = at_.b - off_b_;
     complementarity_ = at_.x.dot(at_.y) + at_.e.dot(at_.a) + at_.s * at_.b;
-    Real worst = bound_ ? std::abs(off_b_) : 0;
+    Real worst = bound_ ? abs(off_b_) : 0;
     for (int c = 0; c < n_; ++c) {
       if (!has_friction_[c]) off_y_[3 * c + 1] = off_y_[3 * c + 2] = 0;
       worst = std::max(worst, off_y_.segment<3>(3 * c).norm());
-      if (below_) worst = std::max(worst, std::abs(off_a_[c]));
+      if (below_) worst = std::max(worst, abs(off_a_[c]));
     }
     return std::max(complementarity_, worst);
   }
@@ -236,7 +229,7 @@ class Dense {
     velocities_.evaluate(program_, rounded_.r, rounded_.eta);
     velocities_.bound_rounding(program_, rounded_.r, {});
     const Certificate certificate =
-        certify(program_, rounded_.r, rounded_.eta, rounded_.s, velocities_, rounded_q_, options_.rounding_units);
+        certify(program_, rounded_.r, rounded_.eta, velocities_, rounded_q_, options_.rounding_units);
     rounded_.gap = certificate.gap;
     rounded_.infeasibility = certificate.infeasibility;
   }
@@ -245,53 +238,39 @@ class Dense {
     return x.infeasibility <= options_.feasibility ? std::abs(x.gap) : HUGE_VAL;
   }
 
-  void factor() {
-    K_.setZero();
-    K_.topLeftCorner(3 * n_, 3 * n_) = ratio_ * W_;
-    K_.diagonal().head(3 * n_).array() += proximal;
+  bool factor() {
     for (int c = 0; c < n_; ++c) {
-      if (below_) {
-        K_.col(at_e() + c).head(3 * n_) = -W_.col(3 * c);
-        K_.row(at_e() + c).head(3 * n_) = W_.row(3 * c);
-        K_(at_e() + c, at_e() + c) = inequality(c) ? at_.a[c] / at_.e[c] : proximal;
-      }
-      if (bound_) {
-        K_(3 * c, at_s()) = share_[c];
-        K_(at_s(), 3 * c) = -share_[c];
-      }
+      Matrix3 G = Matrix3::Zero(), G_inverse = Matrix3::Zero();
       if (has_friction_[c]) {
         scaling_[c] = ConeScaling<Real>::of(in_primal(three(at_.x, c), mu_[c]), in_dual(three(at_.y, c), mu_[c]));
-        Eigen::Matrix<Real, 3, 3> G = scaling_[c].inverse_squared();
-        G.row(0) *= mu_[c];
-        G.col(0) *= mu_[c];
-        K_.block<3, 3>(3 * c, 3 * c) += G;
+        G_inverse = scaling_[c].inverse_squared();
+        G_inverse.row(0) *= mu_[c];
+        G_inverse.col(0) *= mu_[c];
+        G = scaling_[c].squared();
+        G.row(0) /= mu_[c];
+        G.col(0) /= mu_[c];
       } else {
-        K_(3 * c, 3 * c) += at_.y[3 * c] / at_.x[3 * c];
+        G(0, 0) = at_.x[3 * c] / at_.y[3 * c];
+        G_inverse(0, 0) = at_.y[3 * c] / at_.x[3 * c];
       }
+      newton_.set(c, G, G_inverse, inequality(c) ? at_.a[c] / at_.e[c] : Real(0));
     }
-    if (bound_) K_(at_s(), at_s()) = at_.b / at_.s;
-    for (int c = 0; c < n_; ++c)
-      for (int i = 3 * c + 1; i < 3 * c + 3 && !has_friction_[c]; ++i) {
-        K_.row(i).setZero();
-        K_.col(i).setZero();
-        K_(i, i) = 1;
-      }
-    lu_.compute(K_);
+    return newton_.factor(bound_ ? at_.b / at_.s : Real(0));
   }
 
-  // The step for right-hand sides of complementarity (in units of y, a and b), with one refinement.
+  // The step for right-hand sides of complementarity (in units of y, a and b).
   void solve() {
-    Vector rhs(unknowns());
+    const int at_e = newton_.at_e(), at_s = newton_.at_s();
+    Vector rhs(newton_.unknowns()), z;
     rhs.head(3 * n_) = c_x_ + off_y_;
     for (int c = 0; c < n_; ++c)
       if (!has_friction_[c]) rhs[3 * c + 1] = rhs[3 * c + 2] = 0;
-    if (below_) rhs.segment(at_e(), n_) = c_e_ + off_a_;
-    if (bound_) rhs[at_s()] = c_s_ + off_b_;
-    Vector z = lu_.solve(rhs);
-    z += lu_.solve(rhs - K_ * z);
+    if (below_) rhs.segment(at_e, n_) = c_e_ + off_a_;
+    if (bound_) rhs[at_s] = c_s_ + off_b_;
+    newton_.solve(rhs, z);
     step_.x = z.head(3 * n_);
-    step_.e = below_ ? Vector(z.segment(at_e(), n_)) : Vector(Vector::Zero(n_));
-    step_.s = bound_ ? z[at_s()] : 0;
+    step_.e = below_ ? Vector(z.segment(at_e, n_)) : Vector(Vector::Zero(n_));
+    step_.s = bound_ ? z[at_s] : Real(0);
     slacks(step_, false, step_.y, step_.a, step_.b);
     step_.y -= off_y_;
     step_.a -= off_a_;
@@ -328,7 +307,7 @@ class Dense {
   }
 
   Real longest() const {
-    Real alpha = HUGE_VALL;
+    Real alpha = Real(HUGE_VAL);
     for (int c = 0; c < n_; ++c) {
       if (has_friction_[c])
         alpha =
@@ -357,9 +336,11 @@ class Dense {
   const bool below_, bound_;
   std::vector<Real> mu_;
   std::vector<char> has_friction_;
-  Matrix W_, K_;
-  Vector q_, d_, share_;       // q over U; share_: d where the bound counts the contact, else 0
-  Real size_ = 0, ratio_ = 1,  // U, R / U
+  DenseNewton newton_;
+  mutable DoubleDoubleVector momentum_;
+  Vector q_, d_, share_;        // q over U; share_: d where the bound counts the contact, else 0
+  double mean_log_weight_ = 0;  // d = exp(-half of it), in the geometric mean
+  Real size_ = 0, ratio_ = 1,   // U, R / U
       kappa_ = 0, complementarity_ = 0;
   Point at_, step_;
   ConeSolution rounded_;
@@ -368,7 +349,6 @@ class Dense {
   Vector off_y_, off_a_, c_x_, c_e_;
   Real off_b_ = 0, c_s_ = 0;
   std::vector<ConeScaling<Real>> scaling_;
-  Eigen::PartialPivLU<Matrix> lu_;
 };
 
 }  // namespace

@@ -154,14 +154,11 @@ void ConeVelocities::bound_rounding(const ConeProgram& p, std::span<const double
   }
 }
 
-Certificate certify(const ConeProgram& p, std::span<const double> r, std::span<const double> eta, double s,
+Certificate certify(const ConeProgram& p, std::span<const double> r, std::span<const double> eta,
                     const ConeVelocities& velocities, std::span<const double> q, double rounding_units) {
   Certificate out;
   const int nc = p.nc();
-  const bool bounds_sum = p.has_bound() && p.bound == nullptr;
-  const auto along_bound = [&](int c) {
-    return p.bound == nullptr ? p.share_of(c) * r[3 * c] : vec3(&(*p.bound)[3 * c]).dot(vec3(&r[3 * c]));
-  };
+  const auto along_bound = [&](int c) { return p.share_of(c) * r[3 * c]; };
   double size_r = 0, size_u = 0, size_q = 0, sum = 0, kappa_size = 0;
   for (int c = 0; c < nc; ++c) {
     const double w = (*p.weight)[c];
@@ -181,17 +178,16 @@ Certificate certify(const ConeProgram& p, std::span<const double> r, std::span<c
   for (int c = 0; c < nc; ++c) {
     const double root_w = std::sqrt((*p.weight)[c]), excused = (1 + (*p.mu)[c]) * excuse(c);
     Vector3d y = vec3(&velocities.u_hat[3 * c]);
-    if (p.bound != nullptr) y += s * vec3(&(*p.bound)[3 * c]);
     const double short_of = (*p.mu)[c] * tangential(y.data()) - y[0];
     kappa_rounding += excuse(c) / root_w;
-    if (bounds_sum && p.share_of(c) > 0) {
+    if (p.has_bound() && p.share_of(c) > 0) {
       missing = std::max(missing, short_of);
       s_rounding = std::max(s_rounding, excused * root_w);
     } else {
       violated((short_of / root_w - excused) / size);
     }
   }
-  out.s = p.bound == nullptr ? missing : s;
+  out.s = missing;
   for (int c = 0; c < nc; ++c) {
     const double root_w = std::sqrt((*p.weight)[c]);
     const double u_n = velocities.u[3 * c];
@@ -208,7 +204,7 @@ Certificate certify(const ConeProgram& p, std::span<const double> r, std::span<c
     if (!eta.empty() && !p.is_fixed(c)) violated(-eta[c] * root_w / size);
   }
   if (p.has_bound()) {
-    gap += out.s * (bounds_sum ? std::max(p.kappa - sum, 0.0) : p.kappa - sum);
+    gap += out.s * std::max(p.kappa - sum, 0.0);
     kappa_size = std::max(kappa_size, std::abs(p.kappa));
     violated((sum - p.kappa - kappa_rounding) / (kappa_size > 0 ? kappa_size : 1));
     const double sum_rounding = rounding_units * std::numeric_limits<double>::epsilon() * kappa_size;
@@ -228,12 +224,8 @@ void InteriorPoint::prepare(const ConeProgram& p) {
   multiply(*p.J, *p.M, *p.v0, q_);
   for (int i = 0; i < 3 * nc; ++i) q_[i] += (*p.offset)[i];
   scale(p);
-  if (p.bound != nullptr) {
-    d_ = *p.bound;
-  } else {
-    d_.assign(3 * nc, 0.0);
-    for (int c = 0; c < nc; ++c) d_[3 * c] = p.share_of(c);
-  }
+  d_.assign(3 * nc, 0.0);
+  for (int c = 0; c < nc; ++c) d_[3 * c] = p.share_of(c);
   G_.resize(9 * nc);
   c_r_.resize(3 * nc);
   D_.resize(p.has_eta() ? nc : 0);
@@ -512,10 +504,10 @@ bool InteriorPoint::polish(const ConeProgram& p, ConeSolution& x, int patience, 
 Certificate InteriorPoint::checked(const ConeProgram& p, ConeSolution& x) {
   const std::span<const double> eta = p.has_eta() ? std::span<const double>(x.eta) : std::span<const double>();
   velocities_.evaluate(p, x.r, eta);
-  Certificate certificate = certify(p, x.r, x.eta, x.s, velocities_, q_);
+  Certificate certificate = certify(p, x.r, x.eta, velocities_, q_);
   if (certificate.infeasibility > options_.feasibility || std::abs(certificate.gap) > exact * size_ * size_) {
     velocities_.bound_rounding(p, x.r, {});
-    certificate = certify(p, x.r, x.eta, x.s, velocities_, q_, options_.rounding_units);
+    certificate = certify(p, x.r, x.eta, velocities_, q_, options_.rounding_units);
   }
   x.gap = certificate.gap;
   x.infeasibility = certificate.infeasibility;

@@ -25,11 +25,10 @@ class ConeVelocities {
 };
 
 /// What an answer (r, eta) to a cone program is worth; formed as a stranger would who knows only the problem.
-/// y = u_hat + s d with the s >= 0 that is given, or where the sum of all r_n is bounded the least that puts every y
-/// into the dual cone mu |y_t| <= y_n (no bound: s = 0); what is missing otherwise counts as infeasibility; gap =
-/// eta.u_n + s (kappa - d.r) + r.y.
-/// Where `velocities` bounds its rounding, a velocity that is wrong by no more than `rounding_units` of that is not
-/// wrong, and gap_rounding is what those errors can make of the gap, 1e-9 of its energy at most.
+/// y = u_hat + s d with the least s >= 0 that puts every y into the dual cone mu |y_t| <= y_n (no bound: s = 0, and
+/// what is missing counts as infeasibility); gap = eta.u_n + s (kappa - d.r) + r.y. Where `velocities` bounds its
+/// rounding, a velocity that is wrong by no more than `rounding_units` of that is not wrong, and gap_rounding is what
+/// those errors can make of the gap, 1e-9 of its energy at most.
 struct Certificate {
   double gap = std::numeric_limits<double>::infinity();            ///< J; of either sign by rounding
   double infeasibility = std::numeric_limits<double>::infinity();  ///< worst violation, each scaled by its terms
@@ -37,7 +36,7 @@ struct Certificate {
   double size = 0;                                                 ///< sqrt(J): what the problem is about
   double gap_rounding = 0;                                         ///< J
 };
-Certificate certify(const ConeProgram& program, std::span<const double> r, std::span<const double> eta, double s,
+Certificate certify(const ConeProgram& program, std::span<const double> r, std::span<const double> eta,
                     const ConeVelocities& velocities, std::span<const double> q, double rounding_units = 0);
 
 /// -: what rounding may excuse of a gap, as a fraction of the program's energy: multipliers that grow without bound

@@ -7,7 +7,7 @@
 
 namespace cb {
 
-/// Algebra of one second-order cone x_0 >= |(x_1, x_2)|, for the interior point methods; Real: double, or long double
+/// Algebra of one second-order cone x_0 >= |(x_1, x_2)|, for the interior point methods; Real: double, or DoubleDouble
 /// where a small program needs more digits.
 /// Source: L. Vandenberghe, The CVXOPT linear and quadratic cone program solvers, 2010, sec. 4.
 template <class Real>
@@ -16,13 +16,15 @@ using ConeVector = Eigen::Matrix<Real, 3, 1>;
 /// x_0^2 - |x_t|^2 without cancellation of squares.
 template <class Real>
 Real cone_product(const ConeVector<Real>& x) {
-  const Real t = std::sqrt(x[1] * x[1] + x[2] * x[2]);
+  using std::sqrt;
+  const Real t = sqrt(x[1] * x[1] + x[2] * x[2]);
   return (x[0] - t) * (x[0] + t);
 }
 
 /// Largest step that keeps x + alpha dx in the cone; x is inside.
 template <class Real>
 Real cone_step(const ConeVector<Real>& x, const ConeVector<Real>& dx) {
+  using std::sqrt;
   const Real c = cone_product(x);
   const Real b = x[0] * dx[0] - x[1] * dx[1] - x[2] * dx[2];
   const Real a = cone_product(dx);
@@ -30,20 +32,20 @@ Real cone_step(const ConeVector<Real>& x, const ConeVector<Real>& dx) {
   Real t = std::numeric_limits<Real>::infinity();
   const Real discriminant = b * b - a * c;
   if (discriminant >= 0) {
-    const Real root = std::sqrt(discriminant);
+    const Real root = sqrt(discriminant);
     if (b < 0)
       t = c / (-b + root);
     else if (a < 0)
       t = (b + root) / -a;
   }
-  if (dx[0] < 0) t = std::min(t, -x[0] / dx[0]);
+  if (dx[0] < 0) t = std::min<Real>(t, -x[0] / dx[0]);
   return t;
 }
 
 /// The same for a half-line x >= 0.
 template <class Real>
 Real ray_step(Real x, Real dx) {
-  return dx < 0 ? -x / dx : std::numeric_limits<Real>::infinity();
+  return dx < 0 ? Real(-x / dx) : std::numeric_limits<Real>::infinity();
 }
 
 /// Nesterov-Todd scaling of one cone: W z = W^-1 x = lambda; W = eta [w0, w1'; w1, I + w1 w1'/(1 + w0)].
@@ -53,11 +55,12 @@ struct ConeScaling {
   ConeVector<Real> w;
 
   static ConeScaling of(const ConeVector<Real>& x, const ConeVector<Real>& z) {
-    const Real x_size = std::sqrt(cone_product(x)), z_size = std::sqrt(cone_product(z));
+    using std::sqrt;
+    const Real x_size = sqrt(cone_product(x)), z_size = sqrt(cone_product(z));
     const ConeVector<Real> xb = x / x_size, zb = z / z_size;
-    const Real gamma = std::sqrt((1 + xb.dot(zb)) / 2);
+    const Real gamma = sqrt((1 + xb.dot(zb)) / 2);
     ConeScaling s;
-    s.eta = std::sqrt(x_size / z_size);
+    s.eta = sqrt(x_size / z_size);
     s.w = ConeVector<Real>(xb[0] + zb[0], xb[1] - zb[1], xb[2] - zb[2]) / (2 * gamma);
     return s;
   }

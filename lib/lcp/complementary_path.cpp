@@ -1,4 +1,4 @@
-// What solvers share that follow a path of complementary bases (complementary_path.h).
+// Pivoting along a path of complementary bases (complementary_path.h).
 //
 // Source of the ratio test: P. M. J. Harris, Mathematical Programming 5 (1973). Difference: no shifting of bounds; a
 // row that falls below zero by up to the allowance stays there until the vertex is recomputed from the original data.
@@ -8,10 +8,10 @@
 
 #include "lcp/complementary_path.h"
 
-#include <cstdint>
+#include <algorithm>
 
 #include "lcp/vector_lanes.h"
-#include "linalg/finite.h"
+#include "linalg/stop.h"
 
 namespace cb {
 
@@ -33,98 +33,50 @@ std::string_view text(PathEnd end) {
   return "";
 }
 
-// splitmix64
-double draw(unsigned seed, unsigned i) {
-  std::uint64_t x = (std::uint64_t(seed) << 32 | i) + 0x9e3779b97f4a7c15ULL;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
-  return static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1p-53;
+bool ComplementaryPath::enter(Basis& basis, int row) {
+  left = basis.basic(row);
+  ended_ = !basis.pivot(row, basis.artificial());
+  end = PathEnd::bad_pivot;
+  pivots.done += !ended_;
+  return !ended_;
 }
 
-bool finite(const LcpProblem& problem) {
-  const auto whole = [](const double* x, Eigen::Index size) { return all_finite({x, static_cast<std::size_t>(size)}); };
-  if (!whole(problem.q.data(), problem.q.size())) return false;
-  if (!problem.expanded) return whole(problem.M.data(), problem.M.size());
-  for (const SparseMatrix* matrix : {&problem.A, &problem.B, &problem.C, &problem.D})
-    if (!whole(matrix->valuePtr(), matrix->nonZeros())) return false;
-  return whole(problem.a.data(), problem.a.size());
+bool ComplementaryPath::goes_on(const Basis& basis) {
+  if (ended_) return false;
+  const auto ends = [&](PathEnd how) {
+    end = how;
+    return false;
+  };
+  if (left == basis.artificial()) return ends(PathEnd::solution);
+  if (pivots.spent()) return ends(PathEnd::pivot_limit);
+  poll_stop();
+  if (basis.rhs()[basis.row_of(basis.artificial())] > retreat) return ends(PathEnd::turned_back);
+  return true;
 }
 
-bool ScaledLoad::set(const LcpProblem& problem) {
-  of = &problem;
-  root = scales.rho.cwiseSqrt();
-  size = 0;
-  for (Eigen::Index i = 0; i < original.size(); ++i) size = std::max(size, std::abs(original[i]) / root[i]);
-  if (size == 0) size = 1;
-  judged = std::max(size, problem.size);
-  q = original.cwiseProduct(scales.rows) / size;
-  return std::isfinite(q.sum() + scales.rows.sum() + scales.columns.sum());
+int ComplementaryPath::blocking_row(Basis& basis, int entering) {
+  return ratio.row(basis.column(entering), basis.rhs(), basis.row_of(basis.artificial()));
 }
 
-// Errors of z, whose w is in w_, as they stand.
-Judgement PathJudge::first_look(const ScaledLoad& load, const Eigen::VectorXd& z) {
-  const auto n = static_cast<int>(z.size());
-  const LcpGroups& groups = load.of->groups;
-  error_.resize(n);
-  double worst = 0;
-  for (int i = 0; i < n; ++i) {
-    error_[i] = std::abs(std::min(z[i] * load.root[i], w_[i] / load.root[i]));
-    if (!(error_[i] <= worst)) worst = error_[i];
-  }
-  if (!std::isfinite(worst)) return {};
-  Judgement found{worst / load.judged, worst / load.judged};
-  if (groups.of_pair.empty()) return found;
-  size_ = groups.size;
-  for (int i = 0; i < n; ++i) {
-    const double of_z = z[i] * groups.root[i];
-    error_[i] = std::abs(std::min(of_z, w_[i] / groups.root[i]));
-    double& size = size_[groups.of_pair[i]];
-    size = std::max(size, of_z);
-  }
-  found.beyond_rounding = worst_of_groups(load);
-  return found;
-}
-
-// The same without what rounding of the terms may be, |M| z being in product_: first what a solver can do, then what
-// the data leave open.
-void PathJudge::second_look(const ScaledLoad& load, Judgement& found) {
-  const LcpGroups& groups = load.of->groups;
-  const bool grouped = !groups.of_pair.empty();
-  const auto n = static_cast<int>(error_.size());
-  double shared = 0;
-  for (int i = 0; i < n; ++i) {
-    const double root = grouped ? groups.root[i] : load.root[i];
-    product_[i] += std::abs(load.original[i]);
-    if (grouped && groups.shares[i]) shared = std::max(shared, product_[i]);
-    error_[i] = std::max(0.0, error_[i] - round_off * product_[i] / root);
-  }
-  found.beyond_rounding = worst_of_groups(load);
-  if (!grouped) return;
-  if (found.beyond_rounding <= beyond_doubt) {
-    found.residual = std::max(found.residual, found.beyond_rounding);
+void ComplementaryPath::exchange(Basis& basis, int entering, int row) {
+  if (row < 0) {
+    ray_variable = entering;
+    end = PathEnd::ray;
+    ended_ = true;
     return;
   }
-  for (int i = 0; i < n; ++i) {
-    const double root = groups.root[i], open = groups.shares[i] ? shared : product_[i];
-    error_[i] = std::max(0.0, error_[i] - std::max(0.0, term_rounding * open - round_off * product_[i]) / root);
-    if (!groups.shares[i]) continue;
-    double& size = size_[groups.of_pair[i]];
-    size = std::max(size, product_[i] / root);
-  }
-  found.residual = std::max(found.residual, worst_of_groups(load));
+  left = basis.basic(row);
+  end = PathEnd::bad_pivot;
+  ended_ = !basis.pivot(row, entering);
+  pivots.done += !ended_;
 }
 
-// Of error_ over size_, or over all that the problem is about where it has no groups.
-double PathJudge::worst_of_groups(const ScaledLoad& load) {
-  const std::vector<int>& group = load.of->groups.of_pair;
-  if (group.empty()) return error_.maxCoeff() / load.judged;
-  squares_.setZero(size_.size());
-  for (Eigen::Index i = 0; i < error_.size(); ++i) squares_[group[i]] += error_[i] * error_[i];
-  double worst = 0;
-  for (Eigen::Index g = 0; g < size_.size(); ++g)
-    if (squares_[g] > worst * size_[g] * size_[g])
-      worst = size_[g] > 0 ? squares_[g] / (size_[g] * size_[g]) : HUGE_VAL;
-  return std::sqrt(worst);
+bool ComplementaryPath::drop_artificial(Basis& basis) {
+  const int row = basis.row_of(basis.artificial()), other = complement(ray_variable, basis.n());
+  const double p = std::abs(basis.column(ray_variable)[row]), p_other = std::abs(basis.column(other)[row]);
+  if (!basis.pivot(row, p > p_other ? ray_variable : other)) return false;
+  ++pivots.done;
+  return true;
 }
 
 // First pass: how far all rows can go if each may fall to -allowance; `largest`: of the basic values.

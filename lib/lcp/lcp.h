@@ -14,7 +14,7 @@ namespace cb {
 using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
 
 /// Pairs that are about one thing (a contact). Where a problem has groups its answers are judged group by group too
-/// (complementary_path.h), and what is heavy or fast hides nothing that is light or slow.
+/// (judge.h), and what is heavy or fast hides nothing that is light or slow.
 struct LcpGroups {
   std::vector<int> of_pair;  ///< n: number of the group; empty: there are none
   Eigen::VectorXd size;      ///< groups: what each is about whatever the answer, unit sqrt(z w)

@@ -19,10 +19,9 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <memory>
 #include <mutex>
 
-#include "lcp/lcp.h"
+#include "lcp/front.h"
 
 namespace cb {
 
@@ -148,22 +147,14 @@ int give_jacobian(void* data, int n, double* z, int want_f, double* f, int* nonz
 /// The library keeps state of its own: one solve at a time.
 std::mutex one_at_a_time;
 
-void solve(const LcpOptions& options, LcpProblem& dense, const LcpProblem& problem, LcpSolution& solution) {
-  const int n = problem.n();
-  solution = LcpSolution{};
-  solution.z.setZero(n);
+void solve(const LcpOptions& options, const Front& front, LcpSolution& solution) {
+  const int n = front.form().n();
   const auto refuse = [&](LcpStatus status, std::string reason) {
     solution.status = status;
     solution.reason = std::move(reason);
   };
   const Library& path = library();
   if (!path.missing.empty()) return refuse(LcpStatus::unavailable, path.missing);
-  if (problem.expanded) {
-    if (!condense(problem, dense)) return refuse(LcpStatus::singular, "the block of the free unknowns is singular");
-  } else {
-    dense = problem;
-  }
-  if (!dense.M.allFinite() || !dense.q.allFinite()) return refuse(LcpStatus::not_finite, "the data are not finite");
 
   const std::lock_guard lock(one_at_a_time);
   static Output silence{nullptr, [](void*, int, char*) {}, [](void*, int) {}};
@@ -177,6 +168,7 @@ void solve(const LcpOptions& options, LcpProblem& dense, const LcpProblem& probl
   path.add_options(settings);
   path.default_options(settings);
   void* mcp = path.create(n, nonzeros + 1);
+  LcpProblem dense = front.form();  // the library takes what it may write to
   Interface interface {
     &dense, give_size, give_bounds, give_function, give_jacobian, {}
   };
@@ -189,8 +181,7 @@ void solve(const LcpOptions& options, LcpProblem& dense, const LcpProblem& probl
   path.destroy_options(settings);
 
   solution.pivots = information.minor_iterations;
-  solution.residual = natural_residual(problem, solution.z);
-  if (problem.expanded) recover_free(problem, solution.z, solution.x);
+  solution.residual = natural_residual(front.given(), solution.z);
   if (ending == ending_licence) return refuse(LcpStatus::unavailable, no_licence);
   if (!solution.z.allFinite()) return refuse(LcpStatus::not_finite, "the PATH library returned no finite answer");
   if (ending == ending_solved) {
@@ -203,17 +194,18 @@ void solve(const LcpOptions& options, LcpProblem& dense, const LcpProblem& probl
   refuse(LcpStatus::nonconverged, "the PATH library ends with: " + std::string(endings[known]));
 }
 
+struct PathLibrary {
+  static constexpr Wants wants = Wants::dense_matrix;
+  LcpOptions options;
+  explicit PathLibrary(const LcpOptions& o) : options(o) {}
+  void solve(const Front& front, LcpSolution& solution) const { cb::solve(options, front, solution); }
+};
+
 }  // namespace
 
 LcpSolverRow path_library_row() {
   return {"path-lib", "the PATH library, loaded at run time where a user has it",
-          "Dirkse and Ferris 1995; Ferris and Munson, PATH 5", library().missing,
-          [](const LcpOptions& options) -> LcpSolver {
-            auto dense = std::make_shared<LcpProblem>();
-            return [options, dense](const LcpProblem& problem, LcpSolution& solution) {
-              solve(options, *dense, problem, solution);
-            };
-          }};
+          "Dirkse and Ferris 1995; Ferris and Munson, PATH 5", library().missing, behind_front<PathLibrary>};
 }
 
 }  // namespace cb

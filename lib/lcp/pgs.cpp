@@ -10,7 +10,6 @@
 // Differences from the source:
 //  1. w is formed afresh at every check, and the residual is the common one on the whole of the original data: a row
 //     that was just solved says nothing about the rows after it.
-//  2. The expanded form is condensed first.
 //
 // Returns: solved; singular where a diagonal is not positive: the sweep divides by it (the slip bounds of a friction
 // pyramid have a zero there: such LCPs are refused before the first sweep, unless they are regularised);
@@ -18,9 +17,8 @@
 // them z is the best iterate that a check has seen.
 
 #include <cmath>
-#include <memory>
 
-#include "lcp/lcp.h"
+#include "lcp/front.h"
 #include "linalg/stop.h"
 
 namespace cb {
@@ -33,22 +31,16 @@ struct PgsOptions : LcpOptions {
 
 class Pgs {
  public:
+  static constexpr Wants wants = Wants::dense_matrix;
   explicit Pgs(const LcpOptions& options) { static_cast<LcpOptions&>(o_) = options; }
 
-  void solve(const LcpProblem& problem, LcpSolution& solution) {
+  void solve(Front& front, LcpSolution& solution) {
     const auto end = [&](LcpStatus status, std::string reason = "") {
       solution.status = status;
       solution.reason = std::move(reason);
-      if (problem.expanded) recover_free(problem, solution.z, solution.x);
     };
-    const int n = problem.n(), limit = o_.pivot_limit > 0 ? o_.pivot_limit : 50 * (n + problem.nx()) + 1000;
-    solution.pivots = solution.factorisations = 0;
-    solution.residual = HUGE_VAL;
-    solution.z.setZero(n);
-    solution.x.resize(0);
-    if (problem.expanded && !condense(problem, condensed_)) return end(LcpStatus::singular, "A is singular");
-    const LcpProblem& form = problem.expanded ? condensed_ : problem;
-    if (!form.M.allFinite() || !form.q.allFinite()) return end(LcpStatus::not_finite, "the data are not finite");
+    const LcpProblem& form = front.form();
+    const int n = form.n(), limit = front.pivot_limit();
     for (int i = 0; i < n; ++i)
       if (form.M(i, i) <= 0)
         return end(LcpStatus::singular, "row " + std::to_string(i + 1) + " has no positive diagonal to divide by");
@@ -79,7 +71,6 @@ class Pgs {
 
  private:
   PgsOptions o_;
-  LcpProblem condensed_;
   Eigen::VectorXd z_, w_;  // n
 };
 
@@ -87,10 +78,7 @@ class Pgs {
 
 LcpSolverRow pgs_row() {
   return {"pgs", "projected Gauss-Seidel, outside the paper; not for rows without a positive diagonal (A-P's LCP)",
-          "Cottle, Pang and Stone 1992, sec. 5.2", "", [](const LcpOptions& options) -> LcpSolver {
-            auto solver = std::make_shared<Pgs>(options);
-            return [solver](const LcpProblem& problem, LcpSolution& solution) { solver->solve(problem, solution); };
-          }};
+          "Cottle, Pang and Stone 1992, sec. 5.2", "", behind_front<Pgs>};
 }
 
 }  // namespace cb

@@ -28,4 +28,17 @@ void pair_scales(const LcpProblem& problem, PairScales& scales);
 /// |M_ii| below this fraction of sqrt of (row maximum x column maximum) counts as zero, -.
 inline constexpr double zero_diagonal = 1e-12;
 
+/// Scales of a problem and its load, the free unknowns eliminated.
+struct ScaledLoad {
+  PairScales scales;
+  Eigen::VectorXd root;            ///< n: sqrt(rho_i)
+  Eigen::VectorXd original;        ///< n, in the problem's units
+  Eigen::VectorXd q;               ///< n: original_i rows_i / size
+  double size = 1;                 ///< max_i |original_i| / root_i, or 1
+  double judged = 1;               ///< what residuals are fractions of: `size`, or LcpProblem::size where that is more
+  const LcpProblem* of = nullptr;  ///< whose size and groups count
+  /// From scales and original, for `problem`, which is referred to. False where they are not finite.
+  bool set(const LcpProblem& problem);
+};
+
 }  // namespace cb

@@ -1,10 +1,17 @@
-// Revised form of Lemke's dictionary for an expanded problem (lcp.h).
+// Revised form of the dictionary of an expanded problem (lcp.h).
 //
 // Equations, scaled by pairs (R, C) and by the diagonal of A (X), all powers of two:
 //   A x + B z = 0,   C x + D z + c z_0 - w = -q        (x shifted by A^-1 a, q condensed accordingly)
-// A column of the dictionary needs one solve with the factorised basis and the exchanges since (product form): Lemke's
-// method never asks for a row. Cost of a pivot: the triangular solves, C x, and one axpy of n for each exchange kept;
+// A column of the dictionary needs one solve with the factorised basis and the exchanges since (product form): pivoting
+// methods never ask for a row. Cost of a pivot: the triangular solves, C x, and one axpy of n for each exchange kept;
 // linear along a stack.
+//
+// Cost of factorising a basis on m bodies with n contacts (the expanded form of a contact problem; nx ~ m): reading off
+// the slacks takes O(nx n) at worst and one pass over C, O(n), where a contact touches two bodies. What is factorised
+// has order nx + |a|. Of a, the pairs that D couples (friction and its bound) are eliminated among themselves at a
+// fixed cost each; the rest cannot be more than nx without making the basis singular, since they meet through A^-1,
+// whose order is nx. That is Lloyd's saving, got from the ordering of a sparse factorisation: O(n + m^3), and less
+// along a chain of bodies.
 
 #include "lcp/sparse_basis.h"
 
@@ -17,22 +24,46 @@ namespace {
 
 double power_of_two_below_inverse_root(double x) { return x > 0 ? std::exp2(-std::round(0.5 * std::log2(x))) : 1.0; }
 
+void rescale(SparseMatrix& matrix, const Eigen::VectorXd& rows, const Eigen::VectorXd& columns) {
+  for (int j = 0; j < matrix.outerSize(); ++j)
+    for (SparseMatrix::InnerIterator it(matrix, j); it; ++it) it.valueRef() *= rows[it.row()] * columns[j];
+}
+
 }  // namespace
 
-bool SparseBasis::start(const LcpProblem& problem) {
+void SparseBasis::start(const LcpProblem& problem, const PairScales& scales) {
   problem_ = &problem;
+  scales_ = &scales;
   n_ = problem.n();
   nx_ = problem.nx();
   padded_ = (n_ + 7) / 8 * 8;
   factorisations_ = 0;
-  const auto& A = problem.A;
+  refactor_every_ = refactor_every;
+  x_scale_.resize(nx_);
+  for (int k = 0; k < nx_; ++k) x_scale_[k] = power_of_two_below_inverse_root(std::abs(problem.A.coeff(k, k)));
+  A_ = problem.A;
+  B_ = problem.B;
+  C_ = problem.C;
+  D_ = problem.D;
+  rescale(A_, x_scale_, x_scale_);
+  rescale(B_, x_scale_, scales.columns);
+  rescale(C_, scales.rows, x_scale_);
+  rescale(D_, scales.rows, scales.columns);
+  for (Eigen::VectorXd* x : {&rhs_, &change_, &pair_}) x->setZero(padded_);
+  for (Eigen::VectorXd* x : {&cover_, &load_}) x->setZero(n_);
+  basic_.resize(n_);
+  updates_.resize(padded_);
+}
+
+bool SparseBasis::eliminate() {
+  const auto& A = problem_->A;
   if (!free_.factor({A.outerIndexPtr(), std::size_t(nx_) + 1}, {A.innerIndexPtr(), std::size_t(A.nonZeros())},
                     {A.valuePtr(), std::size_t(A.nonZeros())}))
     return false;
-  residual_x_ = -problem.a;
-  solve_free(residual_x_);
-  condensed_load_ = problem.q;
-  condensed_load_.noalias() += problem.C * residual_x_;
+  product_x_ = -problem_->a;
+  solve_free(product_x_);
+  eliminated_load_ = problem_->q;
+  eliminated_load_.noalias() += problem_->C * product_x_;
   return true;
 }
 
@@ -53,75 +84,53 @@ void SparseBasis::free_unknowns(const Eigen::VectorXd& z, Eigen::VectorXd& x) {
 
 void SparseBasis::multiply(const Eigen::VectorXd& z, Eigen::VectorXd& w) {
   const auto& p = *problem_;
-  residual_x_.resize(nx_);
-  residual_x_.noalias() = p.B * z;
-  solve_free(residual_x_);
+  product_x_.resize(nx_);
+  product_x_.noalias() = p.B * z;
+  solve_free(product_x_);
   w.noalias() = p.D * z;
-  w.noalias() -= p.C * residual_x_;
+  w.noalias() -= p.C * product_x_;
 }
 
 // |D| z + |C| |A^-1 |B| z|, z >= 0: what A^-1 cancels is not seen.
 void SparseBasis::magnitudes(const Eigen::VectorXd& z, Eigen::VectorXd& terms) {
   const auto& p = *problem_;
-  residual_x_.noalias() = p.B.cwiseAbs() * z;
-  solve_free(residual_x_);
-  residual_x_ = residual_x_.cwiseAbs();
+  product_x_.noalias() = p.B.cwiseAbs() * z;
+  solve_free(product_x_);
+  product_x_ = product_x_.cwiseAbs();
   terms.noalias() = p.D.cwiseAbs() * z;
-  terms.noalias() += p.C.cwiseAbs() * residual_x_;
-}
-
-void SparseBasis::set_scales(const Eigen::VectorXd& pair_rows, const Eigen::VectorXd& pair_columns) {
-  const auto& p = *problem_;
-  x_scale_.resize(nx_);
-  for (int k = 0; k < nx_; ++k) x_scale_[k] = power_of_two_below_inverse_root(std::abs(p.A.coeff(k, k)));
-  A_ = p.A;
-  B_ = p.B;
-  C_ = p.C;
-  D_ = p.D;
-  const auto rescale = [](SparseMatrix& matrix, const Eigen::VectorXd& rows, const Eigen::VectorXd& columns) {
-    for (int j = 0; j < matrix.outerSize(); ++j)
-      for (SparseMatrix::InnerIterator it(matrix, j); it; ++it) it.valueRef() *= rows[it.row()] * columns[j];
-  };
-  rescale(A_, x_scale_, x_scale_);
-  rescale(B_, x_scale_, pair_columns);
-  rescale(C_, pair_rows, x_scale_);
-  rescale(D_, pair_rows, pair_columns);
+  terms.noalias() += p.C.cwiseAbs() * product_x_;
 }
 
 void SparseBasis::restart() {
-  basic_.resize(n_);
-  row_.assign(2 * n_ + 1, -1);
-  for (int i = 0; i < n_; ++i) row_[basic_[i] = i] = i;
-  rhs_.setZero(padded_);
-  change_.setZero(padded_);
-  pair_.setZero(padded_);
-  cover_.setZero(n_);
-  load_.setZero(n_);
-  updates_.resize(padded_);
+  for (Eigen::VectorXd* x : {&rhs_, &change_, &pair_, &cover_, &load_}) x->setZero();
   refactor_every_ = refactor_every;
-  refactor();
+  take_up({}, -1);
+  factorise();
 }
 
 bool SparseBasis::renew(const std::vector<int>& active, int out, const Eigen::VectorXd& q,
                         const Eigen::VectorXd& cover) {
-  row_.assign(2 * n_ + 1, -1);
-  for (int i = 0; i < n_; ++i) basic_[i] = i;
-  for (const int i : active) basic_[i] = n_ + i;
-  if (out >= 0) basic_[out] = 2 * n_;
-  for (int i = 0; i < n_; ++i) row_[basic_[i]] = i;
+  take_up(active, out);
   cover_ = cover;
-  if (!refactor()) return false;
+  if (!factorise()) return false;
   set_load(q);
   return true;
 }
 
-bool SparseBasis::refactor() {
-  updates_.clear();
-  column_of_ = -1;
+void SparseBasis::take_up(const std::vector<int>& active, int out) {
+  place_.assign(2 * n_ + 1, 0);
+  for (int i = 0; i < n_; ++i) basic_[i] = i;
+  for (const int i : active) basic_[i] = n_ + i;
+  if (out >= 0) basic_[out] = 2 * n_;
+  for (int i = 0; i < n_; ++i) place_[basic_[i]] = -1 - i;
+}
+
+// Rows whose slack is not basic, and the variables beyond the free ones: z_i meets row i, and z_0 the row of the pair
+// that is out altogether. Returns where among those variables z_0 stands, or -1.
+int SparseBasis::list_reduced() {
+  int unmatched = -1;
   reduced_row_.resize(n_);
   reduced_variable_.clear();
-  // Rows whose slack is not basic; z_i meets row i, and z_0 the row of the pair that is out altogether.
-  int unmatched = -1;
   for (int i = 0; i < n_; ++i) {
     reduced_row_[i] = -1;
     if (is_basic(i)) continue;
@@ -130,7 +139,13 @@ bool SparseBasis::refactor() {
     reduced_variable_.push_back(n_ + i);
   }
   if (unmatched >= 0) reduced_variable_[unmatched] = 2 * n_;
+  return unmatched;
+}
 
+bool SparseBasis::factorise() {
+  updates_.clear();
+  column_of_ = -1;
+  const int unmatched = list_reduced();
   matrix_.clear();
   for (int k = 0; k < nx_; ++k) {
     matrix_.put(A_, k);
@@ -172,8 +187,12 @@ void SparseBasis::solve_basis(const double* pair_rows, int free_column, double* 
   for (int i = 0; i < n_; ++i)
     if (reduced_row_[i] >= 0) reduced_[reduced_row_[i]] = -pair_rows[i];
   basis_->solve(reduced_);
+  read_basic(pair_rows, out);
+  updates_.apply(out);
+}
 
-  // Slacks from their own rows.
+// Basic variables from the solution in reduced_, slacks from their own rows.
+void SparseBasis::read_basic(const double* pair_rows, double* out) {
   slack_ = Eigen::Map<const Eigen::VectorXd>(pair_rows, n_);
   double* slack = slack_.data();
   for (int k = 0; k < nx_; ++k) {
@@ -192,7 +211,6 @@ void SparseBasis::solve_basis(const double* pair_rows, int free_column, double* 
   }
   for (int i = 0; i < n_; ++i) out[i] = source_[i] >= 0 ? slack[source_[i]] : reduced_[-1 - source_[i]];
   std::fill(out + n_, out + padded_, 0.0);
-  updates_.apply(out);
 }
 
 const double* SparseBasis::column(int variable) {
@@ -217,32 +235,68 @@ bool SparseBasis::pivot(int row, int entering) {
   rhs_ += change_ * step;
   rhs_[row] = step;
   updates_.push(change_.data(), row);
-  row_[basic_[row]] = -1;
+  place_[basic_[row]] = 0;
   basic_[row] = entering;
-  row_[entering] = row;
+  place_[entering] = -1 - row;
   column_of_ = -1;
   if (updates_.exchanges() < refactor_every_) return true;
 
   // The fresh factors also say how much the exchanges have lost.
-  if (!refactor()) return false;
+  if (!factorise()) return false;
   pair_ = rhs_;
-  transform(load_.data(), rhs_.data());
+  solve_basis(load_.data(), -1, rhs_.data());
   if ((pair_ - rhs_).lpNorm<Eigen::Infinity>() > drift_allowed) refactor_every_ = std::max(10, refactor_every_ / 2);
   return true;
 }
 
 void SparseBasis::set_load(const Eigen::VectorXd& q) {
   load_ = q;
-  transform(q.data(), rhs_.data());
+  solve_basis(q.data(), -1, rhs_.data());
 }
-
-void SparseBasis::transform(const double* q, double* out) { solve_basis(q, -1, out); }
 
 void SparseBasis::solve_active(const std::vector<int>& active, double* x, double* scratch) {
   pair_.setZero();
   for (const int i : active) pair_[i] = -x[i];
-  transform(pair_.data(), scratch);
+  solve_basis(pair_.data(), -1, scratch);
   for (const int i : active) x[i] = scratch[row_of(n_ + i)];
+}
+
+// errors <- right - G reduced_, of the matrix G that is factorised.
+void SparseBasis::equation_errors(const std::vector<double>& right, std::vector<double>& errors) const {
+  errors = right;
+  for (std::size_t j = 0; j < reduced_.size(); ++j)
+    for (int e = matrix_.starts[j]; e < matrix_.starts[j + 1]; ++e)
+      errors[matrix_.rows[e]] -= matrix_.values[e] * reduced_[j];
+}
+
+// The basic z of an exact answer would leave no error in the rows of the reduced system; w is zero there.
+double SparseBasis::solve_at(const std::vector<int>& active, Eigen::VectorXd& z, Eigen::VectorXd& w) {
+  take_up(active, -1);
+  if (!factorise()) return HUGE_VAL;
+  pair_.head(n_) = problem_->q.cwiseProduct(scales_->rows);
+  right_.resize(matrix_.order());
+  for (int k = 0; k < nx_; ++k) right_[k] = -(problem_->a[k] * x_scale_[k]);
+  for (int i = 0; i < n_; ++i)
+    if (reduced_row_[i] >= 0) right_[reduced_row_[i]] = -pair_[i];
+  reduced_ = right_;
+  basis_->solve(reduced_);
+  equation_errors(right_, errors_);
+  basis_->solve(errors_);
+  for (std::size_t j = 0; j < reduced_.size(); ++j) reduced_[j] += errors_[j];
+  equation_errors(right_, errors_);
+  double left = 0;
+  for (const double e : errors_) left = std::max(left, std::abs(e));
+
+  read_basic(pair_.data(), change_.data());
+  z.setZero(n_);
+  w.setZero(n_);
+  for (int i = 0; i < n_; ++i) {
+    if (is_basic(i))
+      w[i] = change_[i] / scales_->rows[i];
+    else
+      z[i] = change_[i] * scales_->columns[i];
+  }
+  return left;
 }
 
 }  // namespace cb

@@ -29,14 +29,12 @@
 // Fails as the LCP solver fails; its ending and reason are passed on. With e > 0, z holds both phases, one after the
 // other, 2 (k + 2) nc numbers.
 
-#include <Eigen/LU>
 #include <array>
 #include <cmath>
 #include <memory>
 
-#include "lcp/basis_system.h"
 #include "lcp/lcp.h"
-#include "lcp/scaling.h"
+#include "methods/active_set_start.h"
 #include "methods/lcp_status.h"
 #include "methods/registry.h"
 #include "methods/resting_impulse.h"
@@ -46,9 +44,8 @@ namespace cb {
 
 namespace {
 
-/// -: natural residual up to which a warm start is accepted: rounding. Larger: answers that a cold start would better.
-constexpr double warm_tolerance = 1e-12;
-/// -: impulses below this fraction of the largest, and slip bounds of the fastest contact, are not active.
+/// -: of what the event is about; impulses kept from a resting one may leave their polygon by it. Larger: slip that a
+/// cold start would see.
 constexpr double rounding = 1e-13;
 /// -: an entry of W below this fraction of what its two contacts have in other directions is rounding.
 constexpr double entry_rounding = 1e-15;
@@ -66,16 +63,15 @@ class AnitescuPotra {
   void group_by_contact(const ContactProblem& problem);
   double size(const ContactProblem& problem) const;
   bool start_at_rest(const ContactProblem& problem, ContactSolution& solution);
-  bool start_warm();
-  void note_active(const ContactProblem& problem, const ContactSolution& solution);
   bool solve_phase(ContactSolution& solution);
   void append_answer(std::vector<double>& z) const;
   double least_slip_bound(const double* u) const;
   void bound_idle_slip(const ContactProblem& problem, ContactSolution& solution);
   int unknowns() const { return nc_ + (k_ + 1) * rough(); }
   int rough() const { return static_cast<int>(rough_.size()); }
-  int first_direction(int f) const { return nc_ + k_ * f; }       // unknowns c_t of the f-th contact with friction
-  int slip_bound(int f) const { return nc_ + k_ * rough() + f; }  // and its lam
+  PolygonUnknowns layout() const { return {nc_, k_, rough_, cosine_, sine_}; }
+  int first_direction(int f) const { return layout().first_direction(f); }  // unknowns c_t of the f-th with friction
+  int slip_bound(int f) const { return layout().slip_bound(f); }            // and its lam
   void add_impulses(ContactSolution& solution) const;
 
   int k_;
@@ -95,19 +91,11 @@ class AnitescuPotra {
   std::vector<double> u_, v_, restored_, scratch_;
   std::vector<double> weight_;  // nc, 1/kg
 
-  // Warm start: the last answer, and the equations of its active set.
   bool warm_ = false;
   std::shared_ptr<long> warm_starts_;
   RestingImpulse resting_{3};
-  double size_ = 0;          // sqrt(J), of the event
-  int previous_ = -1;        // n of the last answer, -1 where there is none
-  std::vector<int> active_;  // its positive unknowns, and what makes their equations regular
-  Eigen::VectorXd w_;        // n
-  PairScales scales_;
-  BasisSystem basis_;
-  Eigen::MatrixXd active_matrix_;
-  Eigen::VectorXd active_z_, active_error_, active_correction_;
-  Eigen::PartialPivLU<Eigen::MatrixXd> active_factor_;
+  double size_ = 0;  // sqrt(J), of the event
+  ActiveSetStart active_set_;
 };
 
 AnitescuPotra::AnitescuPotra(const MethodOptions& options)
@@ -364,110 +352,10 @@ bool AnitescuPotra::start_at_rest(const ContactProblem& problem, ContactSolution
   return true;
 }
 
-// The previous answer's active set, solved on the present problem. True where that is an answer to it, judged as
-// natural_residual() judges (lcp/lcp.cpp) on the original data.
-bool AnitescuPotra::start_warm() {
-  const int n = lcp_.n();
-  if (previous_ != n) return false;
-  pair_scales(lcp_, scales_);
-  auto& z = answer_.z;
-  double worst = 0;
-  if (lcp_.expanded) {
-    basis_.start(lcp_, scales_);
-    if (!basis_.factor(active_, -1)) return false;
-    worst = 2 * basis_.solve(basis_.free_load(), basis_.pair_load());  // rows are within sqrt(2) of 1 / sqrt(rho)
-    z = basis_.z().cwiseProduct(scales_.columns);
-    w_ = basis_.w().cwiseQuotient(scales_.rows);
-  } else {
-    const int m = static_cast<int>(active_.size());
-    active_matrix_.resize(m, m);
-    active_error_.resize(m);
-    for (int j = 0; j < m; ++j) {
-      for (int i = 0; i < m; ++i) active_matrix_(i, j) = lcp_.M(active_[i], active_[j]);
-      active_error_[j] = -lcp_.q[active_[j]];
-    }
-    if (m > 0) {
-      active_factor_.compute(active_matrix_);
-      active_z_ = active_factor_.solve(active_error_);
-      active_error_.noalias() -= active_matrix_ * active_z_;
-      active_correction_ = active_factor_.solve(active_error_);
-      active_z_ += active_correction_;
-    }
-    z.setZero(n);
-    w_ = lcp_.q;
-    for (int j = 0; j < m; ++j) {
-      z[active_[j]] = active_z_[j];
-      w_.noalias() += lcp_.M.col(active_[j]) * active_z_[j];
-    }
-  }
-  // The denominator is data: the load with v+ eliminated, and the size of the event.
-  double scale = lcp_.size;
-  const auto about = [&](int i, double q) { scale = std::max(scale, std::abs(q) / std::sqrt(scales_.rho[i])); };
-  for (int c = 0; c < nc_; ++c) about(c, u_[3 * c]);
-  for (int f = 0; f < rough(); ++f) {
-    const double* u = &u_[3 * rough_[f]];
-    for (int a = 0; a < k_; ++a) about(first_direction(f) + a, cosine_[a] * u[1] + sine_[a] * u[2]);
-  }
-  for (int i = 0; i < n; ++i) {
-    const double root = std::sqrt(scales_.rho[i]), e = std::abs(std::min(z[i] * root, w_[i] / root));
-    if (!std::isfinite(e)) return false;  // a singular set
-    worst = std::max(worst, e);
-  }
-  if (!(scale > 0) || !(worst <= warm_tolerance * scale)) return false;
-  z = z.cwiseMax(0.0);
-  answer_.status = LcpStatus::solved;
-  answer_.reason.clear();
-  answer_.pivots = 0;
-  answer_.residual = worst / scale;
-  if (warm_starts_) ++*warm_starts_;
-  return true;
-}
-
-// Notes the active set of the answer, what is only rounding left out. A contact that slips without an impulse has a
-// slip bound that no equation of the set knows: the direction that runs straight against its slip joins, with impulse
-// zero.
-void AnitescuPotra::note_active(const ContactProblem& problem, const ContactSolution& solution) {
-  previous_ = -1;
-  if (answer_.status != LcpStatus::solved) return;
-  const auto& z = answer_.z;
-  double speed = 0;
-  for (const double u : u_) speed = std::max(speed, std::abs(u));
-  const double least_impulse = rounding * z.head(slip_bound(0)).maxCoeff(), least_slip = rounding * speed;
-  apply_impulse(problem, factor_, solution.impulse, v_);
-  contact_velocity(problem, v_, u_);
-  active_.clear();
-  for (int c = 0; c < nc_; ++c)
-    if (z[c] > least_impulse) active_.push_back(c);
-  for (int f = 0; f < rough(); ++f) {
-    const int first = first_direction(f);
-    const double* u = &u_[3 * rough_[f]];
-    bool carries = false;
-    for (int a = 0; a < k_; ++a) carries = carries || z[first + a] > least_impulse;
-    int against = -1;
-    double least = HUGE_VAL;
-    for (int a = 0; a < k_ && !carries && z[slip_bound(f)] > least_slip; ++a) {
-      const double along = cosine_[a] * u[1] + sine_[a] * u[2];
-      if (along < least) {
-        least = along;
-        against = a;
-      }
-    }
-    for (int a = 0; a < k_; ++a)
-      if (z[first + a] > least_impulse || a == against) active_.push_back(first + a);
-  }
-  for (int f = 0; f < rough(); ++f) {
-    // Of friction that sticks at the bound the equations without it would leave a part undetermined.
-    double left = problem.mu[rough_[f]] * z[rough_[f]], friction = 0;
-    for (int a = 0; a < k_; ++a) friction += z[first_direction(f) + a];
-    left -= friction;
-    if (z[slip_bound(f)] > least_slip || (friction > least_impulse && left <= least_impulse))
-      active_.push_back(slip_bound(f));
-  }
-  previous_ = static_cast<int>(z.size());
-}
-
 bool AnitescuPotra::solve_phase(ContactSolution& solution) {
-  if (!warm_ || !start_warm()) solver_(lcp_, answer_);
+  const bool warm = warm_ && active_set_.find(lcp_, layout(), u_, answer_);
+  if (warm && warm_starts_) ++*warm_starts_;
+  if (!warm) solver_(lcp_, answer_);
   solution.iterations += answer_.pivots;
   solution.claimed_residual = std::max(solution.claimed_residual, answer_.residual);
   const Status status = status_of(answer_.status);
@@ -561,13 +449,13 @@ void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& soluti
   set_load(problem, problem.v_minus);
   group_by_contact(problem);
   if (!solve_phase(solution)) {
-    previous_ = -1;
+    active_set_.forget();
     resting_.forget();
     return;
   }
   add_impulses(solution);
   bound_idle_slip(problem, solution);
-  if (warm_) note_active(problem, solution);
+  if (warm_) active_set_.remember(problem, factor_, layout(), u_, solution.impulse, answer_);
   if (may_rest)
     resting_.remember({problem.M, factor_, problem.J, problem.v_minus, problem.offset, problem.mu, weight_},
                       solution.impulse, size_, true);

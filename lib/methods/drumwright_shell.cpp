@@ -14,7 +14,7 @@
 // the principle of maximum dissipation, WAFR 2010; their code of 2012 has the bound of kappa switched off.
 // Differences: 1. second-order cones, not squares; 2. an active-set finish, so that answers are good to rounding;
 // 3. answers are proposed (`proposers`), those of one or two factorisations first, and count only if (2) says so;
-// 4. flat scenes (below), and nearly flat ones; 5. where the bounds leave no room, a program with bounds missed by half
+// 4. flat scenes (below); 5. where the bounds leave no room, a program with bounds missed by half
 // of what is accepted, which has an interior.
 //
 // Without the bound N v + w_n >= 0 follows from optimality (u is in the dual cone), so it is left out and eta = 0.
@@ -25,12 +25,6 @@
 //   min 1/2 v.M v,   N v + w_n = 0,   r in cones                                                          (3)
 // with multipliers eta of either sign. Since W_(:,n) lambda = 1_n, (eta + t lambda, s = t) is a certificate of (1) for
 // every t large enough.
-//
-// Where contacts tilt against each other by a small angle, N z = 1 but T z is not 0 (tau: its largest). Then every r
-// has 1.r_n - kappa = lambda.u_n - r_t.T z, and if nothing rises the program is (3) with the row
-//   -r_t.(T z) / tau <= 0                                                                                 (4)
-// and (eta + s/tau lambda, s/tau) certifies (1) where it is not negative. Such an answer is tried for first. In (1) the
-// bound is a combination of the other rows but for tau: multipliers of 1/tau cancel, and take their digits with them.
 //
 // Restitution (Poisson): normal impulses of the first phase times 1 + theta e; where a contact still approaches, a
 // second phase from the velocity reached. In the paper theta = 1, by which events with friction or coupled contacts
@@ -303,13 +297,13 @@ void DrumwrightShell::extract(const ContactProblem& problem, const std::vector<d
 // Rounding is looked at only where without it the answer would not do, and with it might.
 Certificate DrumwrightShell::judge(std::span<const double> r, std::span<const double> eta) {
   velocities_.evaluate(program_, r, eta);
-  const Certificate plain = certify(program_, r, eta, 0, velocities_, q_);
+  const Certificate plain = certify(program_, r, eta, velocities_, q_);
   if (good(plain, tolerances_.infeasibility) || std::abs(plain.gap) > epsilon_ + most_excused * plain.size * plain.size)
     return plain;
   const double terms = plain.size + std::sqrt(quadratic_form(island_.M, island_.v0));
   if (plain.infeasibility * plain.size > beyond_rounding * terms) return plain;
   velocities_.bound_rounding(program_, r, {});
-  return certify(program_, r, eta, 0, velocities_, q_, tolerances_.cone.rounding_units);
+  return certify(program_, r, eta, velocities_, q_, tolerances_.cone.rounding_units);
 }
 
 bool DrumwrightShell::good(const Certificate& c, double infeasibility) const {
@@ -331,7 +325,7 @@ double DrumwrightShell::gap_at_own_sum(std::span<const double> r) {
   ConeProgram summed = program_;
   summed.kappa = 0;
   for (int c = 0; c < summed.nc(); ++c) summed.kappa += r[3 * c];
-  return certify(summed, r, {}, 0, velocities_, q_).gap;
+  return certify(summed, r, {}, velocities_, q_).gap;
 }
 
 // Answers are proposed, cheapest first, and each counts for what its certificate says.
@@ -396,7 +390,7 @@ bool DrumwrightShell::find_bound() {
 
 // Keeps answer_ where it is better than what there is. Is it as good as is asked?
 bool DrumwrightShell::offer(Allowed allowed) {
-  certify_unreduced(answer_, shape_ == Shape::flat ? Shape::flat : Shape::general, 0);
+  certify_unreduced(answer_);
   const double limit = limit_of(allowed);
   const Certificate certificate = judge(answer_.r, multiplier_);
   const bool done = good(certificate, limit);
@@ -408,11 +402,11 @@ bool DrumwrightShell::offer(Allowed allowed) {
   return done;
 }
 
-// Multipliers of (1) from those of (3), which are of either sign: eta + t lambda; and of (4): t = s / tau at least.
-// Into multiplier_.
-void DrumwrightShell::certify_unreduced(const ConeSolution& x, Shape solved, double t) {
+// Multipliers of (1) from those of (3), which are of either sign: eta + t lambda. Into multiplier_.
+void DrumwrightShell::certify_unreduced(const ConeSolution& x) {
   multiplier_.assign(x.eta.begin(), x.eta.end());
-  for (std::size_t c = 0; c < multiplier_.size() && solved != Shape::general; ++c)
+  double t = 0;
+  for (std::size_t c = 0; c < multiplier_.size() && shape_ == Shape::flat; ++c)
     if (lambda_[c] > 0) t = std::max(t, -multiplier_[c] / lambda_[c]);
   for (std::size_t c = 0; c < multiplier_.size(); ++c)
     multiplier_[c] = std::max(0.0, t > 0 ? multiplier_[c] + t * lambda_[c] : multiplier_[c]);
@@ -431,12 +425,11 @@ bool DrumwrightShell::slides_freely() {
 }
 
 // Who proposes, in this order; how far the bounds may be missed; and is the answer one to start the next event from?
-const std::array<DrumwrightShell::Proposer, 11> DrumwrightShell::proposers = {{
+const std::array<DrumwrightShell::Proposer, 10> DrumwrightShell::proposers = {{
     {"previous answer", &DrumwrightShell::from_previous, Allowed::exact, true},
     {"stopping", &DrumwrightShell::all_stop, Allowed::exact, false},
     {"sticking", &DrumwrightShell::all_stick, Allowed::exact, false},
     {"guess", &DrumwrightShell::from_guess, Allowed::exact, true},
-    {"tilted", &DrumwrightShell::tilted, Allowed::exact, false},
     {"interior point", &DrumwrightShell::interior, Allowed::exact, true},
     {"small, dense", &DrumwrightShell::small_dense, Allowed::exact, true},
     {"relaxed", &DrumwrightShell::relaxed, Allowed::backward, true},
@@ -459,7 +452,7 @@ ConeStatus DrumwrightShell::propose(Previous* previous) {
     iterations_ += answer_.iterations;
     if (!proposes) continue;
     // Large multipliers excuse much; with the bounds relaxed they are small, as a rule.
-    if (offer(proposer.allowed) && (!excused(best_) || proposer.propose == &DrumwrightShell::tilted)) {
+    if (offer(proposer.allowed) && !excused(best_)) {
       if (previous != nullptr && proposer.starts_next) {
         previous->by_newton = true;
         previous->nv = island_.M.order();
@@ -523,23 +516,6 @@ bool DrumwrightShell::from_guess() {
   const ConeProgram program = reduced();
   if (!program.has_bound()) answer_.s = 0;
   return friction_solver_.polish(program, answer_, tolerances_.cone.guess_patience, InteriorPoint::Steps::bold);
-}
-
-// (3) with (4), whose own certificate has no multipliers of 1 / tau. Where (1) has it too, it is the answer: the others
-// would lose its digits.
-bool DrumwrightShell::tilted() {
-  if (shape_ != Shape::tilted || tilt_ < tolerances_.least_tilt) return false;
-  ConeProgram program = program_;
-  program.fixed = &fixed_;
-  program.kappa = 0;
-  program.bound = &tilted_row_;
-  friction_solver_.solve(program, answer_);
-  if (std::abs(answer_.gap) > std::min(epsilon_, tolerances_.tilted_gap * size_ * size_) ||
-      answer_.infeasibility > tolerances_.infeasibility)
-    return false;
-  certify_unreduced(answer_, Shape::tilted, answer_.s / tilt_);
-  answer_.eta = multiplier_;
-  return true;
 }
 
 bool DrumwrightShell::interior() {
@@ -881,12 +857,11 @@ bool DrumwrightShell::least_sum_densely() {
   return false;
 }
 
-// Is (3) the same as (1), or with (4) a guess at it? z, lambda are those of least_sum(). Fills fixed_, and tilt_ and
-// tilted_row_ for the latter. lambda is not unique where more contacts touch than carry: those with the wrong sign are
-// left out of it.
+// Is (3) the same as (1)? z, lambda are those of least_sum(). Fills fixed_. lambda is not unique where more contacts
+// touch than carry: those with the wrong sign are left out of it.
 DrumwrightShell::Shape DrumwrightShell::shape() {
   const int nc = static_cast<int>(island_.contacts.size());
-  if (nc == 0 || miss_ > tolerances_.flat || !lifts_evenly() || tilt_ > tolerances_.tilted) return Shape::general;
+  if (nc == 0 || miss_ > tolerances_.flat || !lifts_evenly()) return Shape::general;
   const bool unsupported = !supports();
   if (unsupported) {
     proof_ = z_;
@@ -895,26 +870,21 @@ DrumwrightShell::Shape DrumwrightShell::shape() {
         if (!carries_lift(c)) set_[c] = 0;
       lift();
     }
-    if (miss_ > tolerances_.flat || !supports() || !lifts_evenly() || tilt_ > tolerances_.solvable) {
+    if (miss_ > tolerances_.flat || !supports() || !lifts_evenly()) {
       z_ = proof_;
       return Shape::general;
     }
   }
   fixed_ = set_;
-  if (tilt_ <= tolerances_.solvable) return Shape::flat;
-  tilted_row_.assign(3 * nc, 0.0);
-  for (int c = 0; c < nc; ++c)
-    for (int i = 1; i < 3; ++i) tilted_row_[3 * c + i] = -Jz_[3 * c + i] / tilt_;
-  return Shape::tilted;
+  return Shape::flat;
 }
 
-// Is N z = 1 on all contacts? tilt_ is then the largest of T z.
+// Is N z = 1 and T z = 0 on all contacts?
 bool DrumwrightShell::lifts_evenly() {
-  tilt_ = 0;
-  for (std::size_t c = 0; c < island_.contacts.size(); ++c) {
-    if (std::abs(Jz_[3 * c] - island_.share[c]) > tolerances_.solvable) return false;
-    tilt_ = std::max(tilt_, tangential(&Jz_[3 * c]));
-  }
+  for (std::size_t c = 0; c < island_.contacts.size(); ++c)
+    if (std::abs(Jz_[3 * c] - island_.share[c]) > tolerances_.solvable ||
+        tangential(&Jz_[3 * c]) > tolerances_.solvable)
+      return false;
   return true;
 }
 

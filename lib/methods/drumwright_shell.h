@@ -32,12 +32,6 @@ class DrumwrightShell {
     double solvable = 1e-10;
     /// -: error of W_(:,n) lambda = 1_n up to which a scene counts as flat: the certificate multiplies it.
     double flat = 1e-11;
-    /// -: tangential part of z up to which a scene counts as nearly flat; beyond it multipliers are of moderate size.
-    double tilted = 1e-3;
-    /// -: and from which on: rounding times the inverse is then no error.
-    double least_tilt = 1e-7;
-    /// -: gap of that program, as a fraction of the event's energy, up to which its answer counts: (1) multiplies it.
-    double tilted_gap = 1e-12;
     /// -: lambda w up to which a contact counts as one that lambda does not need.
     double carrying = 1e-7;
     /// -: normal velocity, as a fraction of the event's, up to which a contact counts as touching after the
@@ -50,9 +44,9 @@ class DrumwrightShell {
     /// -: gap as a fraction of the event's energy up to which an answer that misses epsilon is `inaccurate` and not
     /// `nonconverged`.
     double inaccurate = 1e-8;
-    /// Contacts of an island up to which an answer that is still far off is looked for densely, in long double; larger:
-    /// an event may take seconds.
-    int dense_limit = 96;
+    /// Contacts of an island up to which an answer that is still far off is looked for densely, in DoubleDouble;
+    /// larger: an event may take seconds.
+    int dense_limit = 200;
     /// Contacts up to which that comes before further attempts of the sparse method.
     int dense_first = 16;
     /// -: ConeOptions::step_fraction of the last attempt at that.
@@ -78,8 +72,8 @@ class DrumwrightShell {
     std::vector<double> share;  // 1 where the normal impulse counts in the bound: at contacts, not at limits of joints
     std::span<const int> contacts, blocks;  // of the problem
   };
-  /// Which program an island comes down to: (1), (3), or as a first guess (3) with (4).
-  enum class Shape { general, flat, tilted };
+  /// Which program an island comes down to: (1) or (3).
+  enum class Shape { general, flat };
   /// What an island of the previous event knows of the next one.
   struct Previous {
     RestingImpulse impulse{3}, frictionless{1};  ///< of an island at rest
@@ -111,13 +105,12 @@ class DrumwrightShell {
     Allowed allowed;
     bool starts_next;  ///< may Newton's method start from it in the next event?
   };
-  static const std::array<Proposer, 11> proposers;
+  static const std::array<Proposer, 10> proposers;
   ConeStatus propose(Previous* previous);
   bool from_previous();
   bool all_stop();
   bool all_stick();
   bool from_guess();
-  bool tilted();
   bool interior();
   bool relaxed();
   bool small_dense();
@@ -126,7 +119,7 @@ class DrumwrightShell {
   bool dense_short();
   void solve_densely(const ConeProgram& program, double step_fraction);
   bool offer(Allowed allowed);
-  void certify_unreduced(const ConeSolution& x, Shape solved, double t);
+  void certify_unreduced(const ConeSolution& x);
   ConeProgram reduced() const;
   ConeProgram relaxed_program();
   double limit_of(Allowed allowed) const;
@@ -180,8 +173,6 @@ class DrumwrightShell {
   const ConeSolution* start_ = nullptr;  // the previous event's answer, where it may be started from
   double kappa_ = 0, size_ = 0, miss_ = 0;
   Shape shape_ = Shape::general;
-  double tilt_ = 0;                 // largest tangential part of z where the shape is tilted
-  std::vector<double> tilted_row_;  // (4)
   bool inaccurate_ = false;
   double excess_ = 0;  // J, of the gaps of all islands, beyond rounding
   ConeSolution answer_, trial_, finished_;

@@ -9,15 +9,15 @@
 // Source: primal-dual interior point method with predictor and corrector: S. Mehrotra, On the implementation of a
 // primal-dual interior point method, SIAM Journal on Optimization 2, 1992. The Newton step is one system in nu,
 //   (sigma + A X a^-1 A') dnu = -(sigma nu - A x + b) + A a^-1 (r + x (a - A' nu - c)),   r: what x a should change by
-// Differences: in long double, and sigma > 0 in the linear program, so that rows may depend on each other: a guess of
+// Differences: in DoubleDouble, and sigma > 0 in the linear program, so that rows may depend on each other: a guess of
 // an active set (a vertex) fails exactly there.
 // Fails: where rounding ends it before `accepted`.
 
 #include "methods/least_sum.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "linalg/stop.h"
 
@@ -28,57 +28,52 @@ bool LeastSum::solve(const BlockDiagonalMatrix& M, const BandMatrix& J, const Bl
                      double touching, std::span<double> f, std::span<double> z) {
   const int nc = J.bands();
   if (nc == 0 || nc > dense_limit) return false;
-  assemble(M, J, factor, weight);
-  Vector c(nc);
+  Vector root(nc), c(nc);
   Real mean_root = 0;
   for (int i = 0; i < nc; ++i) {
-    c[i] = Real(q[3 * i]) / std::sqrt(Real(weight[i]));
-    mean_root += std::sqrt(Real(weight[i])) / nc;
+    root[i] = sqrt(Real(weight[i]));
+    c[i] = Real(q[3 * i]) / root[i];
+    mean_root += root[i] / nc;
   }
-  const Real size = c.norm();
+  ConeProgram program;
+  program.M = &M;
+  program.J = &J;
+  columns_.form(program, root.cwiseInverse());
+  const Real size = sqrt(c.dot(c));
   if (size == 0) return false;
   c /= size;
-  A_ = columns_;
-  if (!minimise(1, Vector::Zero(A_.rows()), c)) return false;
+  part_.resize(nc);
+  std::iota(part_.begin(), part_.end(), 0);
+  if (!minimise(1, DoubleDoubleVector(M.order()), c)) return false;
 
+  Vector u;
+  momentum(x_, p_);
+  normals(p_, u);
   std::vector<int> touch;
-  const Vector u = A_.transpose() * (A_ * x_) + c;
   for (int i = 0; i < nc; ++i)
-    if (size * u[i] <= touching) touch.push_back(i);
+    if (size * (u[i] + c[i]) <= touching) touch.push_back(i);
   std::fill(f.begin(), f.end(), 0.0);
   std::fill(z.begin(), z.end(), 0.0);
   if (touch.empty()) return true;
-  A_ = columns_(Eigen::all, touch);
   // In units of the largest impulse: light bodies between heavy ones take far more than their velocities say.
   const Real unit = std::max<Real>(1, x_.maxCoeff());
-  const Vector p = A_ * Vector(x_(touch)) / unit;
+  part_ = touch;
+  const Vector carried = x_(touch) / unit;
+  DoubleDoubleVector p;
+  momentum(carried, p);
   c.resize(static_cast<Eigen::Index>(touch.size()));
-  for (std::size_t k = 0; k < touch.size(); ++k)
-    c[static_cast<Eigen::Index>(k)] = mean_root * share[touch[k]] / std::sqrt(Real(weight[touch[k]]));
+  for (std::size_t k = 0; k < touch.size(); ++k) c[k] = mean_root * share[touch[k]] / root[touch[k]];
   if (!minimise(shift / unit, p, c)) return false;
   for (std::size_t k = 0; k < touch.size(); ++k)
-    f[touch[k]] =
-        static_cast<double>(size * unit * x_[static_cast<Eigen::Index>(k)] / std::sqrt(Real(weight[touch[k]])));
-  for (Eigen::Index i = 0; i < nu_.size(); ++i)
-    z[static_cast<std::size_t>(i)] = static_cast<double>(-nu_[i] / mean_root);
+    f[touch[k]] = static_cast<double>(size * unit * x_[k] / root[touch[k]]);
+  for (int i = 0; i < nu_.size(); ++i) z[i] = static_cast<double>(-nu_[i] / mean_root);
   factor.solve_upper_in_place(z);
   return true;
 }
 
-void LeastSum::assemble(const BlockDiagonalMatrix& M, const BandMatrix& J, const BlockCholesky& factor,
-                        std::span<const double> weight) {
-  rows_.setZero(M.order(), J.bands());
-  for (int c = 0; c < J.bands(); ++c)
-    for (int e = J.band[c]; e < J.band[c + 1]; ++e)
-      rows_.block(M.first[J.block[e]], c, J.entry(e).cols(), 1) =
-          J.entry(e).topRows(1).transpose() / std::sqrt(weight[c]);
-  for (int b = 0; b < M.blocks(); ++b) factor.solve_lower_in_place(b, rows_, M.first[b]);
-  columns_ = rows_.cast<Real>();
-}
-
-bool LeastSum::minimise(Real sigma, const Vector& b, const Vector& c) {
-  Real best = HUGE_VALL;
-  for (const Real centre : centres) {
+bool LeastSum::minimise(Real sigma, const DoubleDoubleVector& b, const Vector& c) {
+  Real best = HUGE_VAL;
+  for (const double centre : centres) {
     follow(sigma, b, c, centre, best);
     if (best <= enough) break;
   }
@@ -89,17 +84,16 @@ bool LeastSum::minimise(Real sigma, const Vector& b, const Vector& c) {
 }
 
 // From the middle to the end of the path; the best point met of all is kept, with its merit.
-void LeastSum::follow(Real sigma, const Vector& b, const Vector& c, Real least_centre, Real& best) {
-  const Eigen::Index n = A_.cols(), rows = A_.rows();
-  x_ = Vector::Ones(n);
+void LeastSum::follow(Real sigma, const DoubleDoubleVector& b, const Vector& c, double least_centre, Real& best) {
+  x_ = Vector::Ones(c.size());
   a_ = c.cwiseMax(Real(1));
-  nu_ = Vector::Zero(rows);
-  Real least = HUGE_VALL;
+  nu_.set_zero(columns_.rows());
+  Real least = HUGE_VAL;
   int since_least = 0;
   for (int k = 0; k < iteration_limit; ++k) {
     poll_stop();
     const Real merit = residuals(sigma, b, c);
-    if (!std::isfinite(merit)) return;
+    if (!isfinite(merit)) return;
     if (merit < best) {
       best = merit;
       best_x_ = x_;
@@ -108,48 +102,82 @@ void LeastSum::follow(Real sigma, const Vector& b, const Vector& c, Real least_c
     since_least = merit < least ? 0 : since_least + 1;
     least = std::min(least, merit);
     if (merit <= rounding || (least <= accepted && since_least > patience)) return;
-    K_.resize(n + rows, n + rows);
-    const Vector larger = x_.cwiseMax(a_);
-    K_.topLeftCorner(n, n) = ((a_ + proximal * x_).cwiseQuotient(larger)).asDiagonal();
-    K_.topRightCorner(n, rows) = x_.cwiseQuotient(larger).asDiagonal() * A_.transpose();
-    K_.bottomLeftCorner(rows, n) = -A_;
-    K_.bottomRightCorner(rows, rows) = sigma * Matrix::Identity(rows, rows);
-    factor_.compute(K_);
+    if (!factor(sigma)) return;
     const Vector products = x_.cwiseProduct(a_);
-    const auto step = [&](const Vector& change) {
-      Vector rhs(n + rows);
-      rhs << (change + x_.cwiseProduct(off_a_)).cwiseQuotient(larger), -off_nu_;
-      Vector y = factor_.solve(rhs);
-      y += factor_.solve(rhs - K_ * y);
-      dx_ = y.head(n);
-      dnu_ = y.tail(rows);
-      da_ = A_.transpose() * dnu_ - off_a_;
-    };
-    step(-products);
+    step(sigma, -products);
     const Real affine = std::min<Real>(1, longest());
-    const Real centre =
-        std::max<Real>(least_centre, (1 - affine) * (1 - affine) * (1 - affine)) * products.sum() / Real(n);
-    step((-products - dx_.cwiseProduct(da_)).array() + centre);
-    const Real alpha = std::min<Real>(1, Real(0.98) * longest());
+    const Real centre = std::max<Real>(least_centre, (1 - affine) * (1 - affine) * (1 - affine)) * products.sum() /
+                        static_cast<double>(c.size());
+    step(sigma, (-products - dx_.cwiseProduct(da_)).array() + centre);
+    const Real alpha = std::min<Real>(1, 0.98 * longest());
     x_ += alpha * dx_;
     a_ += alpha * da_;
-    nu_ += alpha * dnu_;
+    for (int i = 0; i < nu_.size(); ++i) nu_.set(i, nu_[i] + alpha * dnu_[i]);
   }
 }
 
 // Of the equations, into off_nu_ and off_a_; returns the largest, or the complementarity.
-LeastSum::Real LeastSum::residuals(Real sigma, const Vector& b, const Vector& c) {
-  off_nu_ = sigma * nu_ - A_ * x_ + b;
-  off_a_ = a_ - A_.transpose() * nu_ - c;
-  return std::max({x_.dot(a_), off_nu_.lpNorm<Eigen::Infinity>(), off_a_.lpNorm<Eigen::Infinity>()});
+LeastSum::Real LeastSum::residuals(Real sigma, const DoubleDoubleVector& b, const Vector& c) {
+  momentum(x_, p_);
+  off_nu_.set_zero(p_.size());
+  Real worst = x_.dot(a_);
+  for (int i = 0; i < p_.size(); ++i) {
+    off_nu_.set(i, sigma * nu_[i] - p_[i] + b[i]);
+    worst = std::max(worst, abs(off_nu_[i]));
+  }
+  normals(nu_, off_a_);
+  off_a_ = a_ - off_a_ - c;
+  for (const Real& off : off_a_) worst = std::max(worst, abs(off));
+  return worst;
+}
+
+bool LeastSum::factor(Real sigma) {
+  const int rows = columns_.rows();
+  lu_.resize(rows);
+  for (int i = 0; i < rows; ++i) lu_.add(i, i, sigma);
+  D_ = x_.cwiseQuotient(a_ + Real(proximal) * x_);
+  Eigen::Matrix<Real, 3, 3> normal = Eigen::Matrix<Real, 3, 3>::Zero();
+  for (std::size_t k = 0; k < part_.size(); ++k) {
+    normal(0, 0) = D_[k];
+    columns_.add_congruence(normal, part_[k], 0, 0, lu_);
+  }
+  return lu_.factor();
+}
+
+// dx, da, dnu by which x a changes by `change` and the equations come to hold. With one refinement.
+void LeastSum::step(Real sigma, const Vector& change) {
+  dx_ = (change + x_.cwiseProduct(off_a_)).cwiseQuotient(a_ + Real(proximal) * x_);
+  dnu_.set_zero(columns_.rows());
+  for (int k = 0; k < 2; ++k) {
+    momentum(dx_, p_);
+    for (int i = 0; i < p_.size(); ++i) p_.set(i, p_[i] - sigma * dnu_[i] - off_nu_[i]);
+    lu_.solve_in_place(p_);
+    normals(p_, u_);
+    dx_ -= D_.cwiseProduct(u_);
+    for (int i = 0; i < p_.size(); ++i) dnu_.set(i, dnu_[i] + p_[i]);
+  }
+  normals(dnu_, da_);
+  da_ -= off_a_;
+}
+
+// A x and A' p, of the contacts that take part.
+void LeastSum::momentum(const Vector& x, DoubleDoubleVector& p) {
+  all_ = Vector::Zero(3 * columns_.contacts());
+  for (std::size_t k = 0; k < part_.size(); ++k) all_[3 * part_[k]] = x[k];
+  columns_.momentum(all_, p);
+}
+void LeastSum::normals(const DoubleDoubleVector& p, Vector& u) {
+  columns_.velocities(p, all_);
+  u.resize(static_cast<Eigen::Index>(part_.size()));
+  for (std::size_t k = 0; k < part_.size(); ++k) u[k] = all_[3 * part_[k]];
 }
 
 // Largest step that keeps x and a >= 0.
 LeastSum::Real LeastSum::longest() const {
-  Real alpha = HUGE_VALL;
+  Real alpha = HUGE_VAL;
   for (Eigen::Index i = 0; i < x_.size(); ++i) {
-    if (dx_[i] < 0) alpha = std::min(alpha, -x_[i] / dx_[i]);
-    if (da_[i] < 0) alpha = std::min(alpha, -a_[i] / da_[i]);
+    if (dx_[i] < 0) alpha = std::min<Real>(alpha, -x_[i] / dx_[i]);
+    if (da_[i] < 0) alpha = std::min<Real>(alpha, -a_[i] / da_[i]);
   }
   return alpha;
 }

@@ -1,15 +1,15 @@
 #pragma once
 
-#include <Eigen/LU>
 #include <array>
 #include <span>
 #include <vector>
 
+#include "cone/contact_columns.h"
 #include "contact/problem.h"
 
 namespace cb {
 
-/// Frictionless impulses of least sum by an interior point method, dense and in long double. Where rows depend on each
+/// Frictionless impulses of least sum by an interior point method, dense and in DoubleDouble. Where rows depend on each
 /// other up to 1e-10 (bricks in a wall, tilted by what they sank) W is singular to rounding and methods that look for
 /// an active set find none; this one needs none.
 class LeastSum {
@@ -23,39 +23,39 @@ class LeastSum {
              std::span<double> f, std::span<double> z);
 
   /// Contacts up to which this is tried: the cost is that of dense matrices.
-  static constexpr int dense_limit = 96;
+  static constexpr int dense_limit = 200;
 
  private:
-  using Real = long double;
-  using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
-  using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
+  using Real = DoubleDouble;
+  using Vector = ContactColumns::Vector;
 
   // Of 1, the scaled problem's size: complementarity and residuals at which an iteration ends, and up to which its
   // answer counts.
-  static constexpr Real rounding = 1e-19L, accepted = 1e-9L;
+  static constexpr double rounding = 1e-23, accepted = 1e-9;
   // sigma of the linear program: its f leaves momenta of sigma |z| open, and is of least sum up to rounding / sigma.
-  static constexpr Real shift = 1e-13L;
+  static constexpr double shift = 1e-13;
   // Of a step in x, which is not unique: keeps it from drifting.
-  static constexpr Real proximal = 1e-17L;
+  static constexpr double proximal = 1e-25;
   // -: complementarity aimed at, of the present, at least: fast first; then, where products fell so far behind the
   // others that they leave no room for a turn of the path, never to the edge itself. From where on it is good enough.
-  static constexpr std::array<Real, 2> centres = {0, 1e-2L};
-  static constexpr Real enough = 1e-17L;
+  static constexpr std::array<double, 2> centres = {0, 1e-2};
+  static constexpr double enough = 1e-17;
   static constexpr int iteration_limit = 100, patience = 10;
 
-  void assemble(const BlockDiagonalMatrix& M, const BandMatrix& J, const BlockCholesky& factor,
-                std::span<const double> weight);
-  bool minimise(Real sigma, const Vector& b, const Vector& c);
-  void follow(Real sigma, const Vector& b, const Vector& c, Real least_centre, Real& best);
-  Real residuals(Real sigma, const Vector& b, const Vector& c);
+  bool minimise(Real sigma, const DoubleDoubleVector& b, const Vector& c);
+  void follow(Real sigma, const DoubleDoubleVector& b, const Vector& c, double least_centre, Real& best);
+  Real residuals(Real sigma, const DoubleDoubleVector& b, const Vector& c);
+  bool factor(Real sigma);
+  void step(Real sigma, const Vector& change);
+  void momentum(const Vector& x, DoubleDoubleVector& p);
+  void normals(const DoubleDoubleVector& p, Vector& u);
   Real longest() const;
 
-  Matrix A_, K_;  // nv x nc: columns of those that take part; nv x nv
-  Matrix columns_;
-  Eigen::MatrixXd rows_;
-  Eigen::PartialPivLU<Matrix> factor_;
-  Vector best_x_, best_nu_;
-  Vector x_, a_, nu_, dx_, da_, dnu_, off_nu_, off_a_;
+  ContactColumns columns_;
+  std::vector<int> part_;  // contacts that take part: x, a are theirs
+  DoubleDoubleLu lu_;
+  Vector x_, a_, dx_, da_, off_a_, D_, best_x_, all_, u_;
+  DoubleDoubleVector nu_, dnu_, off_nu_, best_nu_, p_;
 };
 
 }  // namespace cb

@@ -422,7 +422,7 @@ def arguments():
                         help="writes the random scenes there and runs nothing")
     parser.add_argument("--reduce", action="store_true", help="makes failing random scenes smaller, into OUT/reduced")
     parser.add_argument("--other-program", metavar="PROGRAM",
-                        help="a build without fused multiply-add (preset portable), to compare with in N1")
+                        help="a build that rounds in another way (preset portable), to compare with in N1")
     parser.add_argument("--quick", action="store_true",
                         help="the first row of each case but long ones, one seed of an ensemble")
     parser.add_argument("--time-limit", type=float,

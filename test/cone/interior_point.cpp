@@ -170,7 +170,7 @@ TEST_CASE("the dense method gives the same motion, and a certificate where scale
     velocities.evaluate(p, x.r, x.eta);
     std::vector<double> q(x.r.size());
     multiply(*p.J, *p.M, *p.v0, q);
-    return certify(p, x.r, x.eta, x.s, velocities, q);
+    return certify(p, x.r, x.eta, velocities, q);
   };
   for (unsigned seed = 0; seed < 10; ++seed) {
     Chain chain(4, 2, seed);

@@ -467,3 +467,56 @@ TEST_CASE(
   box.solution.epsilon = 0.5 * product;
   CHECK(held(box));
 }
+
+// One body on two points, a perfectly elastic one that slides and one without restitution. In the first phase the first
+// slides along t2 and the second aslant; in the second, what is given back turns the slip of the first around, so that
+// its friction does work on what is left. Unknowns of a phase: c_n, c_t (4 edges a contact), lam; which are positive
+// was found by Lemke's method, and the rows of these are solved here.
+TEST_CASE("an answer that fulfils both phases of Poisson's law and gains energy is refused") {
+  Exact rod{"a body on two points", Law::anitescu_potra, {}, {}, {}};
+  ContactProblem& p = rod.problem;
+  add_body(p, 1, {0.1, 2, 0.1}, {-1, -3, 1}, {2, -2, -3});
+  add_contact(p, 0, {2, -2, 1}, -1, {}, ground_axes(), 0.2, 1);
+  add_contact(p, 0, {1, -2, 0}, -1, {}, ground_axes(), 1, 0);
+  BlockCholesky factor;
+  REQUIRE(factor.factor(p.M));
+  Eigen::MatrixXd W;
+  delassus(p, factor, W);
+  constexpr int k = 4, edges = 2 * (1 + k), unknowns = 2 * (k + 2);
+  Eigen::MatrixXd D = Eigen::MatrixXd::Zero(6, edges);
+  for (int c = 0; c < 2; ++c) {
+    D(3 * c, c) = 1;
+    for (int i = 0; i < k; ++i) D(3 * c + 1 + i % 2, 2 + k * c + i) = i < 2 ? 1 : -1;
+  }
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(unknowns, unknowns);
+  A.topLeftCorner(edges, edges) = D.transpose() * W * D;
+  for (int c = 0; c < 2; ++c) {
+    A(edges + c, c) = p.mu[c];
+    A.block(edges + c, 2 + k * c, 1, k).setConstant(-1);
+    A.block(2 + k * c, edges + c, k, 1).setConstant(1);
+  }
+  std::vector<double> before;
+  contact_velocity(p, p.v_minus, before);
+  Eigen::VectorXd r = Eigen::VectorXd::Zero(6);
+  const auto phase = [&](const std::vector<int>& positive, const Eigen::Vector2d& given_back) {
+    for (int c = 0; c < 2; ++c) r[3 * c] += given_back[c];
+    Eigen::VectorXd q(unknowns), z = Eigen::VectorXd::Zero(unknowns);
+    q << D.transpose() * (Eigen::Map<const Eigen::VectorXd>(before.data(), 6) + W * r), p.mu[0] * given_back[0],
+        p.mu[1] * given_back[1];
+    z(positive) = -A(positive, positive).partialPivLu().solve(q(positive));
+    r += D * z.head(edges);
+    rod.solution.z.insert(rod.solution.z.end(), z.begin(), z.end());
+    return z;
+  };
+  rod.solution.k = k;
+  const Eigen::VectorXd compression = phase({0, 1, 3, 7, 8, 10, 11}, {0, 0});
+  phase({4, 10, 11}, {compression[0], 0});
+  rod.solution.impulse.assign(r.begin(), r.end());
+
+  std::vector<double> v_plus;
+  const Residuals found = Referee().check(p, rod.solution, rod.law, v_plus);
+  CHECK(found.energy_gain > 0.1 * found.energy_before);
+  // Nothing else is wrong with it.
+  CHECK(found.model == Approx(found.energy_gain / found.energy_before).epsilon(1e-12));
+  CHECK_FALSE(held(rod));
+}

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "lcp/complementary_path.h"
+#include "lcp/dense_basis.h"
 #include "lcp/lcp.h"
 #include "lcp/lcp_files.h"
 
@@ -123,9 +124,14 @@ TEST_CASE("along the path of a P-matrix the normal map shrinks in proportion, an
     }
     // From x = -w0 (z = 0): F_+(x) = q - w0, c = -F_+(x). Row of the first basic variable to fall to zero as z_0
     // leaves 1.
-    const VectorXd cover = w0 - q, ones = VectorXd::Ones(n);
-    DenseTableau table;
-    table.start(M, ones, ones);
+    const VectorXd cover = w0 - q;
+    LcpProblem problem;
+    problem.M = M;
+    problem.q = q;
+    PairScales scales;
+    scales.rows = scales.columns = VectorXd::Ones(n);
+    DenseBasis table;
+    table.start(problem, scales);
     table.restart();
     table.set_load(q);
     table.set_cover(cover);
@@ -134,13 +140,12 @@ TEST_CASE("along the path of a P-matrix the normal map shrinks in proportion, an
     for (int i = 0; i < n; ++i)
       if (q[i] < 0 && -q[i] / cover[i] > latest) latest = -q[i] / cover[row = i];
     if (row < 0) continue;
-    const int leaving = table.basic(row);
-    REQUIRE(table.pivot(row, 2 * n));
-    PathFollower follower;
-    follower.ratio.resize(table.padded());
-    follower.pivot_limit = 10000;
+    ComplementaryPath path;
+    path.ratio.resize(table.padded());
+    path.pivots.limit = 10000;
+    REQUIRE(path.enter(table, row));
     double before = 1;
-    const PathEnd end = follower.follow(table, n, leaving, [&] {
+    while (path.goes_on(table)) {
       VectorXd z = VectorXd::Zero(n), w = z;
       double t = 0;
       for (int i = 0; i < n; ++i) {
@@ -153,9 +158,10 @@ TEST_CASE("along the path of a P-matrix the normal map shrinks in proportion, an
       CHECK(std::min(z.minCoeff(), w.minCoeff()) > -1e-9);
       // F_+(p(t)) = (1 - t) F_+(x)
       CHECK((M * z + q - w + t * cover).lpNorm<Eigen::Infinity>() < 1e-9);
-      return true;
-    });
-    CHECK(end == PathEnd::solution);
+      const int entering = complement(path.left, n);
+      path.exchange(table, entering, path.blocking_row(table, entering));
+    }
+    CHECK(path.end == PathEnd::solution);
   }
 }
 

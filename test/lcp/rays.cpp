@@ -1,24 +1,29 @@
 #include <catch2/catch.hpp>
 
-#include "lcp/complementary_path.h"
+#include "lcp/dense_basis.h"
+#include "lcp/judge.h"
 
 using namespace cb;
 
 namespace {
 
 /// One pair, w = m z + q + c z_0, at the basis of w: the entering z changes w by `claimed`, and truly by m.
-struct OnePair {
-  double m, claimed;
-  const double* column(int) const { return &claimed; }
-  int basic(int) const { return 0; }  // w; 1 is z, 2 is z_0
-  void multiply(const Eigen::VectorXd& z, Eigen::VectorXd& w) const { w = m * z; }
+struct Misled : DenseBasis {
+  double claimed = 0;
+  const double* column(int) override { return &claimed; }
 };
 
 bool holds(double m, double claimed) {
   ScaledLoad load;
   load.q = load.scales.rows = load.scales.columns = Eigen::VectorXd::Ones(1);
-  OnePair table{m, claimed};
-  return PathJudge().ray_holds(table, load, Eigen::VectorXd::Ones(1), 1);
+  LcpProblem problem;
+  problem.M = Eigen::MatrixXd::Constant(1, 1, m);
+  problem.q = load.q;
+  Misled basis;
+  basis.claimed = claimed;
+  basis.start(problem, load.scales);
+  basis.restart();
+  return PathJudge().ray_holds(basis, load, Eigen::VectorXd::Ones(1), 1);
 }
 
 }  // namespace

@@ -208,7 +208,8 @@ TEST_CASE("a bound that leaves no room is missed by no more than what is accepte
   }
   for (const std::string name :
        {"contact/bound_bin", "contact/bound_wall", "contact/bound_corner", "contact/bound_three_in_line",
-        "contact/bound_weak_direction", "contact/bound_tilt_1e-9", "contact/bound_large_multiplier"})
+        "contact/bound_weak_direction", "contact/bound_tilt_1e-9", "contact/bound_large_multiplier",
+        "contact/bound_gap_at_rounding", "contact/bound_dense_wall", "contact/bound_pile"})
     checked_answer(name, test_problem(name));
 }
 

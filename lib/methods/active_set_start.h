@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "contact/problem.h"
+#include "lcp/front.h"
+#include "lcp/lcp.h"
+
+namespace cb {
+
+/// Where the unknowns of A-P's LCP stand (anitescu_potra.cpp): c_n of all contacts, then c_t and lam of those with
+/// friction unknowns. A view.
+struct PolygonUnknowns {
+  int nc, k;
+  const std::vector<int>& rough;         ///< contacts whose friction has unknowns
+  std::span<const double> cosine, sine;  ///< k: the directions
+  int rough_count() const { return static_cast<int>(rough.size()); }
+  int first_direction(int f) const { return nc + k * f; }             ///< c_t of the f-th contact of `rough`
+  int slip_bound(int f) const { return nc + k * rough_count() + f; }  ///< and its lam
+};
+
+/// A warm start of A-P's LCP: the active set of the last answer, tried on the present problem (active_set_start.cpp).
+class ActiveSetStart {
+ public:
+  void forget() { previous_ = -1; }
+  /// The answer with that active set. True where it solves `problem`; u: velocities before the event (3 nc).
+  bool find(const LcpProblem& problem, const PolygonUnknowns& at, std::span<const double> u, LcpSolution& answer);
+  /// Notes the active set of an answer; `impulse`: all of the event's (3 nc), u: velocities before it.
+  void remember(const ContactProblem& problem, const BlockCholesky& factor, const PolygonUnknowns& at,
+                std::span<const double> u, std::span<const double> impulse, const LcpSolution& answer);
+
+ private:
+  void list_friction(const PolygonUnknowns& at, const Eigen::VectorXd& z, double least_impulse, double least_slip);
+  void list_bounds(const ContactProblem& problem, const PolygonUnknowns& at, const Eigen::VectorXd& z,
+                   double least_impulse, double least_slip);
+
+  int previous_ = -1;        // n of the last answer, -1 where there is none
+  std::vector<int> active_;  // its positive unknowns, and what makes their equations regular
+  Eigen::VectorXd w_;        // n
+  std::vector<double> u_, v_;
+  PairScales scales_;
+  Kernels kernels_;
+};
+
+}  // namespace cb

@@ -1,0 +1,162 @@
+// The two kernels of a basis are one dictionary (lcp/basis.h), and what stands in front of the solvers (lcp/front.h).
+#include "lcp/basis.h"
+
+#include <Eigen/LU>
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "lcp/front.h"
+
+using namespace cb;
+
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// A positive definite problem in both forms, M = J A^-1 J^T + D, with scales for both.
+struct TwoForms {
+  LcpProblem expanded, dense;
+  PairScales scales;
+  VectorXd cover;
+};
+
+TwoForms two_forms(int n, int nx, unsigned seed) {
+  std::mt19937 generator(seed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const auto random = [&](int rows, int columns) {
+    return MatrixXd(MatrixXd::NullaryExpr(rows, columns, [&] { return uniform(generator); }));
+  };
+  const MatrixXd S = random(nx, nx), A = S * S.transpose() + MatrixXd::Identity(nx, nx), J = random(n, nx);
+  const MatrixXd T = random(n, n), D = 0.2 * T * T.transpose();
+  TwoForms forms;
+  LcpProblem& p = forms.expanded;
+  p.expanded = true;
+  p.A = A.sparseView();
+  p.B = (-J.transpose()).sparseView();
+  p.C = J.sparseView();
+  p.D = D.sparseView();
+  p.a = random(nx, 1);
+  p.q = random(n, 1);
+  forms.dense.M = J * A.inverse() * J.transpose() + D;
+  forms.dense.q = p.q - J * (A.inverse() * p.a);
+  pair_scales(forms.dense, forms.scales);
+  forms.cover = VectorXd::Ones(n) + 0.5 * random(n, 1);
+  return forms;
+}
+
+double difference(const double* a, const double* b, int n) {
+  return (Eigen::Map<const VectorXd>(a, n) - Eigen::Map<const VectorXd>(b, n)).lpNorm<Eigen::Infinity>();
+}
+
+}  // namespace
+
+TEST_CASE("a basis has one dictionary, kept as a table or solved for") {
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    const int n = 13;
+    const TwoForms forms = two_forms(n, 6, seed);
+    Kernels kernels;
+    Basis &table = kernels.of(forms.dense), &factors = kernels.of(forms.expanded);
+    const VectorXd load = forms.dense.q.cwiseProduct(forms.scales.rows);
+    for (const auto& [basis, problem] : {std::pair{&table, &forms.dense}, std::pair{&factors, &forms.expanded}}) {
+      basis->start(*problem, forms.scales);
+      REQUIRE(basis->eliminate());
+      basis->restart();
+      basis->set_load(load);
+      basis->set_cover(forms.cover);
+    }
+    CHECK((table.eliminated_load() - factors.eliminated_load()).lpNorm<Eigen::Infinity>() < 1e-12);
+    // z_0 for w_4, z_4 for w_7, z_7 for z_4: the same rows in both.
+    for (const auto& [row, entering] : {std::pair{4, 2 * n}, std::pair{7, n + 4}, std::pair{7, n + 7}}) {
+      CAPTURE(seed, row, entering);
+      CHECK(difference(table.column(entering), factors.column(entering), n) < 1e-10);
+      REQUIRE(table.pivot(row, entering));
+      REQUIRE(factors.pivot(row, entering));
+      CHECK(difference(table.rhs(), factors.rhs(), n) < 1e-10);
+      for (int v = 0; v <= 2 * n; ++v) REQUIRE(table.is_basic(v) == factors.is_basic(v));
+    }
+    // Taken up from the matrix, that basis is the one that the pivots led to, its rows in another order.
+    const VectorXd carried = Eigen::Map<const VectorXd>(table.rhs(), n);
+    std::vector<int> variables(n);
+    for (int i = 0; i < n; ++i) variables[i] = table.basic(i);
+    for (Basis* basis : {&table, &factors}) {
+      REQUIRE(basis->renew({7}, 4, load, forms.cover));
+      for (int i = 0; i < n; ++i) CHECK(std::abs(basis->rhs()[basis->row_of(variables[i])] - carried[i]) < 1e-10);
+    }
+  }
+}
+
+TEST_CASE("solved at an active set the equations of the set hold, in both forms alike") {
+  const int n = 13;
+  const TwoForms forms = two_forms(n, 6, 5);
+  const std::vector<int> active{1, 2, 6, 11};
+  Kernels kernels;
+  for (const LcpProblem* problem : {&forms.dense, &forms.expanded}) {
+    Basis& basis = kernels.of(*problem);
+    basis.start(*problem, forms.scales);
+    VectorXd z, w;
+    CHECK(basis.solve_at(active, z, w) < 1e-12);
+    // w = M z + q everywhere; z is zero off the set and w on it.
+    CHECK((forms.dense.M * z + forms.dense.q - w).lpNorm<Eigen::Infinity>() < 1e-12);
+    for (int i = 0; i < n; ++i)
+      CHECK(std::abs(std::find(active.begin(), active.end(), i) != active.end() ? w[i] : z[i]) < 1e-12);
+  }
+  // Two pairs that are one: the sparse kernel says so, of the dense one w does.
+  TwoForms twins = forms;
+  for (LcpProblem* problem : {&twins.dense, &twins.expanded}) {
+    problem->q = VectorXd::LinSpaced(2, -1, -2);
+    problem->M = MatrixXd::Ones(2, 2);
+  }
+  LcpProblem& p = twins.expanded;
+  p.A = MatrixXd::Identity(1, 1).sparseView();
+  p.B = MatrixXd::Constant(1, 2, -1).sparseView();
+  p.C = MatrixXd::Ones(2, 1).sparseView();
+  p.D.resize(2, 2);
+  p.D.setZero();
+  p.a = VectorXd::Zero(1);
+  pair_scales(twins.dense, twins.scales);
+  VectorXd z, w;
+  kernels.sparse.start(p, twins.scales);
+  CHECK(kernels.sparse.solve_at({0, 1}, z, w) == HUGE_VAL);
+  kernels.dense.start(twins.dense, twins.scales);
+  kernels.dense.solve_at({0, 1}, z, w);
+  CHECK(!(w.lpNorm<Eigen::Infinity>() < 0.1));
+}
+
+TEST_CASE("the front refuses what no solver can use, in one way for all of them") {
+  const TwoForms forms = two_forms(9, 4, 7);
+  LcpProblem no_number = forms.expanded, undetermined = forms.expanded;
+  no_number.a[1] = NAN;
+  undetermined.A.coeffRef(2, 2) = 0;
+  for (int k = 0; k < 4; ++k) undetermined.A.coeffRef(2, k) = undetermined.A.coeffRef(k, 2) = 0;
+  for (const Wants wants : {Wants::dense_matrix, Wants::basis})
+    for (const int dense_limit : {0, 100}) {
+      LcpOptions options;
+      options.dense_limit = dense_limit;
+      Front front(options, wants);
+      LcpSolution solution;
+      solution.x = solution.z = VectorXd::Ones(3);
+      solution.pivots = 5;
+      CHECK_FALSE(front.open(no_number, solution));
+      CHECK(solution.status == LcpStatus::not_finite);
+      CHECK(solution.reason == "the data are not finite");
+      CHECK(solution.z == VectorXd::Zero(9));
+      CHECK(solution.x.size() == 0);
+      CHECK(solution.pivots == 0);
+      CHECK_FALSE(front.open(undetermined, solution));
+      CHECK(solution.status == LcpStatus::singular);
+      CHECK(solution.reason == "the block of the free unknowns is singular");
+      REQUIRE(front.open(forms.expanded, solution));
+      CHECK(front.form().expanded == (wants == Wants::basis && dense_limit == 0));
+      // Nothing is left to solve of a problem without pairs: x = -A^-1 a.
+      LcpProblem free = forms.expanded;
+      free.B.resize(4, 0);
+      free.C.resize(0, 4);
+      free.D.resize(0, 0);
+      free.q.resize(0);
+      CHECK_FALSE(front.open(free, solution));
+      CHECK(solution.status == LcpStatus::solved);
+      REQUIRE(solution.x.size() == 4);
+      CHECK((free.A * solution.x + free.a).lpNorm<Eigen::Infinity>() < 1e-12);
+    }
+}
