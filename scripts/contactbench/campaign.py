@@ -19,6 +19,7 @@ import time
 from pathlib import Path
 
 from . import look, program, reduce, scenes
+from .references import digest
 from .runs import write_table
 from .templates import render
 
@@ -85,7 +86,7 @@ def label(row):
     return kind_of(row["faults"][0]) if row["faults"] else row["status"]
 
 
-def digest(*parts):
+def key_of(*parts):
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16]
 
 
@@ -134,15 +135,14 @@ def do(job):
 
 
 def jobs_of(some, options):
-    program_hash = hashlib.sha256(Path(options.program).read_bytes()).hexdigest()[:16]
-    look_hash = digest(Path(
-        look.__file__).read_text())  # another look is another run: it sees the files, which are not kept
+    # Another look is another run: it sees the files, which are not kept.
+    program_hash, look_hash = digest(options.program), digest(look.__file__)
     statuses = program.statuses_of(program.listed(options.program))
     for scene in some:
         path = scenes.write(scene, options.out / "scenes")
         for method, flags in METHODS.items():
             for prune in (options.prune or ["on", "off"]) if not options.method or method in options.method else []:
-                key = digest(program_hash, scene.xml(), *scene.files.values(), method, prune, f"{options.time_limit:g}",
+                key = key_of(program_hash, scene.xml(), *scene.files.values(), method, prune, f"{options.time_limit:g}",
                              look_hash)
                 yield {
                     "scene": scene.name, "family": scene.family, "kind": scene.kind, "method": method, "prune": prune,

@@ -523,7 +523,7 @@ FIGURES = {
 # yapf: enable
 
 
-def draw(name, results):
+def draw(name: str, results: Runs):
     """Draws a figure into the folder of the results; a picture that says so, where there is nothing to show."""
     this = FIGURES[name]
     table = this.table(results, this.scene)

@@ -66,9 +66,6 @@ class Run:
         """All that tells runs apart but the repeat."""
         return self.scene, self.sets, self.method, self.variant, self.solver, self.knobs
 
-    def knob(self, name):
-        return dict(self.knobs).get(name, "")
-
     @property
     def name(self):
         parts = [self.scene] + [f"{n}-{v}" for n, v in self.sets] + [self.method]

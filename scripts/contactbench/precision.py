@@ -10,7 +10,7 @@ import statistics
 import numpy as np
 
 from .references import ERROR, name_of
-from .runs import number
+from .runs import Cell, Runs, number
 
 SWEEP = "error_time"
 # The error that stands for a scene: the first of these that it has, largest over time. Closed forms come before
@@ -41,7 +41,7 @@ def circle(points):
     return radius, math.sqrt(math.fsum((math.hypot(x - a, y - b) - radius)**2 for x, y in zip(u, v)) / n) / radius
 
 
-def scenes(results):
+def scenes(results: Runs) -> list[tuple[str, str]]:
     """(scene, parameters) in the order of the table, of those with an exact answer."""
     found = dict.fromkeys((c["scene"], c["parameters"]) for c in results.cells(sweep=SWEEP))
     return [s for s in found if measure(results, *s)]
@@ -86,7 +86,7 @@ def points(results, scene, parameters, name=None, sweep=SWEEP):
     return out
 
 
-def pareto(some):
+def pareto(some: list[dict]) -> list[dict]:
     """Of points with time and error: those that none beats in both, the cheapest first. An error counts as less from 1
     % on, and below TINY none does."""
     front, best = [], math.inf
@@ -135,7 +135,7 @@ def told_apart(a, b):
 # Error budget.
 
 
-def apart(a, b):
+def apart(a: Cell, b: Cell) -> float:
     """Largest distance of a body between two runs of the same scene at the times that both recorded; nan where there is
     none."""
     places = []
@@ -154,7 +154,7 @@ def apart(a, b):
     return float(max(np.max(np.linalg.norm(np.subtract(places[0][t], places[1][t]), axis=1)) for t in common))
 
 
-def twin(cells, cell):
+def twin(cells: list[Cell], cell: Cell) -> Cell | None:
     """The same model at the same step solved as well as this program can; None for models that are no such problem."""
     if cell["method"] == "ap":
         return next((c for c in cells if c["method"] == "ap" and c["solver"] == "lemke" and c["k"] == cell["k"]
@@ -170,7 +170,7 @@ def coulomb(cells, step):
                  and c["status"] == "ok" and number(c["law_residual_max"]) <= EXACT_LAW), None)
 
 
-def budget(results, scene, parameters):
+def budget(results: Runs, scene: str, parameters: str) -> list[dict]:
     """Per finished cell: error of the solver (against the same model solved tightly, same step), of the model (that
     against exact Coulomb friction, same step) and of the step (the same law against its exact answer); nan where it is
     not known."""

@@ -41,7 +41,7 @@ active = set()  # processes to be ended with the sweep
 lock = threading.Lock()
 
 
-def read_json(path):
+def read_json(path) -> dict | list | None:
     try:
         return json.loads(Path(path).read_text(errors="replace"))
     except (OSError, ValueError, RecursionError):
@@ -55,27 +55,27 @@ class ProgramError(Exception):
     """The program does not do what is asked of it: says why."""
 
 
-def flags(doc):
+def flags(doc: str | None) -> argparse.ArgumentParser:
     """The parser of a script, whose head is the help."""
     return argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
 
 
-def call(*words, timeout=None):
+def call(*words, timeout: float | None = None) -> subprocess.CompletedProcess:
     """Runs a command to its end: exit code (`returncode`), `stdout` and `stderr` as text."""
     return subprocess.run([str(w) for w in words], capture_output=True, text=True, timeout=timeout, check=False)
 
 
-def run_words(program, scene, flags, out):
+def run_words(program, scene, flags: list, out) -> list[str]:
     """The command of a run into the folder `out`."""
     return [str(w) for w in (program, "run", scene, *flags, "--out", out, "--quiet")]
 
 
-def settings(pairs):
+def settings(pairs: list[str]) -> list[str]:
     """Flags of scene parameters given as NAME=VALUE."""
     return [word for pair in pairs for word in ("--set", pair)]
 
 
-def listed(program):
+def listed(program) -> dict:
     """What the program says of itself: methods, solvers, scenarios, statuses."""
     try:
         ended = subprocess.run([program, "list", "--json"], check=True, capture_output=True, text=True, timeout=60)
@@ -84,21 +84,30 @@ def listed(program):
         raise ProgramError(f"`{program} list --json` does not work: {error}") from None
 
 
-def version(program):
+def cpu() -> str:
+    """Of this machine, as the program names it in a summary."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), "unknown")
+
+
+def version(program) -> str:
     """The commit that the program says it is of."""
     return next(iter(re.findall(r"git ([^;)]*)",
                                 call(program, "--version").stdout)), "a program that said nothing of itself")
 
 
-def scenes_of(said):
+def scenes_of(said: dict) -> dict[str, dict]:
     return {s["name"].removesuffix(".xml"): s for s in said["scenarios"]}
 
 
-def statuses_of(said):
+def statuses_of(said: dict) -> list[str]:
     return [s["name"] for s in said["statuses"]]
 
 
-def choices(said, outside=(), unavailable=False):
+def choices(said: dict, outside=(), unavailable=False) -> tuple[list[tuple], dict[str, str]]:
     """(method row, variant, solver) of everything this build has, or could have, in the order of its own list, but
     solvers named `outside`; and what it has not: {method/solver: reason}."""
     out = {(s["method"], s["name"]): s["unavailable"] for s in said["solvers"]
@@ -110,14 +119,14 @@ def choices(said, outside=(), unavailable=False):
 
 
 @functools.cache
-def files_of(program, file, parameters):
+def files_of(program, file, parameters: str) -> tuple[str, ...]:
     """The files that a scene reads, of which the program knows: its own and those of its robots. Its own where it is
     refused."""
     ended = call(program, "check", file, "--files", *settings(parameters.split()))
     return tuple(ended.stdout.splitlines()) if ended.returncode == 0 else (str(file), )
 
 
-def read_vector(path):
+def read_vector(path: Path) -> list[float]:
     """The numbers of a Matrix Market array file with one column; none where there is no file."""
     lines = [line for line in path.read_text().splitlines()
              if line and not line.startswith("%")] if path.exists() else []
@@ -144,7 +153,7 @@ class Load:
         self.samples.append(now)
         return now
 
-    def others(self, start):
+    def others(self, start: float) -> float | None:
         """Cores in use by others since `start` (or the last second, whichever is longer); None where it cannot be
         told."""
         now = self.sample()
@@ -157,7 +166,7 @@ class Load:
         return max(0.0, (now[1] - before[-1][1] - (now[2] - before[-1][2])) / span)
 
 
-def addresses(memory_mb):
+def addresses(memory_mb: float) -> int:
     """Bytes of address space of a program that may use so much memory: it holds more than what is in use; the program's
     own limit is the sharper one."""
     return int((2 * memory_mb + 256) * 2**20)
@@ -198,7 +207,7 @@ def end_all():
             end(process)
 
 
-def execute(command, wall_limit, memory_bytes):
+def execute(command: list[str], wall_limit: float, memory_bytes: int) -> tuple[int, bool, float, str]:
     """Exit code, whether it had to be stopped, peak memory in MB, and the end of what it said."""
     process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                                start_new_session=True, preexec_fn=limited(os.getpid(), memory_bytes),
@@ -231,7 +240,7 @@ def finite(value):
     return not isinstance(value, float) or math.isfinite(value)
 
 
-def fault_of(summary, job):
+def fault_of(summary, job: dict) -> str:
     """Why a summary is none; empty for a good one."""
     if not isinstance(summary, dict):
         return "summary.json is no JSON object"
@@ -272,7 +281,7 @@ def verdict(code, stopped, peak_mb, said, summary, job):
     return "crash", f"garbage: {fault or 'exit code does not fit the summary'} (exit code {code})"
 
 
-def watched(program, scene, flags, folder, statuses, wall_limit, memory_mb):
+def watched(program, scene, flags: list, folder, statuses: list[str], wall_limit: float, memory_mb: float) -> tuple:
     """A run of a scene file into `folder`, recorded where the flags do not say otherwise: (status, reason, had to be
     stopped, summary or None)."""
     recorded = [] if "--record-every" in flags else ["--record-every", "1"]
@@ -286,7 +295,7 @@ def watched(program, scene, flags, folder, statuses, wall_limit, memory_mb):
     return status, reason, stopped, None if fault_of(summary, job) else summary
 
 
-def reached(folder):
+def reached(folder: Path) -> float | None:
     """Simulated time in the last whole row of steps.csv, of a run that could not say it itself."""
     try:
         with open(folder / "steps.csv", "rb") as file:
@@ -312,7 +321,7 @@ def job_of(run, program, scene, runs, statuses, time_limit, memory_limit_mb=4096
         "memory_limit_mb": memory_limit_mb, "record_every": record_every, "deadline": deadline}
 
 
-def within(job, now):
+def within(job: dict, now: float) -> dict:
     """The job with no more time than its sweep has left (`deadline`, s since the epoch, or None)."""
     if job["deadline"] is None or job["deadline"] - now >= job["time_limit_s"]:
         return job
@@ -320,7 +329,7 @@ def within(job, now):
     return {**job, "time_limit_s": left, "wall_limit_s": 1.2 * left + 10}
 
 
-def do(job, load):
+def do(job: dict, load: Load) -> dict:
     """Does one job of `job_of`; returns its record, which is then in RUNS/<name>/run.json too."""
     runs, name = Path(job["runs"]), job["asked"]["run"]
     job = within(job, time.time())
@@ -338,7 +347,7 @@ def do(job, load):
     return record
 
 
-def done(job, scratch, load):
+def done(job: dict, scratch: Path, load: Load) -> dict:
     """Runs the program into `scratch`: how it ended, as fields of its record."""
     def command(out, limit):
         limits = ["--time-limit", f"{limit:g}", "--memory-limit", f"{job['memory_limit_mb']:g}"]

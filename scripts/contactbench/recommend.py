@@ -52,12 +52,7 @@ def scene_file(path, scene):
 
 def this_machine():
     """CPU and cores as the program names them in a summary."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-        cpu = next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), "unknown")
-    except OSError:
-        cpu = "unknown"
-    return {"cpu": cpu, "cores": os.cpu_count()}
+    return {"cpu": program.cpu(), "cores": os.cpu_count()}
 
 
 def measured_on(results):

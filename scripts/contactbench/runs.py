@@ -40,7 +40,7 @@ NAMES = {
     "ynl": "YNL", "path-lib": "PATH library"}
 
 
-def lookup(tree, path):
+def lookup(tree, path: str):
     for key in path.split("."):
         if not isinstance(tree, dict) or key not in tree:
             return None
@@ -117,24 +117,24 @@ def gather(plan, missing, runs, out, sweeps, profile, certified):
     (out / "manifest.json").write_text(json.dumps(manifest, indent=1) + "\n")
 
 
-def number(cell):
+def number(cell: str) -> float:
     """A cell of a table as a number; nan where it is empty."""
     return float(cell) if cell else math.nan
 
 
-def write_table(rows, columns, path):
+def write_table(rows: list[dict], columns: list[str], path):
     """A CSV file of rows (dictionaries); what one lacks is empty."""
     pd.DataFrame(rows, columns=columns, dtype=object).to_csv(path, index=False, lineterminator="\n")
 
 
-def table_of(path):
+def table_of(path) -> pd.DataFrame:
     """A CSV file with its cells as they are written; an empty one is an empty word."""
     return pd.read_csv(path, dtype=str, keep_default_na=False)
 
 
 class Cell:
     """One method on one scene with one choice of knobs: its repeats."""
-    def __init__(self, rows, runs):
+    def __init__(self, rows: list[dict[str, str]], runs):
         self.rows = rows
         self.key = (rows[0]["method"], rows[0]["solver"] or rows[0]["variant"])
         # Files are read from the repeat with the median time, so that no single disturbance of the machine shows.
@@ -149,11 +149,11 @@ class Cell:
         return all(r["finished"] == "true" for r in self.rows)
 
     @property
-    def times(self):
+    def times(self) -> list[float]:
         return [float(r["processing_s"]) for r in self.rows if r["finished"] == "true" and r["processing_s"]]
 
     @property
-    def seconds(self):
+    def seconds(self) -> float:
         """Median processing time of the finished repeats, s; nan where there is none."""
         return statistics.median(self.times or [math.nan])
 
@@ -162,7 +162,7 @@ class Cell:
         """Whether others used the machine during a repeat."""
         return any(r["busy"] == "true" for r in self.rows)
 
-    def error(self, name):
+    def error(self, name: str) -> float:
         """A scene error (`contactbench list references`); nan where the run has none."""
         return number(self.row.get(f"error_{name}", ""))
 
@@ -212,7 +212,7 @@ class Cell:
         return series(self.folder / file, *columns, of=of, most=most)
 
 
-def series(path, *columns, of=None, most=None):
+def series(path: Path, *columns: str, of=None, most: int | None = None) -> np.ndarray:
     """Columns of a CSV file as arrays. `of`: only the rows of a body, joint or pair, by its words; `most`: at most
     about so many of them, evenly spaced, and the last."""
     try:
@@ -242,7 +242,7 @@ class Runs:
         self.profile = self.manifest.get("profile") or "default"
         self.runs = Path(runs) if runs else self.folder / "runs" / self.profile
 
-    def cells(self, scene=None, sweep="paper", **wanted):
+    def cells(self, scene: str | None = None, sweep: str | None = "paper", **wanted: str) -> list[Cell]:
         """Cells in the order of the table: those of a scene (of all), of one sweep file (of all: None), with given
         columns."""
         chosen = self.table

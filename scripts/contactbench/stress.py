@@ -19,7 +19,6 @@ Verdicts:
 The exit code is 1 where a cell is wrong, silent or defect.
 """
 import concurrent.futures
-import hashlib
 import json
 import math
 import os
@@ -31,6 +30,7 @@ from pathlib import Path
 
 from . import campaign, limits, measures, problems, program, scenes
 from .program import ROOT
+from .references import digest
 from .runs import write_table
 from .templates import render
 
@@ -320,13 +320,9 @@ def write_tables(rows, out, manifest):
 
 
 def manifest_of(options, runs):
-    cpu = next((line.split(":", 1)[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")),
-               "unknown")
-    return {
-        "git": program.version(options.program), "program": hashlib.sha256(Path(
-            options.program).read_bytes()).hexdigest()[:16], "cpu": cpu, "made": time.strftime(
-                "%Y-%m-%d", time.gmtime()), "runs": runs, "quick": options.quick, "time_limit_s": options.time_limit,
-        "load_average": os.getloadavg()[0]}
+    said = {"git": program.version(options.program), "program": digest(options.program), "cpu": program.cpu()}
+    said |= {"made": time.strftime("%Y-%m-%d", time.gmtime()), "runs": runs, "quick": options.quick}
+    return said | {"time_limit_s": options.time_limit, "load_average": os.getloadavg()[0]}
 
 
 def compare(jobs, cells, cases):
