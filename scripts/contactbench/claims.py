@@ -260,11 +260,10 @@ def c5(claim, results):
               timing=True)
     pairs = [(n, find(c, "mirtich"), find(c, "convex", epsilon=EPS)) for n, c in by_size.items() if n >= 2]
     pairs = [(n, m, c) for n, m, c in pairs if m and c]
-    claim.ask(
-        "mirtich",
-        all(seconds(m) > seconds(c) for _, m, c in pairs) if pairs else None,
-        {f"{n} boxes": f"{m.how_it_ended or f'{seconds(m):.3g} s'} against {seconds(c):.3g} s"
-         for n, m, c in pairs}, [x for _, m, c in pairs for x in (m, c)], timing=True)
+    against = {
+        f"{n} boxes": f"{m.how_it_ended or f'{seconds(m):.3g} s'} against {seconds(c):.3g} s" for n, m, c in pairs}
+    slow = all(seconds(m) > seconds(c) for _, m, c in pairs) if pairs else None
+    claim.ask("mirtich", slow, against, [x for _, m, c in pairs for x in (m, c)], timing=True)
 
 
 def c6(claim, results):
@@ -287,10 +286,14 @@ def c6(claim, results):
         rest = [c for c in cells if c["method"] != "convex" and c["variant"] in ("", v)]
         claim.ask("others", not any(drives(c) for c in rest) if rest else None, named(rest + finer, how), rest + finer,
                   v)
-    claim.ask_of(
-        "unloaded", [find(cells, "ap", "lemke")], lambda c: left(c) + right(c), lambda c: left(c) + right(c) >= 0.9,
-        lambda c:
-        {"share of steps": left(c) + right(c), "left": left(c), "right": right(c), "mean load asymmetry": asymmetry(c)})
+
+    def shares(c):
+        return {
+            "share of steps": left(c) + right(c), "left": left(c), "right": right(c),
+            "mean load asymmetry": asymmetry(c)}
+
+    claim.ask_of("unloaded", [find(cells, "ap", "lemke")], lambda c: left(c) + right(c),
+                 lambda c: left(c) + right(c) >= 0.9, shares)
     claim.ask_of("caster", [find(results.cells("mobile_robot_caster", None), "ap", "lemke")], asymmetry,
                  lambda c: asymmetry(c) > 0.5, lambda c: {"mean load asymmetry": asymmetry(c)},
                  scene="mobile_robot_caster")

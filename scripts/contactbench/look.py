@@ -10,13 +10,11 @@ What is looked at, each with its bound:
                largest extent), or what the program itself states, if that is less (`penetration_bound` of the summary's
                options)
   event energy steps.csv's event_energy_gain and the summary's max_gain_relative: at most ENERGY of the energy before
-  the
-               event
+               the event
   energy       of free bodies, from the trajectory alone: contacts take kinetic energy or leave it. With explicit Euler
-               the step begins with
-               v + h (g + F/m), so the kinetic energy of an island (what may touch in the step) at its end is at most
-               that of these velocities, times 1 + ENERGY, plus the second order of the explicit gyroscopic term, h^2 (w
-               x Iw) . I^-1 (w x Iw) / 2
+               the step begins with v + h (g + F/m), so the kinetic energy of an island (what may touch in the step) at
+               its end is at most that of these velocities, times 1 + ENERGY, plus the second order of the explicit
+               gyroscopic term, h^2 (w x Iw) . I^-1 (w x Iw) / 2
   momentum     a body that touches nothing in a step: dv = h (g + F/m) and dp = h v to MOMENTUM of their size; its
                angular momentum keeps to (h |w|)^2 of itself, which explicit Euler loses in a step
   limits       of joints, as joints.csv has them: kept to LIMIT
@@ -502,8 +500,8 @@ def energy(model, times, motion, summary, steps, touches, out):
         gain = (after - before) / np.maximum(before, floor)
         worst = int(np.argmax(gain)) if len(gain) else 0
         if len(gain) and gain[worst] > out.energy_gain:
-            out.energy_gain, where = float(
-                gain[worst]), f"the island of {list(counted)[number]} in the step to t = {times[worst + 1]:g} s"
+            out.energy_gain = float(gain[worst])
+            where = f"the island of {list(counted)[number]} in the step to t = {times[worst + 1]:g} s"
     if out.energy_gain > ENERGY:
         out.faults.append(f"energy: kinetic energy gains {out.energy_gain:.3g} of itself, {where}")
 

@@ -190,8 +190,8 @@ def budget(results: Runs, scene: str, parameters: str) -> list[dict]:
             # The polygon's own exact answer, where the scene has one; the exact one, where the polygon moves as the
             # circle does.
             own = tight.error(f"polygon_{name}") if cell["method"] == "ap" else math.nan
-            step = own if not math.isnan(own) else tight.error(
-                name) if cell["method"] == "convex" or model <= TINY else math.nan
+            exact = cell["method"] == "convex" or model <= TINY
+            step = own if not math.isnan(own) else tight.error(name) if exact else math.nan
         known = {k: v for k, v in (("solver", solver), ("model", model), ("step", step)) if not math.isnan(v)}
         worst = max(known, key=known.get) if known and max(known.values()) > TINY else "none" if known else ""
         rows.append({

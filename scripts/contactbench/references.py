@@ -2,8 +2,7 @@
 at the tightest tolerance, kept only where two methods agree. Where they do not, the reference is `missing`, and the
 reason is stored.
 
-  scripts/references.py                                the scenes of the project, those that are not there yet or have
-                                                       changed
+  scripts/references.py                                the scenes of the project, those not there yet or changed
   scripts/references.py my.xml --duration 2 --out DIR  one scene
 """
 import csv

@@ -286,10 +286,8 @@ def wall(scene):
                 round((course + 0.5) * high, 8), 0.0])
     radius = draw.uniform(0.05, 0.2)
     speed = draw.uniform(1, 8)
-    place = [
-        draw.uniform(-0.2, 0.2),
-        max(radius,
-            draw.uniform(0.3, 1) * courses * high), -rounded(deep / 2 + radius + speed * 0.1)]
+    aside, height = draw.uniform(-0.2, 0.2), max(radius, draw.uniform(0.3, 1) * courses * high)
+    place = [aside, height, -rounded(deep / 2 + radius + speed * 0.1)]
     scene.sphere(radius, place,
                  moving([draw.uniform(-0.3, 0.3), draw.uniform(0, 1), speed], draw.vector(draw.of("spin_rad_per_s"))))
     scene.among()

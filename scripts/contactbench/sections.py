@@ -191,10 +191,8 @@ def advice(results):
         knob(results, scenes, *of)
         for of in (("convex", "epsilon", "1e-6", "1e-12"), ("convex", "epsilon", "1e-2", "1e-6"), ("ap", "k", "4", "8"),
                    ("ap", "k", "8", "32"))]
-    text = [
-        "<ul>",
-        wins(chosen), *finer, *turned, *(limit(results, scene) for scene in scenes),
-        forbidden(chosen), "</ul>"]
+    left = [limit(results, scene) for scene in scenes]
+    text = ["<ul>", wins(chosen), *finer, *turned, *left, forbidden(chosen), "</ul>"]
     text = [str(sentence) for sentence in text]
     # Who is cheapest depends on the machine.
     return Section("Which method to use", {"rows": rows, "heads": [f"{error:g} m" for error in ERRORS], "text": text},

@@ -5,8 +5,7 @@ whether it is a right answer, a typed failure, a departure that the model itself
   scripts/stress.py --quick                     the first row of each case
   scripts/stress.py --only M1 --only T2         some cases, printed only
   scripts/stress.py --random 100 --seed 7       instead: a campaign of random scenes (docs/campaign.md),
-  results/stress/random.{csv,md};
-                                                goes on where it was stopped
+                                                results/stress/random.{csv,md}; goes on where it was stopped
 
 Verdicts:
   right    the error is within the case's bound
