@@ -6,6 +6,11 @@ step (velocities first, then positions), so that the step's error is not laid to
 import csv
 import math
 
+VERDICTS = {
+    "right": "within the case's bound", "model": "what the method's model says, for a reason that is named",
+    "typed": "the program says itself that it has no accurate answer", "wrong": "off without a known reason",
+    "silent": "ok beside a checked residual above 1e-6", "defect": "crash, no return, NaN"}
+BAD = ("wrong", "silent", "defect")
 G = 9.8
 
 

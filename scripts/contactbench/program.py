@@ -397,8 +397,8 @@ def publish(record, scratch, place):
 def elsewhere(client, job, priority):
     """A task of a Dask client that does a job. What is sent is a function of the standard library, so that workers need
     not import anything of ours."""
-    return client.submit(subprocess.run, [sys.executable, __file__], input=json.dumps(job), text=True,
-                         capture_output=True, pure=False, priority=priority, retries=2)
+    return client.submit(subprocess.run, [sys.executable, str(Path(__file__).resolve())], input=json.dumps(job),
+                         text=True, capture_output=True, pure=False, priority=priority, retries=2)
 
 
 if __name__ == "__main__":

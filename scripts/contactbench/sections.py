@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from . import claims, precision, solve_all, table1
 from .figures import FIGURES, SAYS
+from .measures import BAD, VERDICTS
 from .runs import LIMITS, table_of
 from .templates import TEMPLATES
 
@@ -17,11 +18,6 @@ PROFILES = {
     "paper": "the paper's durations, three interleaved repeats, limits of an hour a run"}
 ERRORS = (1e-2, 1e-4, 1e-6, 1e-9)  # m, for which a method is advised
 TIMES = ("median_s", "minimum_s", "ratio", "busy")
-VERDICTS = {
-    "right": "within the case's bound", "model": "what the method's model says, for a reason that is named",
-    "typed": "the program says itself that it has no accurate answer", "wrong": "off without a known reason",
-    "silent": "ok beside a checked residual above 1e-6", "defect": "crash, no return, NaN"}
-BAD = ("wrong", "silent", "defect")
 SAY = TEMPLATES.get_template("advice.html").module
 
 

@@ -28,6 +28,7 @@ import tomllib
 from pathlib import Path
 
 from . import campaign, limits, measures, problems, program, scenes
+from .measures import BAD, VERDICTS
 from .program import ROOT
 from .references import digest
 from .runs import write_table
@@ -40,8 +41,6 @@ COLUMNS = [
 MEASURED = ("residual", "energy_gain", "penetration", "solve_s", "iterations")
 LEFT_OUT = {"pgs"}  # a solver that A-P's LCP is not for (docs/adding.md)
 MEMORY_MB = 4000
-BAD = ("wrong", "silent", "defect")
-VERDICTS = ["right", "model", "typed", "wrong", "silent", "defect"]
 DEPARTS = {}  # the general ones of the cases
 BLANK = {**dict.fromkeys(COLUMNS), "hung": False, "nan": False, "false_claims": 0, "place": None, "memory": None}
 
@@ -159,7 +158,7 @@ def judged(cell, case, method):
 
 def fold(cells):
     """An ensemble as one cell: the worst verdict, medians, and the share within the bound."""
-    worst = max(cells, key=lambda c: VERDICTS.index(c["verdict"]))
+    worst = max(cells, key=lambda c: list(VERDICTS).index(c["verdict"]))
     right = sum(c["verdict"] == "right" for c in cells)
     most = {key: max((c[key] for c in cells if c[key] is not None), default=None) for key in ("error", *MEASURED)}
     return {
