@@ -6,11 +6,11 @@ In report.json everything that depends on the machine stands under the key `timi
 same is run. A section of the report is one function in scripts/contactbench/sections.py and one macro in
 templates/report.html.
 """
-import concurrent.futures
 import json
 import math
 import os
 import sys
+from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
 from pathlib import Path
 
 from . import figures, program
@@ -33,11 +33,13 @@ def draw(results):
     for name in figures.FIGURES:
         for old in (results.folder / "figures").glob(f"{name}.*"):
             old.unlink()  # a picture of other results must not stand in for one that fails
-    with concurrent.futures.ProcessPoolExecutor(os.cpu_count() or 1) as pool:
-        said = pool.map(drawn, figures.FIGURES, [results] * len(figures.FIGURES))
-        for name, fault in zip(figures.FIGURES, said):
-            if fault:
-                print(f"report: {name}.py could not draw: {fault.splitlines()[-1]}", file=sys.stderr)
+    with ProcessPoolExecutor(os.cpu_count() or 1) as pool:
+        said = {name: pool.submit(drawn, name, results) for name in figures.FIGURES}
+    for name, future in said.items():
+        # A process that dies takes with it what was still to be drawn.
+        fault = "its process died" if isinstance(future.exception(), BrokenExecutor) else future.result()
+        if fault:
+            print(f"report: {name}.py could not draw: {fault.splitlines()[-1]}", file=sys.stderr)
 
 
 def finite(value):
