@@ -1,7 +1,7 @@
 // What leaving out saves where it applies, and costs where it does not: steps of two simulations of one scene, which
 // differ in one thing, in turns. CPU time of the thread, smallest of many batches; ratios are what counts.
 //   bench_prune              two tables, as text
-//   bench_prune FILE.csv     besides, their rows as a file (scripts/reporting/sections/left_out.py)
+//   bench_prune FILE.csv     besides, their rows as a file (scripts/contactbench/sections.py)
 
 #include <fmt/format.h>
 

@@ -10,8 +10,11 @@ jobs() {
   [ "${memory:-1}" -lt "$cores" ] && echo "$memory" || echo "$cores"
 }
 
-# A python that can draw: the user's own where it can, else Debian's, which setup.sh gives matplotlib.
-find_python() { "${PYTHON:-python3}" -B "$root/scripts/interpreter.py"; }
+# What tests import (scripts/contactbench); scripts/*.py find it themselves.
+export PYTHONPATH="$root/scripts${PYTHONPATH:+:$PYTHONPATH}"
+
+# A python that has what scripts/contactbench needs: the user's own where it has, else Debian's, which setup.sh equips.
+find_python() { "${PYTHON:-python3}" -B "$root/scripts/contactbench/start.py"; }
 
 # build_preset NAME [targets...]: configures and builds; the folder is the preset's (CMakePresets.json).
 build_preset() {

@@ -10,7 +10,7 @@ needed=(
   libeigen3-dev libsuitesparse-dev   # linear algebra
   libpugixml-dev libcli11-dev libfmt-dev nlohmann-json3-dev  # scene files, flags, output
   catch2                             # tests
-  python3 python3-numpy python3-matplotlib  # figures and tables
+  python3 python3-numpy python3-matplotlib python3-pandas python3-jinja2  # figures and tables
 )
 # The build leaves out what these serve where a release does not carry them.
 optional=(
@@ -26,6 +26,7 @@ for_tests=(
   python3-cvxopt                     # the convex method against a solver that shares no code
   liborocos-kdl-dev                  # robots against another library
   chromium                           # the report in a browser
+  yapf3 flake8 pylint                # how scripts/ is written
   qemu-user                          # the same numbers on other processors
 )
 

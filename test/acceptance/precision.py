@@ -16,10 +16,10 @@ import sys
 import tempfile
 from pathlib import Path
 
+from contactbench import precision
+from contactbench.runs import Runs
+
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "scripts"))
-from reporting import precision  # noqa: E402
-from reporting.results import Results  # noqa: E402
 
 # Scene, parameters, and an error in m that some settings of its sweep meet and others miss.
 WANTED = (("impacting_sphere", "", 1e-3), ("sliding_box", "", 1e-3), ("sticking_box", "", 1e-9), ("circular_sliding", "", 1e-2),
@@ -104,7 +104,7 @@ def main():
         subprocess.run([sys.executable, "-B", ROOT / "scripts/references.py", "--program", options.program, "--out", out / "references"], check=True)
         subprocess.run([sys.executable, "-B", ROOT / "scripts/sweep.py", *sweeps, "--profile", "quick", "--program", options.program,
                         "--runs", out / "runs/quick", "--out", out], check=True, stdout=subprocess.DEVNULL)
-        results, checks = Results(out, out / "runs/quick"), Checks()
+        results, checks = Runs(out, out / "runs/quick"), Checks()
         seven_scenes(checks, results)
         known_numbers(checks, results)
         recommendations(checks, options.program, out)

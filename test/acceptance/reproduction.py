@@ -18,9 +18,9 @@ import tempfile
 import time
 from pathlib import Path
 
+from contactbench.runs import TIMING
+
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "scripts"))
-from sweeping.gather import TIMING  # noqa: E402
 
 WITHOUT_TIMES = ("figure01", "figure05", "figure08", "figure10", "grasp_picture", "robot_picture")
 

@@ -46,12 +46,15 @@ LEAST_PATIENCE = 20    # s
 DRAWN = 180           # faults that nobody chose
 MEMORY = 4 << 30       # bytes of data a test may hold: a fault that makes it eat more is killed
 # Looks at the text of the sources and not at what the program does: it would be killed by any fault that breaks a line.
-APART = {"rooms"}
+APART = {"rooms", "scripts_style"}
 PARTS = ("lib/", "app/", "test/", "scripts/", "scenarios/", "CMake")
 # Tests of scripts that a fault there reaches first; the others of this list follow.
-SCRIPTS = {"scripts/sweep": "scripts_sweep", "scripts/references": "scripts_sweep", "scripts/report": "scripts_report",
-           "scripts/claims": "scripts_report", "scripts/recommend": "scripts_recommend", "scripts/replay": "replay", "scripts/solve_all": "replay",
-           "scripts/stress": "scripts_stress", "scripts/stressing/look": "scripts_first_day", "scripts/check_convex": "convex_peer"}
+SCRIPTS = {f"scripts/contactbench/{name}": test for name, test in {
+    "sweep": "scripts_sweep", "plan": "scripts_sweep", "references": "scripts_recommend", "recommend": "scripts_recommend",
+    "replay": "replay", "solve_all": "replay", "stress": "scripts_stress", "measures": "scripts_stress", "problems": "scripts_stress",
+    "limits": "scripts_stress", "look": "scripts_campaign", "campaign": "scripts_campaign", "scenes": "scripts_campaign",
+    "reduce": "scripts_campaign", "picture": "scripts_first_day", "start": "scripts_first_day", "check_convex": "convex_peer",
+    "": "scripts_report"}.items()}
 
 
 def digest_of(*parts):
@@ -100,8 +103,8 @@ class Copy:
             if target.exists() and target.read_bytes() == (ROOT / name).read_bytes():
                 continue  # its time stamp stays, and with it what was built
             target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(ROOT / name, target)
-            shutil.copymode(ROOT / name, target)
+            target.unlink(missing_ok=True)
+            shutil.copy(ROOT / name, target, follow_symlinks=False)
         watched = [f for f in sorted(self.files) if f.startswith(PARTS) and not f.startswith("test/mutation/")]
         self.digest = digest_of(*(part for name in watched for part in (name, (ROOT / name).read_bytes())))
         # Test -> s that it takes, digest of the program that it runs; kept while the tree without a fault is the same.

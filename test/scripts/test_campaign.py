@@ -14,10 +14,9 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
+from contactbench import campaign, look, reduce, scenes
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "scripts"))
-from stressing import campaign, look, random_scenes, reduce  # noqa: E402
 
 G = 9.8
 
@@ -31,28 +30,28 @@ def write_scene(folder, bodies, pairs='<pair a="*" b="*" mu="0.5"/>', duration=0
 
 class Generator(unittest.TestCase):
     def test_a_seed_and_a_number_are_the_same_bytes_on_every_machine(self):
-        text = "".join(s.xml() + "".join(s.files.values()) for s in (random_scenes.make(1, n) for n in range(52)))
+        text = "".join(s.xml() + "".join(s.files.values()) for s in (scenes.make(1, n) for n in range(52)))
         self.assertEqual(hashlib.sha256(text.encode()).hexdigest()[:16], SCENES_OF_SEED_1)
 
     def test_each_number_is_another_scene_and_does_not_depend_on_those_before_it(self):
-        texts = {random_scenes.make(seed, number).xml() for seed in (1, 2) for number in range(26)}
+        texts = {scenes.make(seed, number).xml() for seed in (1, 2) for number in range(26)}
         self.assertEqual(len(texts), 52)
 
     def test_in_two_rounds_each_family_is_there_tame_and_wild(self):
-        count = len(random_scenes.FAMILIES)
-        drawn = {(s.family, s.kind) for s in (random_scenes.make(3, n) for n in range(2 * count))}
+        count = len(scenes.FAMILIES)
+        drawn = {(s.family, s.kind) for s in (scenes.make(3, n) for n in range(2 * count))}
         self.assertEqual(len(drawn), 2 * count)
 
     def test_nothing_penetrates_at_the_start(self):
         with tempfile.TemporaryDirectory() as folder:
             for seed in (1, 2):
                 for number in range(78):
-                    path = random_scenes.write(random_scenes.make(seed, number), Path(folder))
+                    path = scenes.write(scenes.make(seed, number), Path(folder))
                     self.assertLess(look.initial_penetration(look.Model(path)), 1e-12, path.name)
 
     def test_tame_scenes_have_the_density_of_water_no_restitution_and_ordinary_friction(self):
         for number in range(0, 52, 2):
-            root = ET.fromstring(random_scenes.make(5, number).xml())
+            root = ET.fromstring(scenes.make(5, number).xml())
             for pair in root.iter("pair"):
                 self.assertTrue(0.2 <= float(pair.get("mu")) <= 0.8 and pair.get("restitution") is None)
             free = [b for b in root.find("bodies") if b.tag in ("box", "sphere", "cylinder")]
@@ -60,7 +59,7 @@ class Generator(unittest.TestCase):
 
     def test_the_page_has_the_ranges_from_which_the_scenes_are_drawn(self):
         page = (ROOT / "docs/campaign.md").read_text()
-        for line in random_scenes.ranges_table():
+        for line in scenes.ranges_table():
             self.assertIn(line, page)
 
 
@@ -285,9 +284,9 @@ class Belts(unittest.TestCase):
 
 class Reduction(unittest.TestCase):
     def test_what_is_left_is_what_the_failure_needs(self):
-        scene = random_scenes.make(1, 0)
+        scene = scenes.make(1, 0)
         with tempfile.TemporaryDirectory() as folder:
-            path = random_scenes.write(scene, Path(folder))
+            path = scenes.write(scene, Path(folder))
 
             def same(candidate):  # "fails" where b3 falls on the floor for a twentieth of a second or more
                 root = ET.parse(candidate).getroot()
@@ -305,7 +304,6 @@ class Reduction(unittest.TestCase):
 PROGRAM = """#!{python}
 import json, os, sys
 from pathlib import Path
-sys.path.insert(0, {scripts!r})
 words = sys.argv[1:]
 if words[0] == "list":
     print(json.dumps({{"statuses": [{{"name": s}} for s in ("ok", "inaccurate", "ray", "time_limit", "crash", "memory_limit", "input_error")]}}))
@@ -314,7 +312,7 @@ if words[0] == "solve":
     print("  kind     contact\\n  status   " + ("ray" if Path(words[1]).read_text() == "problem" else "ok"))
     sys.exit(3)
 with open({log!r}, "a") as log: log.write(words[1] + "\\n")
-from stressing import look
+from contactbench import look
 model = look.Model(words[1])
 out = Path(words[words.index("--out") + 1])
 out.mkdir(exist_ok=True)
@@ -346,7 +344,7 @@ class Campaign(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.top = Path(folder.name)
         self.program, self.log = self.top / "contactbench", self.top / "log"
-        self.program.write_text(PROGRAM.format(python=sys.executable, scripts=str(ROOT / "scripts"), log=str(self.log)))
+        self.program.write_text(PROGRAM.format(python=sys.executable, log=str(self.log)))
         self.program.chmod(self.program.stat().st_mode | stat.S_IXUSR)
 
     def run_campaign(self, count):
@@ -375,13 +373,13 @@ class Campaign(unittest.TestCase):
         self.assertEqual([r["verdict"] for r in rows], ["defect", "defect"])
 
     def test_the_page_names_the_deepest_penetration_of_runs_that_end_ok_and_none_where_none_does(self):
-        row = {"scene": "r1_0", "family": next(iter(random_scenes.FAMILIES)), "kind": next(iter(random_scenes.KINDS)), "method": "ap/lemke", "prune": "on", "status": "ray",
+        row = {"scene": "r1_0", "family": next(iter(scenes.FAMILIES)), "kind": next(iter(scenes.KINDS)), "method": "ap/lemke", "prune": "on", "status": "ray",
                "verdict": "typed", "faults": [], "departures": [], "again": "yes", "reason": "why", "where": "at 1 s", "penetration_m": 0.5,
                "penetration_of_size": 0.5}
         manifest = {"command": "this", "runs": 2, "git": "abc"}
-        self.assertNotIn("Deepest", "\n".join(campaign.table([row, row], manifest)))
+        self.assertNotIn("Deepest", campaign.page([row, row], manifest))
         good = {**row, "status": "ok", "verdict": "ok", "again": "", "penetration_m": 1e-9, "penetration_of_size": 2e-9}
-        self.assertIn("`ok`: 2e-09 of the size, 1e-09 m", "\n".join(campaign.table([row, good], manifest)))
+        self.assertIn("`ok`: 2e-09 of the size, 1e-09 m", campaign.page([row, good], manifest))
 
 
 SCENES_OF_SEED_1 = "d8c70cad96d3a3da"  # changes with the families and their ranges: then the published tables are of other scenes

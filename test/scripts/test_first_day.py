@@ -41,7 +41,7 @@ class FirstDay(unittest.TestCase):
 
     def test_where_no_python_has_the_modules_the_remedy_is_said(self):
         bare = self.bare_python()
-        ended = subprocess.run([bare / "python3", "-c", "import interpreter; interpreter.CANDIDATES = (); interpreter.need('numpy')"],
+        ended = subprocess.run([bare / "python3", "-c", "from contactbench import start; start.CANDIDATES = (); start.need(('numpy', ))"],
                                capture_output=True, text=True, cwd=SCRIPTS)
         self.assertEqual(ended.returncode, 1)
         self.assertIn("scripts/setup.sh", ended.stderr)

@@ -10,12 +10,9 @@ import unittest
 from pathlib import Path
 
 import standin
+from contactbench import program, recommend, references
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "scripts"))
-import recommend  # noqa: E402
-import references  # noqa: E402
-from sweeping import reference  # noqa: E402
 
 SWEEP = """
 outside = ["pgs"]
@@ -121,7 +118,7 @@ class Recommend(unittest.TestCase):
         # Four times the step of 1e-3 s is the coarsest of the sweep; mirtich errs there by 0.02 m.
         self.assertEqual((made["best"]["method"], made["best"]["knobs"]), ("mirtich", "step=0.004 duration=10.0"))
         self.assertTrue(json.loads((out / "references/my.json").read_text())["accepted"])
-        again = self.ask(scene, "--error", 0.03, "--out", out, "--measure", reference.ERROR)
+        again = self.ask(scene, "--error", 0.03, "--out", out, "--measure", references.ERROR)
         self.assertIn("certified", again["reference"])
         self.assertEqual(again["best"]["error"], 0.0)  # the stand-in's bodies move the same, whatever the method
         self.assertEqual(again["best"]["method"], "newton")
@@ -149,8 +146,11 @@ class References(unittest.TestCase):
         self.scene.write_text("<scenario/>")
 
     def about(self, **more):
-        return {"scene": "scene", "parameters": "mu=0.5", "scene_digest": reference.digest(self.scene), "accepted": True,
+        return {"scene": "scene", "parameters": "mu=0.5", "scene_digest": references.digest(self.scene), "accepted": True,
                 "duration": 1.0} | more
+
+    def store(self, about, motion):
+        references.Reference(about, motion).store(self.top)
 
     def trajectory(self, shift, until=1.0):
         path = self.top / "trajectory.csv"
@@ -158,31 +158,31 @@ class References(unittest.TestCase):
         return path
 
     def test_the_error_is_the_largest_distance_at_the_same_moments(self):
-        references.store(self.top, self.about(), {(t, "box"): (t, 0.0, 0.0) for t in (0.0, 0.1, 0.2, 1.0)})
-        known = reference.read(self.top, "scene", "mu=0.5", [self.scene])
+        self.store(self.about(), {(t, "box"): (t, 0.0, 0.0) for t in (0.0, 0.1, 0.2, 1.0)})
+        known = references.read(self.top, "scene", "mu=0.5", [self.scene])
         self.assertAlmostEqual(known.error(1.0, self.trajectory(0.25)), 0.25)
         self.assertIsNone(known.error(2.0, self.trajectory(0.25)), "a run of another length")
         self.assertIsNone(known.error(1.0, self.trajectory(0.25, 0.5)), "a run that is not known at the end")
         self.assertIsNone(known.error(1.0, self.top / "none.csv"))
 
     def test_a_reference_of_another_scene_file_is_none(self):
-        references.store(self.top, self.about(), {(1.0, "box"): (0.0, 0.0, 0.0)})
+        self.store(self.about(), {(1.0, "box"): (0.0, 0.0, 0.0)})
         self.scene.write_text("<scenario />")
-        self.assertIsNone(reference.read(self.top, "scene", "mu=0.5", [self.scene]))
+        self.assertIsNone(references.read(self.top, "scene", "mu=0.5", [self.scene]))
 
     def test_a_reference_of_another_robot_file_is_none(self):
         robot = self.top / "scene.urdf"
         robot.write_text("<robot/>")
-        files = reference.files_of(standin.write(self.top / "program"), self.scene, "mu=0.5")
+        files = program.files_of(standin.write(self.top / "program"), self.scene, "mu=0.5")
         self.assertEqual(files, (str(self.scene), str(robot)))
-        references.store(self.top, self.about(scene_digest=reference.digest(*files)), {(1.0, "box"): (0.0, 0.0, 0.0)})
-        self.assertIsNotNone(reference.read(self.top, "scene", "mu=0.5", files))
+        self.store(self.about(scene_digest=references.digest(*files)), {(1.0, "box"): (0.0, 0.0, 0.0)})
+        self.assertIsNotNone(references.read(self.top, "scene", "mu=0.5", files))
         robot.write_text("<robot />")
-        self.assertIsNone(reference.read(self.top, "scene", "mu=0.5", files))
+        self.assertIsNone(references.read(self.top, "scene", "mu=0.5", files))
 
     def test_a_reference_that_was_refused_has_a_reason_and_no_error(self):
-        references.store(self.top, self.about(accepted=False, reason="they differ"), None)
-        known = reference.read(self.top, "scene", "mu=0.5", [self.scene])
+        self.store(self.about(accepted=False, reason="they differ"), None)
+        known = references.read(self.top, "scene", "mu=0.5", [self.scene])
         self.assertEqual((known.about["reason"], known.error(1.0, self.trajectory(0))), ("they differ", None))
 
     def certified(self, *motions):
@@ -196,7 +196,8 @@ class References(unittest.TestCase):
                            "options": {"step": 0.01, "duration": 1.0}, "residuals": {"false_claims": 0, "law_max": 0.0},
                            "versions": {}, "machine": {}}
                 return summary, None if x is None else {(1.0, "box"): (x, 0.0, 0.0)}, "command"
-        return references.certify(Scripted(), None)
+        made = references.certify(Scripted(), None)
+        return made.about, made.motion
 
     def test_two_methods_must_agree_to_a_tenth_of_what_is_to_be_measured(self):
         about, motion = self.certified(0.1, 0.0, 1e-3, 5e-3)

@@ -6,10 +6,10 @@ import tempfile
 import unittest
 from pathlib import Path
 
+from contactbench import solve_all
+from contactbench.runs import Runs
+
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "scripts"))
-from reporting import stored  # noqa: E402
-from reporting.results import Results  # noqa: E402
 
 PROGRAM = os.environ.get("PROGRAM")
 
@@ -21,7 +21,7 @@ class Replay(unittest.TestCase):
             subprocess.run([sys.executable, "-B", ROOT / "scripts/replay.py", "--program", PROGRAM, "--only", "circular", "--out",
                             Path(folder) / "replay"], check=True, stdout=subprocess.DEVNULL)
             (Path(folder) / "runs.csv").write_text("run\n")
-            counts = {name: c for (_, name), c in stored.summary(stored.streams(Results(folder, folder))["circular sliding"]).items()}
+            counts = {name: c for (_, name), c in solve_all.summary(solve_all.streams(Runs(folder, folder))["circular sliding"]).items()}
         self.assertEqual({c["problems"] for c in counts.values()}, {8})
         self.assertEqual({c["false_claims"] for c in counts.values()}, {0})
         self.assertLess(counts["convex ipm bound on"]["law_residual"], 1e-12)

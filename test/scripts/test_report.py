@@ -12,14 +12,12 @@ import unittest
 from pathlib import Path
 
 import standin
+from contactbench import claims, precision, sections, solve_all
+from contactbench.runs import Runs
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = ROOT / "scripts"
 SWEEPS = [ROOT / "scenarios/sweeps" / f"{name}.toml" for name in ("paper", "robots", "claims", "error_time", "orders", "polygons")]
-sys.path.insert(0, str(SCRIPTS))
-from reporting import choice, claims, fits, precision, stored, table1  # noqa: E402
-from reporting.results import Results  # noqa: E402
-from reporting.sections import advice  # noqa: E402
 
 
 def script(*words, fakes=None):
@@ -75,17 +73,17 @@ class Exact(unittest.TestCase):
 
 class Fits(unittest.TestCase):
     def test_a_power_and_a_circle_are_found(self):
-        self.assertAlmostEqual(fits.slope([1, 10, 100], [7, 0.7, 0.07]), -1.0, 14)
+        self.assertAlmostEqual(precision.slope([1, 10, 100], [7, 0.7, 0.07]), -1.0, 14)
         # Half a turn of radius 2 about (3, -1), every other point 0.01 outside, the others as far inside.
         turn = [(2 + 0.01 * (-1)**i, math.pi * i / 99) for i in range(100)]
         points = [(3 + r * math.cos(a), -1 + r * math.sin(a)) for r, a in turn]
-        radius, deviation = fits.circle(points)
+        radius, deviation = precision.circle(points)
         self.assertAlmostEqual(radius, 2, 3)
         self.assertAlmostEqual(deviation, 0.005, 4)
-        self.assertEqual(fits.circle(points[::-1]), (radius, deviation), "sums are exact, whatever their order")
+        self.assertEqual(precision.circle(points[::-1]), (radius, deviation), "sums are exact, whatever their order")
 
     def test_a_line_is_no_circle(self):
-        self.assertTrue(all(map(math.isnan, fits.circle([(0, 1), (0, 2), (0, 4)]))))
+        self.assertTrue(all(map(math.isnan, precision.circle([(0, 1), (0, 2), (0, 4)]))))
 
 
 class Precision(unittest.TestCase):
@@ -126,17 +124,17 @@ class Precision(unittest.TestCase):
                     "most": 1.1 * time, "repeats": 2, "cell": FakeCell(solver=name, false_claims=refuted)}
         points = [point(1, 0.9e-3, unsure=0.2e-3), point(2, 1e-9, "inaccurate"), point(3, 1e-9, refuted="1"), point(4, 1e-3),
                   point(4.1, 1e-4), point(9, 1e-9, name="b"), point(5, None) | {"time": None}]
-        best, second, cheaper = choice.choose(points, 1e-3)
+        best, second, cheaper = precision.choose(points, 1e-3)
         self.assertEqual((best["time"], second["time"], [p["time"] for p in cheaper]), (4, 9, [1, 2, 3]))
-        self.assertEqual((choice.apart(best, points[4]), choice.apart(best, second)), (False, True))
-        self.assertIsNone(choice.apart(best, second | {"repeats": 1}))
-        self.assertEqual(choice.choose(points, 1e-12), (None, None, []))
-        self.assertEqual(choice.nearest(points)["time"], 9)
+        self.assertEqual((precision.told_apart(best, points[4]), precision.told_apart(best, second)), (False, True))
+        self.assertIsNone(precision.told_apart(best, second | {"repeats": 1}))
+        self.assertEqual(precision.choose(points, 1e-12), (None, None, []))
+        self.assertEqual(precision.nearest(points)["time"], 9)
 
     def test_what_the_bound_forbids_is_said_to_whom_convex_is_advised(self):
         ap, convex = ({"cell": FakeCell(method=method)} for method in ("ap", "convex"))
-        self.assertIn("a box that should tip slides", advice.forbidden([ap, convex]))
-        self.assertEqual(advice.forbidden([ap]), "")
+        self.assertIn("a box that should tip slides", sections.forbidden([ap, convex]))
+        self.assertEqual(sections.forbidden([ap]), "")
 
     def test_a_replayed_stream_is_counted_by_solver(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -146,7 +144,7 @@ class Precision(unittest.TestCase):
                              "contact,ap,lemke,,4,,ok,False,1e-16,1e-3,1e-5,True\ncontact,ap,lemke,,4,,ok,False,1e-15,3e-3,3e-5,False\n"
                              "contact,ap,lemke,,4,,ray,False,,,1e-5,\ncontact,ap,path-lib,,4,,unavailable,,,,,\n")
             (Path(folder) / "runs.csv").write_text("run\n")
-            counts = {scene: stored.summary(rows) for scene, rows in stored.streams(Results(folder, folder)).items()}
+            counts = {scene: solve_all.summary(rows) for scene, rows in solve_all.streams(Runs(folder, folder)).items()}
         self.assertEqual(counts, {"stack boxes=4": {("contact", "ap lemke k = 4"): {
             "problems": 3, "ok": 2, "false_claims": 0, "busy": 1, "residual": 1e-15, "law_residual": 2e-3, "time": 2e-5}}})
 
@@ -159,7 +157,7 @@ class Report(unittest.TestCase):
         self.top = Path(folder.name)
 
     def results(self):
-        return Results(self.made, self.made / "runs")
+        return Runs(self.made, self.made / "runs")
 
     def rows(self, name):
         with open(self.made / name, newline="") as file:
@@ -203,7 +201,7 @@ class Report(unittest.TestCase):
         self.assertEqual(cells["circular_sliding", "ap", "lemke", ""]["paper_certain"], "no")
 
     def test_every_claim_has_an_answer_and_what_is_missing_cannot_be_told(self):
-        answers = {c.id: c for c in claims.all_claims(self.results())}
+        answers = {name: claims.answered(name, self.results()) for name in claims.ALL}
         self.assertEqual(list(answers), [f"C{n}" for n in range(1, 11)])
         self.assertEqual(set(answers["C6"].answers.values()) | set(answers["C7"].answers.values()), {claims.UNKNOWN})
         for name in ("C1", "C2", "C3", "C4", "C5", "C6", "C7"):
@@ -213,25 +211,23 @@ class Report(unittest.TestCase):
 
     def test_claims_follow_the_numbers(self):
         results = copy.deepcopy(self.results())
-        for row in results.rows:
-            if row["scene"] == "impacting_sphere":
-                row["error_energy_rise_relative"] = "0.16" if row["variant"] == "uncapped" else "0.0"
-        self.assertEqual(claims.c1(results).answers, {"Newton uncapped": claims.YES, "Newton stick-tested": claims.NO})
-        for row in results.rows:
-            if row["scene"] == "impacting_sphere" and row["method"] == "mirtich":
-                row["error_energy_rise_relative"] = "1e-8"
-        self.assertEqual(set(claims.c1(results).answers.values()), {claims.NO})
-        for row in results.rows:
-            row["error_energy_rise_relative"] = ""
-        self.assertEqual(set(claims.c1(results).answers.values()), {claims.UNKNOWN})
+        table = results.table
+        table["error_energy_rise_relative"] = ["0.16" if variant == "uncapped" else "0.0" for variant in table["variant"]]
+        self.assertEqual(claims.answered("C1", results).answers, {"Newton uncapped": claims.YES, "Newton stick-tested": claims.NO})
+        table.loc[table["method"] == "mirtich", "error_energy_rise_relative"] = "1e-8"
+        self.assertEqual(set(claims.answered("C1", results).answers.values()), {claims.NO})
+        table["error_energy_rise_relative"] = ""
+        self.assertEqual(set(claims.answered("C1", results).answers.values()), {claims.UNKNOWN})
 
     def test_the_fastest_is_faster_than_every_other_and_not_than_some(self):
         for lemke, answer in ((0.5, claims.YES), (2.0, claims.NO)):
             results = copy.deepcopy(self.results())
-            for row in results.rows:
-                if row["scene"] == "impacting_sphere":
-                    row["processing_s"] = str(lemke if row["solver"] == "lemke" else {"mirtich": 1.0}.get(row["method"], 3.0))
-            self.assertEqual(claims.c9(results).parts[0].verdict, answer, lemke)
+            table = results.table
+            sphere = table["scene"] == "impacting_sphere"
+            table.loc[sphere, "processing_s"] = "3.0"
+            table.loc[sphere & (table["method"] == "mirtich"), "processing_s"] = "1.0"
+            table.loc[sphere & (table["solver"] == "lemke"), "processing_s"] = str(lemke)
+            self.assertEqual(claims.answered("C9", results).parts[0].verdict, answer, lemke)
 
     def test_a_claim_names_the_commands_that_repeat_its_numbers(self):
         said = script(SCRIPTS / "claims.py", "--results", self.made, "--runs", self.made / "runs", "C5")
@@ -296,9 +292,8 @@ class Report(unittest.TestCase):
         with open(self.made / "runs.csv") as file:
             (self.top / "runs.csv").write_text(file.readline())
         for plot in sorted((SCRIPTS / "plots").glob("*.py")):
-            if plot.stem != "common":
-                script(plot, "--results", self.top, "--runs", self.made / "runs")
-                self.assertTrue((self.top / "figures" / f"{plot.stem}.png").exists(), plot.stem)
+            script(plot, "--results", self.top, "--runs", self.made / "runs")
+            self.assertTrue((self.top / "figures" / f"{plot.stem}.png").exists(), plot.stem)
 
     def test_the_report_needs_no_network(self):
         text = (self.made / "report.html").read_text()

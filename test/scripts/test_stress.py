@@ -1,31 +1,28 @@
 """What scripts/stress.py measures with: bisection, the arch's statics, verdicts of cells. Without the program."""
 import json
 import math
-import sys
 import tempfile
 import unittest
 from pathlib import Path
+from unittest import mock
+
+from contactbench import limits, measures, problems, stress
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "scripts"))
-import stress  # noqa: E402
-from unittest import mock  # noqa: E402
-
-from stressing import critical, measures, problems  # noqa: E402
 
 
 class Bisection(unittest.TestCase):
     def test_it_finds_the_value_from_which_on_it_stands(self):
-        found = critical.bisect(lambda x: ("ok", 1e-12, x >= math.sqrt(2)), 1, 2, 1e-6)
+        found = limits.bisect(lambda x: ("ok", 1e-12, x >= math.sqrt(2)), 1, 2, 1e-6)
         self.assertAlmostEqual(found.value, math.sqrt(2), delta=2e-6)
         self.assertEqual((found.status, found.residual), ("ok", 1e-12))
 
     def test_what_falls_or_stands_at_either_end_has_no_such_value(self):
-        self.assertEqual(critical.bisect(lambda x: ("ok", 0, False), 1, 2, 1e-6).note, "falls at either end")
-        self.assertEqual(critical.bisect(lambda x: ("ok", 0, True), 1, 2, 1e-6).note, "stands at either end")
+        self.assertEqual(limits.bisect(lambda x: ("ok", 0, False), 1, 2, 1e-6).note, "falls at either end")
+        self.assertEqual(limits.bisect(lambda x: ("ok", 0, True), 1, 2, 1e-6).note, "stands at either end")
 
     def test_a_trial_that_fails_ends_it_with_its_status(self):
-        found = critical.bisect(lambda x: ("ray", None, False) if 1.2 < x < 1.9 else ("ok", 0, x > 1.5), 1, 2, 1e-6)
+        found = limits.bisect(lambda x: ("ray", None, False) if 1.2 < x < 1.9 else ("ok", 0, x > 1.5), 1, 2, 1e-6)
         self.assertEqual((found.status, found.value), ("ray", None))
 
 
@@ -127,7 +124,7 @@ class Tables(unittest.TestCase):
                 (("ap", "right", 1e-12), ("convex", "wrong", 0.25), ("newton", "typed", None))]
         with tempfile.TemporaryDirectory() as folder:
             out = Path(folder)
-            stress.write_tables(rows, [], out, {"git": "abc", "cpu": "some", "made": "today", "runs": 3})
+            stress.write_tables(rows, out, {"git": "abc", "cpu": "some", "made": "today", "runs": 3})
             page, table = (out / "stress.md").read_text(), (out / "stress.csv").read_text()
             self.assertEqual(json.loads((out / "manifest.json").read_text())["runs"], 3)
         self.assertIn("| right | 1 | 0 | 0 | 1 |", page)

@@ -13,10 +13,9 @@ import unittest
 from pathlib import Path
 
 import standin
+from contactbench.runs import TIMING
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "scripts"))
-from sweeping.gather import TIMING  # noqa: E402
 
 SMALL = """
 outside = ["pgs"]

@@ -8,10 +8,10 @@ import tempfile
 import unittest
 from pathlib import Path
 
+from contactbench import precision
+from contactbench.runs import Runs
+
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "scripts"))
-from reporting import choice, precision  # noqa: E402
-from reporting.results import Results  # noqa: E402
 
 SWEEP = """
 record_every = 0
@@ -34,7 +34,7 @@ class WrongMethods(unittest.TestCase):
             (made / f"{name}.toml").write_text(SWEEP)
         subprocess.run([sys.executable, "-B", ROOT / "scripts/sweep.py", made / "orders.toml", made / f"{precision.SWEEP}.toml",
                         "--program", PROGRAM, "--runs", made / "runs", "--out", made], check=True, stdout=subprocess.DEVNULL)
-        cls.results = Results(made, made / "runs")
+        cls.results = Runs(made, made / "runs")
         cls.orders = {r["cells"][0]["method"]: r for r in precision.orders(cls.results)}
         cls.points = precision.points(cls.results, "sliding_box", "")
 
@@ -49,7 +49,7 @@ class WrongMethods(unittest.TestCase):
     def test_no_wrong_method_is_on_the_front_where_it_counts_or_recommended(self):
         front = [p["cell"]["method"] for p in precision.pareto(self.points) if p["error"] < 0.01]
         self.assertEqual(set(front), {"convex"})
-        best, _, _ = choice.choose(self.points, 0.01)
+        best, _, _ = precision.choose(self.points, 0.01)
         self.assertEqual(best["cell"]["method"], "convex")
 
     def test_a_false_word_of_success_shows_in_the_column_of_claims(self):

@@ -1,0 +1,215 @@
+"""From sweep files (scenarios/sweeps/*.toml, docs/sweeps.md) and `contactbench list --json` to the list of runs.
+
+A sweep file says which scenes with which knobs; methods, solvers and variants come from the program's own list, so that
+a new one fills in by itself. A run that two sweep files ask for is one run that belongs to both.
+"""
+import dataclasses
+import itertools
+import math
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+from .program import ProgramError, choices, scenes_of
+
+# Knob in a sweep file: flag of `contactbench run`. Those of the first group are every method's, the others only of the
+# methods whose row in `list --json` names the flag.
+COMMON = {
+    "step": "step", "duration": "duration", "restitution": "restitution", "friction": "friction", "prune": "prune"}
+OWN = {
+    "k": "k", "epsilon": "epsilon", "epsilon_relative": "epsilon-relative", "compression_bound": "compression-bound",
+    "regularise": "regularise", "warm_start": "warm-start"}
+SHORT = {
+    "step": "h", "duration": "T", "k": "k", "epsilon": "eps", "epsilon_relative": "epsrel",
+    "compression_bound": "bound-", "regularise": "reg", "warm_start": "warm-", "restitution": "e", "friction": "mu",
+    "prune": "prune-"}
+# What may stand beside the knobs in a block or a profile.
+SETTINGS = {
+    "repeats": 1, "record_every": 1, "record_interval_s": 0, "timed": True, "time_limit_s": 3600,
+    "memory_limit_mb": 4096}
+OTHER = {"scene", "set", "methods", "profiles"}
+
+
+class SweepError(ProgramError):
+    """A sweep file that is wrong: says which file and block, and what would be right."""
+
+
+@dataclass(frozen=True)
+class Run:
+    scene: str
+    sets: tuple  # (name, value) pairs for --set
+    method: str
+    variant: str
+    solver: str
+    knobs: tuple  # (knob, value) pairs, in the order of COMMON and OWN
+    repeat: int
+    # What follows does not change what the run is.
+    sweeps: tuple = ()
+    record_every: int = 1
+    timed: bool = True
+    time_limit_s: float = 3600
+    memory_limit_mb: float = 4096
+    file: str = ""  # of a scene that does not come with the program
+
+    @classmethod
+    def of(cls, row):
+        """The run of a row of runs.csv."""
+        def pairs(words):
+            return [tuple(word.split("=", 1)) for word in words.split()]
+
+        knobs = dict(pairs(row["knobs"])) | {n: row[n] for n in ("k", "epsilon") if row[n]}
+        return cls(row["scene"], tuple(pairs(row["parameters"])), row["method"], row["variant"], row["solver"],
+                   tuple((n, knobs[n]) for n in COMMON | OWN if n in knobs), int(row["repeat"]))
+
+    @property
+    def cell(self):
+        """All that tells runs apart but the repeat."""
+        return self.scene, self.sets, self.method, self.variant, self.solver, self.knobs
+
+    @property
+    def name(self):
+        parts = [self.scene] + [f"{n}-{v}" for n, v in self.sets] + [self.method]
+        parts += [p for p in (self.variant, self.solver) if p]
+        parts += [f"{SHORT[n]}{v}" for n, v in self.knobs]
+        return "__".join(parts + [f"r{self.repeat}"])
+
+    def flags(self):
+        """Of `contactbench run`, all that the result depends on."""
+        flags = ["--method", self.method]
+        for flag in ("variant", "solver"):
+            if getattr(self, flag):
+                flags += [f"--{flag}", getattr(self, flag)]
+        for name, value in self.knobs:
+            flags += [f"--{(COMMON | OWN)[name]}", value]
+        for name, value in self.sets:
+            flags += ["--set", f"{name}={value}"]
+        return flags
+
+    def asked(self):
+        """The run in a form that JSON can hold: the first part of run.json."""
+        knobs = dict(self.knobs)
+        return {
+            "run": self.name, "scene": self.scene, "parameters": " ".join(f"{n}={v}" for n, v in self.sets),
+            "method": self.method,
+            "variant": self.variant, "solver": self.solver, "k": knobs.pop("k", ""), "epsilon": knobs.pop(
+                "epsilon", ""), "knobs": " ".join(f"{n}={v}" for n, v in knobs.items()), "repeat": self.repeat}
+
+
+def text(value):
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    return str(value)
+
+
+def values(value):
+    return [text(v) for v in value] if isinstance(value, list) else [text(value)]
+
+
+def read(path):
+    """A sweep file; numbers stay as they are written, so that 1e-2 is 1e-2 in names and tables."""
+    try:
+        with open(path, "rb") as file:
+            sweep = tomllib.load(file, parse_float=str)
+    except OSError as error:
+        raise SweepError(f"{path}: {error.strerror}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise SweepError(f"{path}: {error}") from None
+    known = {"title", "outside", "profiles", "runs", "methods"} | set(SETTINGS) | set(COMMON) | set(OWN)
+    for key in sweep:
+        if key not in known:
+            raise SweepError(f"{path}: unknown key '{key}'; known: {', '.join(sorted(known))}")
+    if not sweep.get("runs"):
+        raise SweepError(f"{path}: no [[runs]] block")
+    profiles = sweep.get("profiles", {})
+    for number, block in enumerate(sweep["runs"], start=1):
+        allowed = OTHER | set(COMMON) | set(OWN) | set(SETTINGS) | set(profiles)
+        parts = [block] + [block[p] for p in profiles if p in block]
+        for key in (key for part in parts for key in part):
+            if key not in allowed:
+                raise SweepError(f"{path}: block {number}: unknown key '{key}'; known: {', '.join(sorted(allowed))}")
+        if "scene" not in block:
+            raise SweepError(f"{path}: block {number}: no scene")
+    return sweep
+
+
+def wanted(name, patterns):
+    """`ap`, `ap/lemke` and `newton/uncapped` name methods; no list means all of them."""
+    return not patterns or any(name == p or name.startswith(p + "/") for p in patterns)
+
+
+def turned(chosen, knobs):
+    """Scene parameters with pi/k and pi/2k worked out: the angles by which a polygon of k edges is turned at worst and
+    half-way."""
+    k = int(dict(knobs).get("k", 0))
+    angles = {"pi/k": math.pi / k, "pi/2k": math.pi / (2 * k)} if k else {}
+    if not k and any(v in ("pi/k", "pi/2k") for _, v in chosen):
+        return None
+    return tuple((n, repr(angles[v]) if v in angles else v) for n, v in chosen)
+
+
+def recorded(settings, knobs):
+    """Every how many steps a run is recorded: so often, or at a distance in simulated time, so that steps can be
+    compared."""
+    interval, step = float(settings["record_interval_s"]), dict(knobs).get("step")
+    return max(1, round(interval / float(step))) if interval and step else int(settings["record_every"])
+
+
+def block_runs(block, scene, file, sweep, profile, rows, stem):
+    merged = {**sweep, **sweep.get("profiles", {}).get(profile, {}), **block, **block.get(profile, {})}
+    settings = {key: merged.get(key, default) for key, default in SETTINGS.items()}
+    sets = [[(name, v) for v in values(value)] for name, value in merged.get("set", {}).items()]
+    for chosen in itertools.product(*sets):
+        for method, variant, solver in rows:
+            if not wanted("/".join(p for p in (method["name"], variant or solver) if p), merged.get("methods")):
+                continue
+            flags = {option["flag"] for option in method["options"]}
+            names = [n for n in COMMON if n in merged] + [n for n, flag in OWN.items() if n in merged and flag in flags]
+            for knobs in itertools.product(*[[(n, v) for v in values(merged[n])] for n in names]):
+                if turned(chosen, knobs) is None:
+                    continue  # an angle of the polygon is none of a method without one
+                yield Run(scene, turned(chosen, knobs), method["name"], variant, solver, tuple(knobs), 0, (stem, ),
+                          recorded(settings, knobs), bool(settings["timed"]), float(settings["time_limit_s"]),
+                          float(settings["memory_limit_mb"]), file), int(settings["repeats"])
+
+
+def merge(a, b):
+    """One run that two blocks ask for: recorded as finely as either wants (0 is not at all), with the wider limits."""
+    finest = min((r for r in (a.record_every, b.record_every) if r), default=0)
+    return dataclasses.replace(a, sweeps=tuple(dict.fromkeys(a.sweeps + b.sweeps)), record_every=finest, timed=a.timed
+                               or b.timed, time_limit_s=max(a.time_limit_s, b.time_limit_s), memory_limit_mb=max(
+                                   a.memory_limit_mb, b.memory_limit_mb))
+
+
+def plan(paths, profile, listed):
+    """The runs in the order in which they are done: repeats interleaved, so that a slow minute of the machine touches
+    every cell alike. Besides what the program does not have: {scene or solver: reason}."""
+    scenes, merged, missing = scenes_of(listed), {}, {}
+    for path in paths:
+        sweep = read(path)
+        if profile and sweep.get("profiles") and profile not in sweep["profiles"]:
+            raise SweepError(f"{path}: no profile '{profile}'; known: {', '.join(sweep['profiles'])}")
+        rows, out = choices(listed, sweep.get("outside", []))
+        missing.update(out)
+        for block in sweep["runs"]:
+            if profile and profile not in block.get("profiles", [profile]):
+                continue
+            scene, file = block["scene"], ""
+            if scene.endswith(".xml"):
+                # A file of the user's own, beside the sweep file; the program itself knows its parameters.
+                file = str(path.parent.resolve() / scene)
+                scene = Path(scene).stem
+                if not Path(file).is_file():
+                    raise SweepError(f"{path}: no file {file}")
+            elif scene not in scenes:
+                missing[scene] = "this build has no such scene"
+                continue
+            for name in block.get("set", {}):
+                if not file and name not in scenes[scene]["parameters"]:
+                    raise SweepError(f"{path}: {scene} has no parameter '{name}'; it has "
+                                     f"{', '.join(scenes[scene]['parameters'])}")
+            for run, repeats in block_runs(block, scene, file, sweep, profile, rows, path.stem):
+                for repeat in range(1, repeats + 1):
+                    this = dataclasses.replace(run, repeat=repeat)
+                    before = merged.get(this.name)
+                    merged[this.name] = merge(before, this) if before else this
+    return sorted(merged.values(), key=lambda run: run.repeat), missing

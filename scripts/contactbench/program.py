@@ -1,0 +1,407 @@
+#!/usr/bin/env python3
+"""The one place that starts processes. A run of a sweep is a process of its own, within limits, whatever the program
+does: always one record with a typed status.
+
+The program writes into a folder of its own under RUNS/.doing, which becomes RUNS/<name> by one rename when its record
+(run.json) is complete. So a run is there whole or not at all, and a late writer of a killed sweep disturbs nobody. As a
+script this reads a job as JSON from standard input and prints the record: that is how another engine calls it. Hence
+nothing but the standard library here.
+"""
+import argparse
+import collections
+import ctypes
+import functools
+import json
+import math
+import os
+import re
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+import uuid
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+DEFAULT = str(ROOT / "build/bin/contactbench")
+DOING = ".doing"
+TAIL = 1 << 16  # bytes of what a program says that are kept
+FILE_LIMIT = 16 << 30  # bytes that one file of a run may have
+WARM_UP = 0.1  # s, of a timed run done once before it counts: caches, clock and page tables are as it wants them
+BUSY = 0.25  # cores that others may use before a run counts as disturbed
+AGAIN = ("interrupted", "write_failed")  # statuses that say nothing about the method: done again by themselves
+PR_SET_PDEATHSIG = 1
+LIBC = ctypes.CDLL(None)
+NO_MEMORY = re.compile(r"bad_alloc|out of memory|MemoryError|cannot allocate memory|std::length_error", re.IGNORECASE)
+
+active = set()  # processes to be ended with the sweep
+lock = threading.Lock()
+
+
+def read_json(path) -> dict | list | None:
+    try:
+        return json.loads(Path(path).read_text(errors="replace"))
+    except (OSError, ValueError, RecursionError):
+        return None
+
+
+Late = subprocess.TimeoutExpired  # what `call` raises where a command takes longer than it may
+
+
+class ProgramError(Exception):
+    """The program does not do what is asked of it: says why."""
+
+
+def flags(doc: str | None) -> argparse.ArgumentParser:
+    """The parser of a script, whose head is the help."""
+    return argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+
+
+def call(*words, timeout: float | None = None) -> subprocess.CompletedProcess:
+    """Runs a command to its end: exit code (`returncode`), `stdout` and `stderr` as text."""
+    return subprocess.run([str(w) for w in words], capture_output=True, text=True, timeout=timeout, check=False)
+
+
+def run_words(program, scene, flags: list, out) -> list[str]:
+    """The command of a run into the folder `out`."""
+    return [str(w) for w in (program, "run", scene, *flags, "--out", out, "--quiet")]
+
+
+def settings(pairs: list[str]) -> list[str]:
+    """Flags of scene parameters given as NAME=VALUE."""
+    return [word for pair in pairs for word in ("--set", pair)]
+
+
+def listed(program) -> dict:
+    """What the program says of itself: methods, solvers, scenarios, statuses."""
+    try:
+        ended = subprocess.run([program, "list", "--json"], check=True, capture_output=True, text=True, timeout=60)
+        return json.loads(ended.stdout)
+    except (OSError, subprocess.SubprocessError, ValueError) as error:
+        raise ProgramError(f"`{program} list --json` does not work: {error}") from None
+
+
+def cpu() -> str:
+    """Of this machine, as the program names it in a summary."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), "unknown")
+
+
+def version(program) -> str:
+    """The commit that the program says it is of."""
+    return next(iter(re.findall(r"git ([^;)]*)",
+                                call(program, "--version").stdout)), "a program that said nothing of itself")
+
+
+def scenes_of(said: dict) -> dict[str, dict]:
+    return {s["name"].removesuffix(".xml"): s for s in said["scenarios"]}
+
+
+def statuses_of(said: dict) -> list[str]:
+    return [s["name"] for s in said["statuses"]]
+
+
+def choices(said: dict, outside=(), unavailable=False) -> tuple[list[tuple], dict[str, str]]:
+    """(method row, variant, solver) of everything this build has, or could have, in the order of its own list, but
+    solvers named `outside`; and what it has not: {method/solver: reason}."""
+    out = {(s["method"], s["name"]): s["unavailable"] for s in said["solvers"]
+           if s["unavailable"] and s["name"] not in outside}
+    rows = [(method, variant, solver) for method in said["methods"] for solver in method["solvers"] or [""]
+            if solver not in outside and (unavailable or (method["name"], solver) not in out)
+            for variant in method["variants"] or [""]]
+    return rows, {f"{method}/{solver}": reason for (method, solver), reason in out.items()}
+
+
+@functools.cache
+def files_of(program, file, parameters: str) -> tuple[str, ...]:
+    """The files that a scene reads, of which the program knows: its own and those of its robots. Its own where it is
+    refused."""
+    ended = call(program, "check", file, "--files", *settings(parameters.split()))
+    return tuple(ended.stdout.splitlines()) if ended.returncode == 0 else (str(file), )
+
+
+def read_vector(path: Path) -> list[float]:
+    """The numbers of a Matrix Market array file with one column; none where there is no file."""
+    lines = [line for line in path.read_text().splitlines()
+             if line and not line.startswith("%")] if path.exists() else []
+    return [float(line) for line in lines[1:]]
+
+
+class Load:
+    """How many cores others keep busy: the machine's busy time less that of this process and its finished children.
+
+    The kernel counts in 10 ms, so nothing is said of less than a second; a short run is judged by the last second or
+    so."""
+    def __init__(self):
+        self.samples = collections.deque(maxlen=4096)
+        self.sample()
+
+    def sample(self):
+        try:
+            with open("/proc/stat") as file:
+                user, nice, system, _, _, irq, soft, steal = map(int, file.readline().split()[1:9])
+        except (OSError, ValueError):
+            return None
+        own = sum(sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+        now = (time.monotonic(), (user + nice + system + irq + soft + steal) / os.sysconf("SC_CLK_TCK"), own)
+        self.samples.append(now)
+        return now
+
+    def others(self, start: float) -> float | None:
+        """Cores in use by others since `start` (or the last second, whichever is longer); None where it cannot be
+        told."""
+        now = self.sample()
+        if now is None:
+            return None
+        before = [s for s in list(self.samples) if s[0] <= min(start, now[0] - 1.0)]
+        if not before:
+            return None
+        span = now[0] - before[-1][0]
+        return max(0.0, (now[1] - before[-1][1] - (now[2] - before[-1][2])) / span)
+
+
+def addresses(memory_mb: float) -> int:
+    """Bytes of address space of a program that may use so much memory: it holds more than what is in use; the program's
+    own limit is the sharper one."""
+    return int((2 * memory_mb + 256) * 2**20)
+
+
+def limited(parent, memory_bytes):
+    """For the child, before it becomes the program: dies with its parent, cannot eat the machine, leaves no core
+    file."""
+    def prepare():
+        LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != parent:
+            os._exit(127)
+        # A program with sanitizers does not start with such a limit.
+        if os.environ.get("CONTACTBENCH_ADDRESS_SPACE") != "unlimited":
+            resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (FILE_LIMIT, FILE_LIMIT))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+    return prepare
+
+
+def drain(pipe, tail):
+    """Reads all that a program says and keeps the end of it, so that it neither blocks nor fills memory."""
+    while chunk := pipe.read1(TAIL):
+        tail[:] = (tail + chunk)[-TAIL:]
+
+
+def end(process):
+    try:
+        os.killpg(process.pid, signal.SIGKILL)
+    except (ProcessLookupError, PermissionError):
+        pass
+
+
+def end_all():
+    with lock:
+        for process in active:
+            end(process)
+
+
+def execute(command: list[str], wall_limit: float, memory_bytes: int) -> tuple[int, bool, float, str]:
+    """Exit code, whether it had to be stopped, peak memory in MB, and the end of what it said."""
+    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                               start_new_session=True, preexec_fn=limited(os.getpid(), memory_bytes),
+                               env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"})
+    with lock:
+        active.add(process)
+    tail, stopped = bytearray(), threading.Event()
+    reader = threading.Thread(target=drain, args=(process.stderr, tail), daemon=True)
+    reader.start()
+    timer = threading.Timer(wall_limit, lambda: (stopped.set(), end(process)))
+    timer.daemon = True
+    timer.start()
+    try:
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    finally:
+        timer.cancel()
+        end(process)  # whatever it started in turn
+        with lock:
+            active.discard(process)
+    reader.join(timeout=5)
+    killed = stopped.is_set() and process.returncode == -signal.SIGKILL
+    return process.returncode, killed, usage.ru_maxrss / 1024, bytes(tail).decode(errors="replace").strip()
+
+
+def finite(value):
+    """Whether all numbers of what JSON holds are."""
+    if isinstance(value, (dict, list)):
+        return all(map(finite, value.values() if isinstance(value, dict) else value))
+    return not isinstance(value, float) or math.isfinite(value)
+
+
+def fault_of(summary, job: dict) -> str:
+    """Why a summary is none; empty for a good one."""
+    if not isinstance(summary, dict):
+        return "summary.json is no JSON object"
+    if summary.get("status") not in job["statuses"]:
+        return f"summary.json has no known status, but {summary.get('status')!r}"[:120]
+    ended = summary.get("finished")
+    if not isinstance(ended, bool) or ended != (summary["status"] in ("ok", "inaccurate")):
+        return "summary.json contradicts itself on whether the run finished"
+    if summary.get("scenario") != job["asked"]["scene"] or summary.get("method") != job["asked"]["method"]:
+        return "summary.json is of another run"
+    times = summary.get("time")
+    parts = [
+        times.get(f"{p}_s") if isinstance(times, dict) else None
+        for p in ("dynamics", "collision", "assembly", "solve")]
+    if not all(isinstance(p, (int, float)) and math.isfinite(p) for p in parts + [summary.get("t_reached")]):
+        return "summary.json lacks its times"
+    return "" if finite(summary) else "summary.json holds NaN or infinity"
+
+
+def verdict(code, stopped, peak_mb, said, summary, job):
+    """Status and reason of a run from what its end shows; the program's own word counts only where all fits
+    together."""
+    last = said.splitlines()[-1][:300] if said else ""
+    if stopped:
+        return "time_limit", f"did not come back within {job['wall_limit_s']:g} s; stopped from outside"
+    fault = fault_of(summary, job)
+    if not fault and code == (0 if summary["finished"] else 3):
+        return summary["status"], summary.get("reason") or ""
+    if code not in (0, 2, 3) and (NO_MEMORY.search(said) or peak_mb >= 0.9 * job["memory_limit_mb"]):
+        return "memory_limit", f"died at {job['memory_limit_mb']:g} MB" + (f": {last}" if last else "")
+    if code == 2:
+        return "input_error", last or "exit code 2 without a message"
+    if code < 0:
+        name = signal.Signals(-code).name if -code in set(signal.Signals) else f"signal {-code}"
+        return "crash", name + (f": {last}" if last else "")
+    if code == 1:
+        return "crash", last or "exit code 1 without a message"
+    return "crash", f"garbage: {fault or 'exit code does not fit the summary'} (exit code {code})"
+
+
+def watched(program, scene, flags: list, folder, statuses: list[str], wall_limit: float, memory_mb: float) -> tuple:
+    """A run of a scene file into `folder`, recorded where the flags do not say otherwise: (status, reason, had to be
+    stopped, summary or None)."""
+    recorded = [] if "--record-every" in flags else ["--record-every", "1"]
+    command = run_words(program, scene, [*flags, *recorded, "--memory-limit", memory_mb], folder)
+    job = {
+        "asked": {"scene": Path(scene).stem, "method": flags[flags.index("--method") + 1]}, "statuses": statuses,
+        "wall_limit_s": wall_limit, "memory_limit_mb": memory_mb}
+    code, stopped, peak, said = execute(command, wall_limit, addresses(memory_mb))
+    summary = read_json(Path(folder) / "summary.json")
+    status, reason = verdict(code, stopped, peak, said, summary, job)
+    return status, reason, stopped, None if fault_of(summary, job) else summary
+
+
+def reached(folder: Path) -> float | None:
+    """Simulated time in the last whole row of steps.csv, of a run that could not say it itself."""
+    try:
+        with open(folder / "steps.csv", "rb") as file:
+            head = file.readline(1 << 16).decode(errors="replace").strip().split(",")
+            file.seek(max(file.tell(), os.fstat(file.fileno()).st_size - TAIL))
+            lines = file.read(TAIL).decode(errors="replace").split("\n")[:-1]
+        t = float(lines[-1].split(",")[head.index("t")])
+        return t if math.isfinite(t) else None
+    except (OSError, ValueError, IndexError):
+        return None
+
+
+# Runs of a sweep.
+
+
+def job_of(run, program, scene, runs, statuses, time_limit, memory_limit_mb=4096, record_every=1, timed=True, key="",
+           deadline=None):
+    """What `do` needs to know of a run (plan.Run). The program keeps its own limit; the outer one is for one that does
+    not come back."""
+    return {
+        "asked": run.asked(), "flags": run.flags(), "key": key, "program": program, "scene": scene, "runs": str(runs),
+        "statuses": statuses, "timed": timed, "time_limit_s": time_limit, "wall_limit_s": 1.2 * time_limit + 10,
+        "memory_limit_mb": memory_limit_mb, "record_every": record_every, "deadline": deadline}
+
+
+def within(job: dict, now: float) -> dict:
+    """The job with no more time than its sweep has left (`deadline`, s since the epoch, or None)."""
+    if job["deadline"] is None or job["deadline"] - now >= job["time_limit_s"]:
+        return job
+    left = round(max(0.0, job["deadline"] - now), 3)
+    return {**job, "time_limit_s": left, "wall_limit_s": 1.2 * left + 10}
+
+
+def do(job: dict, load: Load) -> dict:
+    """Does one job of `job_of`; returns its record, which is then in RUNS/<name>/run.json too."""
+    runs, name = Path(job["runs"]), job["asked"]["run"]
+    job = within(job, time.time())
+    scratch = runs / DOING / f"{name}.{uuid.uuid4().hex[:12]}"
+    scratch.mkdir(parents=True)
+    record = {
+        **job["asked"], "flags": job["flags"], "key": job["key"], "limits": [
+            job["time_limit_s"], job["memory_limit_mb"]], "record_every": job["record_every"]}
+    if job["time_limit_s"] > 0:
+        record.update(done(job, scratch, load))
+    else:
+        record.update(status="time_limit", reason="not begun: the time of the sweep was spent", exit_code=None,
+                      finished=False, t_reached=None, wall_s=0.0, peak_memory_mb=None, other_cores=None, busy=None)
+    publish(record, scratch, runs / name)
+    return record
+
+
+def done(job: dict, scratch: Path, load: Load) -> dict:
+    """Runs the program into `scratch`: how it ended, as fields of its record."""
+    def command(out, limit):
+        limits = ["--time-limit", f"{limit:g}", "--memory-limit", f"{job['memory_limit_mb']:g}"]
+        flags = [*job["flags"], "--record-every", job["record_every"], *limits]
+        return run_words(job["program"], job["scene"], flags, out)
+
+    memory, warm_up, start = addresses(job["memory_limit_mb"]), scratch / "warm_up", time.monotonic()
+    try:
+        if job["timed"]:
+            execute(command(warm_up, min(WARM_UP, job["time_limit_s"])), 8 * WARM_UP, memory)
+            start = time.monotonic()
+        code, stopped, peak, said = execute(command(scratch, job["time_limit_s"]), job["wall_limit_s"], memory)
+    except OSError as error:
+        code, stopped, peak, said = 1, False, 0.0, f"{job['program']}: {error.strerror}"
+    wall = time.monotonic() - start
+    shutil.rmtree(warm_up, ignore_errors=True)
+    others = load.others(start)
+    if not job["timed"]:
+        others = None  # it may have company of its own, and nobody reads its time
+    summary = read_json(scratch / "summary.json")
+    status, reason = verdict(code, stopped, peak, said, summary, job)
+    trusted = not fault_of(summary, job) and status == summary["status"]
+    if not trusted:
+        # Nothing downstream may take such a file for a summary.
+        (scratch / "summary.json").unlink(missing_ok=True)
+    record = {"status": status, "reason": reason.replace(str(scratch), "."), "exit_code": code}
+    record |= {"finished": status in ("ok", "inaccurate"), "t_reached": None if trusted else reached(scratch)}
+    record |= {"wall_s": round(wall, 4), "peak_memory_mb": round(peak, 2)}
+    known = others is not None
+    return record | {"other_cores": round(others, 3) if known else None, "busy": others > BUSY if known else None}
+
+
+def publish(record, scratch, place):
+    with open(scratch / "run.json", "w") as file:
+        file.write(json.dumps(record, indent=1) + "\n")
+        file.flush()
+        os.fsync(file.fileno())
+    old = scratch.with_name(scratch.name + ".old")
+    try:
+        os.rename(place, old)
+    except FileNotFoundError:
+        pass
+    os.rename(scratch, place)
+    shutil.rmtree(old, ignore_errors=True)
+
+
+def elsewhere(client, job, priority):
+    """A task of a Dask client that does a job. What is sent is a function of the standard library, so that workers need
+    not import anything of ours."""
+    return client.submit(subprocess.run, [sys.executable, str(Path(__file__).resolve())], input=json.dumps(job),
+                         text=True, capture_output=True, pure=False, priority=priority, retries=2)
+
+
+if __name__ == "__main__":
+    LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+    signal.signal(signal.SIGTERM, lambda *_: (end_all(), os._exit(143)))
+    json.dump(do(json.load(sys.stdin), Load()), sys.stdout)

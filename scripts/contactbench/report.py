@@ -1,0 +1,70 @@
+"""Writes the report from the result files: Table I, figures, claims, one self-contained report.html, and report.json.
+
+  scripts/report.py --results results --runs results/runs/quick
+
+In report.json everything that depends on the machine stands under the key `timing`; the rest is the same whenever the
+same is run. A section of the report is one function in scripts/contactbench/sections.py and one macro in
+templates/report.html.
+"""
+import json
+import math
+import os
+import sys
+from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
+from pathlib import Path
+
+from . import figures, program
+from .runs import Runs
+from .sections import ORDER
+from .templates import render
+
+
+def drawn(name, results):
+    """Draws a figure; what is wrong with it, if it cannot be."""
+    try:
+        figures.draw(name, results)
+        return ""
+    except Exception as error:  # whatever the files hold: one that fails is said in the report and stops nothing
+        return f"{type(error).__name__}: {error}"
+
+
+def draw(results):
+    """Every figure, on all cores."""
+    for name in figures.FIGURES:
+        for old in (results.folder / "figures").glob(f"{name}.*"):
+            old.unlink()  # a picture of other results must not stand in for one that fails
+    with ProcessPoolExecutor(os.cpu_count() or 1) as pool:
+        said = {name: pool.submit(drawn, name, results) for name in figures.FIGURES}
+    for name, future in said.items():
+        # A process that dies takes with it what was still to be drawn.
+        fault = "its process died" if isinstance(future.exception(), BrokenExecutor) else future.result()
+        if fault:
+            print(f"report: {name}.py could not draw: {fault.splitlines()[-1]}", file=sys.stderr)
+
+
+def finite(value):
+    """What is no number is null: NaN is no JSON."""
+    if isinstance(value, dict):
+        return {k: finite(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [finite(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def main():
+    parser = program.flags(__doc__)
+    parser.add_argument("--results", required=True, type=Path,
+                        help="folder of runs.csv and manifest.json; all is written there")
+    parser.add_argument("--runs", required=True, type=Path, help="folder with one folder a run")
+    parser.add_argument("--no-draw", action="store_true", help="take the figures that are there")
+    options = parser.parse_args()
+    results = Runs(options.results, options.runs)
+    if not options.no_draw:
+        draw(results)
+    sections = {build.__name__: build(results) for build in ORDER}
+    (options.results / "report.html").write_text(render("report.html", profile=results.profile, sections=sections))
+    said = {
+        name: {"title": section.title, "data": section.data, "timing": section.timing}
+        for name, section in sections.items()}
+    report = json.dumps(finite({"profile": results.profile, "sections": said}), indent=1, allow_nan=False)
+    (options.results / "report.json").write_text(report + "\n")

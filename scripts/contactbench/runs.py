@@ -1,0 +1,262 @@
+"""The one table of runs (runs.csv: a row a run) and the manifest of what made it: gathered from the folders of the
+runs, and read by the tables, claims and figures, which take a Cell, one method on one scene with one choice of knobs,
+with its repeats."""
+import json
+import math
+import platform
+import statistics
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from . import references
+from .plan import Run
+from .program import read_json
+
+# Column: where it comes from. `run.` is run.json (what was asked and how it ended), the rest is summary.json.
+COLUMNS = {
+    "run": "run.run", "sweeps": None, "scene": "run.scene", "parameters": "run.parameters", "method": "run.method",
+    "variant": "run.variant", "solver": "run.solver", "k": "run.k", "epsilon": "run.epsilon", "knobs": "run.knobs",
+    "repeat": "run.repeat", "status": "run.status", "reason": "run.reason", "finished": "run.finished",
+    "reference": "reference.kind", "step": "options.step", "duration": "options.duration",
+    "compression_bound": "options.compression_bound", "t_reached": None, "steps": "steps", "events": "events",
+    "contacts_max": "contacts_max", "solves": "solves", "iterations_total": "iterations_total", "processing_s": None,
+    "total_s": "time.total_s", "dynamics_s": "time.dynamics_s", "collision_s": "time.collision_s",
+    "assembly_s": "time.assembly_s", "solve_s": "time.solve_s", "write_s": "time.write_s", "wall_s": "run.wall_s",
+    "other_cores": "run.other_cores", "busy": "run.busy", "peak_memory_mb": None, "residual_max": "residuals.max",
+    "residual_median": "residuals.median", "law_residual_max": "residuals.law_max", "gap_max_j": "residuals.gap_max_j",
+    "infeasibility_max": "residuals.infeasibility_max", "inaccurate_events": "residuals.inaccurate_events",
+    "false_claims": "residuals.false_claims", "max_penetration": "max_penetration", "max_gain_j": "energy.max_gain_j",
+    "max_gain_relative": "energy.max_gain_relative"}
+# Columns that differ from run to run of the same input; so do all of a run that a time or memory limit cut.
+TIMING = ("processing_s", "total_s", "dynamics_s", "collision_s", "assembly_s", "solve_s", "write_s", "wall_s",
+          "other_cores", "busy", "peak_memory_mb")
+PARTS = ("dynamics_s", "collision_s", "assembly_s", "solve_s")  # of processing time
+CELL = ["scene", "parameters", "method", "variant", "solver", "k", "epsilon", "knobs"]
+LIMITS = ("time_limit", "memory_limit")  # how far a run that they cut comes depends on the machine
+NAMES = {
+    "newton": "Newton", "mirtich": "Mirtich", "ap": "A-P", "convex": "convex", "lemke": "Lemke", "path": "PATH",
+    "ynl": "YNL", "path-lib": "PATH library"}
+
+
+def lookup(tree, path: str):
+    for key in path.split("."):
+        if not isinstance(tree, dict) or key not in tree:
+            return None
+        tree = tree[key]
+    return tree
+
+
+def text(value):
+    """As JSON would print it: numbers read back as the same double; missing is empty, never 0."""
+    return "" if value is None else value if isinstance(value, str) else json.dumps(value)
+
+
+def processing_s(summary):
+    """Seconds of dynamics, collision, assembly and solve: what the paper calls processing time. The check of each
+    answer by the referee (in total_s) and writing (not in it) are no part of a method."""
+    parts = [lookup(summary, f"time.{part}") for part in PARTS]
+    return None if None in parts else sum(parts)
+
+
+def row_of(run, record, summary, folder, certified):
+    """`folder`: files of the run; `certified`: the scene's references.Reference, or None."""
+    row = {
+        column: text(lookup(record, source[4:]) if source.startswith("run.") else lookup(summary, source))
+        for column, source in COLUMNS.items() if source}
+    row |= {"sweeps": " ".join(run.sweeps), "processing_s": text(processing_s(summary))}
+    # A run that could not say it itself is judged from outside.
+    row |= {
+        column: text((summary if column in summary else record)[column]) for column in ("t_reached", "peak_memory_mb")}
+    row |= {f"error_{name}": text(value) for name, value in (summary.get("errors") or {}).items()}
+    if certified and record["finished"]:
+        row[f"error_{references.ERROR}"] = text(
+            certified.error(lookup(summary, "options.duration"),
+                            Path(folder) / "trajectory.csv"))
+    return row
+
+
+def same_or_list(summaries, key):
+    values = []
+    for summary in summaries:
+        if key in summary and summary[key] not in values:
+            values.append(summary[key])
+    return values[0] if len(values) == 1 else values
+
+
+def gather(plan, missing, runs, out, sweeps, profile, certified):
+    """Writes OUT/runs.csv (cells in the order of the sweep files, the repeats of a cell together) and
+    OUT/manifest.json: machine, versions, flags, statuses counted, certified references used; no dates, no paths.
+    `certified`: {(scene, parameters): references.Reference} of the scenes that have one, accepted or not."""
+    order = {}
+    for run in plan:
+        order.setdefault(run.cell, len(order))
+    rows, summaries = [], []
+    for run in sorted(plan, key=lambda run: (order[run.cell], run.repeat)):
+        folder = Path(runs) / run.name
+        record = read_json(folder / "run.json")
+        if isinstance(record, dict):
+            summaries.append(read_json(folder / "summary.json") or {})
+            rows.append(
+                row_of(run, record, summaries[-1], folder, certified.get((run.scene, run.asked()["parameters"]))))
+    errors = dict.fromkeys(c for row in rows for c in row if c.startswith("error_"))
+    table = pd.DataFrame(rows, columns=[*COLUMNS, *errors], dtype=str).fillna("")
+    out = Path(out)
+    out.mkdir(parents=True, exist_ok=True)
+    table.to_csv(out / "runs.csv", index=False, lineterminator="\n")
+    manifest = {
+        "sweeps": sweeps, "profile": profile, "runs": len(rows), "runs_not_done_yet": len(plan) - len(rows),
+        "missing": missing, "statuses": table["status"].value_counts().sort_index().to_dict(), "machine": same_or_list(
+            summaries, "machine"), "versions": same_or_list(summaries, "versions"), "python": ".".join(
+                platform.python_version_tuple()[:2]), "references": {
+                    references.name_of(*scene): {key: found.about.get(key) for key in references.SAID}
+                    for scene, found in sorted(certified.items())}, "timing": {
+                        "runs_on_a_busy_machine": int((table["busy"] == "true").sum()), "runs_not_judged": int(
+                            (table["busy"] == "").sum())}}
+    (out / "manifest.json").write_text(json.dumps(manifest, indent=1) + "\n")
+
+
+def number(cell: str) -> float:
+    """A cell of a table as a number; nan where it is empty."""
+    return float(cell) if cell else math.nan
+
+
+def write_table(rows: list[dict], columns: list[str], path):
+    """A CSV file of rows (dictionaries); what one lacks is empty."""
+    pd.DataFrame(rows, columns=columns, dtype=object).to_csv(path, index=False, lineterminator="\n")
+
+
+def table_of(path) -> pd.DataFrame:
+    """A CSV file with its cells as they are written; an empty one is an empty word."""
+    return pd.read_csv(path, dtype=str, keep_default_na=False)
+
+
+class Cell:
+    """One method on one scene with one choice of knobs: its repeats."""
+    def __init__(self, rows: list[dict[str, str]], runs):
+        self.rows = rows
+        self.key = (rows[0]["method"], rows[0]["solver"] or rows[0]["variant"])
+        # Files are read from the repeat with the median time, so that no single disturbance of the machine shows.
+        self.row = sorted(rows, key=lambda r: float(r["processing_s"] or "inf"))[(len(rows) - 1) // 2]
+        self.folder = Path(runs) / self.row["run"]
+
+    def __getitem__(self, column):
+        return self.row[column]
+
+    @property
+    def finished(self):
+        return all(r["finished"] == "true" for r in self.rows)
+
+    @property
+    def times(self) -> list[float]:
+        return [float(r["processing_s"]) for r in self.rows if r["finished"] == "true" and r["processing_s"]]
+
+    @property
+    def seconds(self) -> float:
+        """Median processing time of the finished repeats, s; nan where there is none."""
+        return statistics.median(self.times or [math.nan])
+
+    @property
+    def busy(self):
+        """Whether others used the machine during a repeat."""
+        return any(r["busy"] == "true" for r in self.rows)
+
+    def error(self, name: str) -> float:
+        """A scene error (`contactbench list references`); nan where the run has none."""
+        return number(self.row.get(f"error_{name}", ""))
+
+    @property
+    def how_it_ended(self):
+        """Empty for a run that reached its end; else what stopped it and when."""
+        bad = next((r for r in self.rows if r["finished"] != "true"), None)
+        if bad is None:
+            return "" if self["status"] == "ok" else self["status"]
+        return bad["status"] + (f" at {float(bad['t_reached']):.3g} s" if bad["t_reached"] else "")
+
+    @property
+    def unrepeated(self):
+        """The name of its runs without the number of the repeat, of which `row` is the one of median time."""
+        return self["run"].rsplit("__r", 1)[0]
+
+    @property
+    def cut(self):
+        """The limit that cut a repeat, empty where none did: what is to come out the same when made again must not show
+        it."""
+        return next((r["status"] for r in self.rows if r["status"] in LIMITS), "")
+
+    @property
+    def name(self):
+        """The method as a reader would say it."""
+        parts = [self["method"], self["solver"] if self["method"] != "convex" else "", self["variant"]]
+        return " ".join(NAMES.get(p, p)
+                        for p in parts if p) + (f", epsilon {self['epsilon']} J" if self["epsilon"] else "")
+
+    @property
+    def with_k(self):
+        """With the polygon's edges; its step stands in a column of its own."""
+        return self.name + (f", k = {self['k']}" if self["k"] else "")
+
+    @property
+    def label(self):
+        """The method with all its knobs."""
+        return self.with_k + (f", {self['knobs']}" if self["knobs"] else "")
+
+    @property
+    def command(self):
+        """What a reader types to do this run again."""
+        return " ".join(["contactbench run", f"{self['scene']}.xml", *Run.of(self.row).flags()])
+
+    def series(self, file, *columns, of=None, most=None):
+        """Columns of a file of the run as arrays; empty ones where there is no file or no row."""
+        return series(self.folder / file, *columns, of=of, most=most)
+
+
+def series(path: Path, *columns: str, of=None, most: int | None = None) -> np.ndarray:
+    """Columns of a CSV file as arrays. `of`: only the rows of a body, joint or pair, by its words; `most`: at most
+    about so many of them, evenly spaced, and the last."""
+    try:
+        lines = path.read_text().splitlines(keepends=True)
+    except OSError:
+        lines = []
+    if lines and not lines[-1].endswith("\n"):
+        lines.pop()  # a run that was killed can leave half a row
+    rows = lines[1:]
+    for word in of or ():
+        rows = [row for row in rows if f",{word}," in row]
+    if not rows:
+        return np.empty((len(columns), 0))
+    if most and len(rows) > most:
+        rows = [rows[i] for i in np.unique(np.linspace(0, len(rows) - 1, most).round().astype(int))]
+    head = lines[0].strip().split(",")
+    return np.loadtxt(rows, delimiter=",", usecols=[head.index(c) for c in columns], ndmin=2).T
+
+
+class Runs:
+    """A folder with runs.csv and manifest.json, and the folder of its runs. `table` holds the words of runs.csv as they
+    are."""
+    def __init__(self, results, runs=None):
+        self.folder = Path(results)
+        self.table = table_of(self.folder / "runs.csv")
+        self.manifest = read_json(self.folder / "manifest.json") or {}
+        self.profile = self.manifest.get("profile") or "default"
+        self.runs = Path(runs) if runs else self.folder / "runs" / self.profile
+
+    def cells(self, scene: str | None = None, sweep: str | None = "paper", **wanted: str) -> list[Cell]:
+        """Cells in the order of the table: those of a scene (of all), of one sweep file (of all: None), with given
+        columns."""
+        chosen = self.table
+        for column, value in wanted.items() if scene is None else {"scene": scene, **wanted}.items():
+            chosen = chosen[chosen[column] == value]
+        if sweep is not None:
+            chosen = chosen[[sweep in words.split() for words in chosen["sweeps"]]]
+        groups = {}
+        for row in chosen.to_dict("records"):
+            groups.setdefault(tuple(row[c] for c in CELL), []).append(row)
+        return [Cell(rows, self.runs) for rows in groups.values()]
+
+    def missing(self, scene):
+        """Why a scene has no run; empty where it has some."""
+        if (self.table["scene"] == scene).any():
+            return ""
+        return self.manifest.get("missing", {}).get(scene, "no run of it is in this profile")

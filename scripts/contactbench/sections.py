@@ -1,0 +1,283 @@
+"""The sections of the report, in their order: each a function of the results -> Section, whose page is the macro of the
+same name in templates/report.html. What the page shows, what report.json says the same whenever the same is run, and
+what depends on the machine."""
+import collections
+import hashlib
+import statistics
+from dataclasses import dataclass, field
+
+from . import claims, precision, solve_all, table1
+from .figures import FIGURES, SAYS
+from .measures import BAD, VERDICTS
+from .runs import LIMITS, table_of
+from .templates import TEMPLATES
+
+FIRST_LOOK = "statuses, errors and claims hold, times are a first look"
+PROFILES = {
+    "quick": f"one run a cell (two of most in error against run time) and a limit of a minute a run: {FIRST_LOOK}",
+    "paper": "the paper's durations, three interleaved repeats, limits of an hour a run"}
+ERRORS = (1e-2, 1e-4, 1e-6, 1e-9)  # m, for which a method is advised
+TIMES = ("median_s", "minimum_s", "ratio", "busy")
+SAY = TEMPLATES.get_template("advice.html").module
+
+
+@dataclass
+class Section:
+    title: str
+    shown: dict
+    data: dict = field(default_factory=dict)
+    timing: dict = field(default_factory=dict)
+
+
+def picked(row, keys):
+    return {key: row[key] for key in keys}
+
+
+def scene_name(scene, parameters):
+    return f"{scene.replace('_', ' ')} {parameters}".strip()
+
+
+def figure(results, name, sweep="paper", made_by=None):
+    """One figure with what the paper's shows and the commands that made its data: of the runs of a sweep, or of what
+    the command `made_by` writes. For the page, for report.json, and the picture's digest."""
+    scene, text = FIGURES[name].scene, SAYS[name]
+    title, _, rest = text.partition(": ")
+    image = results.folder / "figures" / f"{name}.png"
+    cells = results.cells(scene) if scene else []
+    made = [
+        made_by or f"scripts/sweep.py scenarios/sweeps/{sweep}.toml --profile {results.profile}",
+        f"scripts/plots/{name}.py --results results --runs results/runs/{results.profile}"]
+    runs = [cell.command for cell in cells]
+    shown = {
+        "name": name, "title": title, "rest": rest[:1].upper() + rest[1:], "scene": scene, "made": made, "runs": runs,
+        "missing": results.missing(scene) if scene else "", "image": image if image.exists() else None,
+        "busy": not made_by and any(c.busy for c in cells or results.cells(sweep=sweep))}
+    digest = hashlib.sha256(image.read_bytes()).hexdigest() if image.exists() else None
+    return shown, {"says": text, "scene": scene, "commands": made + runs}, digest
+
+
+def reading(results):
+    manifest = results.manifest
+    machine, versions, timing = manifest.get("machine") or {}, manifest.get("versions") or {}, manifest.get(
+        "timing", {})
+    runs, python = manifest.get("runs", 0), manifest.get("python")
+    ratios = [max(c.times) / min(c.times) for c in results.cells(sweep=None) if len(c.times) > 1]
+    apart = {"cells": len(ratios), "median": statistics.median(ratios), "worst": max(ratios)} if ratios else None
+    if isinstance(machine, dict) and isinstance(versions, dict):
+        made_with = [*{**machine, **versions, "python": python or ""}.items()]
+    else:
+        made_with = [("machine", machine), ("versions", versions)]
+    made_with += [("sweeps", ", ".join(manifest.get("sweeps", []))),
+                  ("runs", ", ".join([f"{runs}"] + [f"{n} {s}" for s, n in manifest.get("statuses", {}).items()]))]
+    made_with += [(f"left out: {name}", why) for name, why in manifest.get("missing", {}).items()]
+    if manifest.get("runs_not_done_yet"):
+        made_with.append(("not done yet", manifest["runs_not_done_yet"]))
+    shown = {
+        "profile_means": PROFILES.get(results.profile, ""), "busy": timing.get("runs_on_a_busy_machine", 0),
+        "runs": runs, "apart": apart, "made_with": made_with}
+    # The repeat count and limits of a cell are in runs.csv; the machine itself is what times depend on.
+    return Section("How to read this", shown,
+                   {key: manifest.get(key) for key in ("profile", "sweeps", "runs", "missing", "statuses")},
+                   {"machine": machine, "versions": versions, "python": python, "busy": timing, "spread": apart})
+
+
+def table_one(results):
+    rows, shown = table1.write(results)
+
+    def changes(row, key):  # with the machine: a run that a limit cut is cut elsewhere next time
+        return key in TIMES or row["status"] in LIMITS and key in ("reason", "t_reached")
+
+    return Section("Table I: processing time", shown,
+                   {"rows": [{k: v for k, v in row.items() if not changes(row, k)} for row in rows]},
+                   {"rows": [picked(row, TIMES) for row in rows]})
+
+
+def claim_table(results):
+    answers = [claims.answered(name, results) for name in claims.ALL]
+    parts = {claim.id: claim.as_data() for claim in answers}
+    return Section("The paper's claims", {"claims": answers, "said": claims.said},
+                   {name: data for name, (data, _) in parts.items()},
+                   {name: timing for name, (_, timing) in parts.items() if timing})
+
+
+def figures(results):
+    # figure01 ... figure11 first, then the other pictures; those of other sections stand there.
+    names = sorted((n for n, of in FIGURES.items() if not of.elsewhere), key=lambda n: (not n.startswith("figure"), n))
+    found = {name: figure(results, name) for name in names}
+    return Section("Figures", {"figures": [shown for shown, _, _ in found.values()]},
+                   {name: data for name, (_, data, _) in found.items()},
+                   {name: {"sha256": digest} for name, (_, _, digest) in found.items()})
+
+
+def error_time(results):
+    picture, about, digest = figure(results, "error_time", precision.SWEEP)
+    parts, _, digest_of_parts = figure(results, "error_budget", precision.SWEEP)
+    against, points, fronts, budgets = [], [], {}, {}
+    for scene in precision.scenes(results):
+        name, measure, some = scene_name(*scene), precision.measure(results, *scene), precision.points(results, *scene)
+        against.append((name, measure, precision.reference_of(results, *scene, measure)))
+        points += some
+        fronts[name], budgets[name] = precision.pareto(some), precision.budget(results, *scene)
+    against += [(name, "", f"missing: {about['reason']}")
+                for name, about in results.manifest.get("references", {}).items() if not about["accepted"]]
+    fixed = ("scene", "parameters", "step", "measure", "status", "error")
+    parts_of = ("solver", "model", "step_error", "total", "dominates")
+    data = {"figure": about, "points": [{"run": p["cell"].unrepeated, **picked(p, fixed)} for p in points]}
+    data["budget"] = {name: {r["cell"].unrepeated: picked(r, parts_of) for r in rows} for name, rows in budgets.items()}
+    timed = ("run", "time", "least", "most", "repeats", "busy")
+    timing = {"sha256": [digest, digest_of_parts], "points": [picked(p, timed) for p in points]}
+    timing["pareto"] = {name: [p["run"] for p in front] for name, front in fronts.items()}
+    shown = {"picture": picture, "parts": parts, "against": against, "fronts": fronts, "budgets": budgets}
+    return Section("Error against run time", shown, data, timing)
+
+
+def wins(chosen):
+    """Of the answers, how many are whose: one sentence."""
+    return SAY.wins(len(chosen),
+                    collections.Counter(
+                        best["cell"].name.partition(",")[0] for best in chosen).most_common()) if chosen else ""
+
+
+def knob(results, scenes, model, name, coarse, fine):
+    """What a finer knob bought at the same step, over the scenes: one sentence."""
+    less = more = 0
+    ratios = []
+    for scene in scenes:
+        points = {(p["cell"]["solver"], p["step"], p["cell"][name]): p for p in precision.points(results, *scene)
+                  if p["cell"]["method"] == model and p["error"] is not None}
+        for (solver, step, value), a in points.items():
+            b = points.get((solver, step, fine))
+            if value == coarse and b:
+                low = max(a["uncertainty"], precision.TINY)
+                less += b["error"] < 0.9 * a["error"] and a["error"] > low
+                more += a["error"] < 0.9 * b["error"] and b["error"] > low
+                ratios.append(b["time"] / a["time"])
+    return SAY.knob(model, name, coarse, fine, less, more, len(ratios), statistics.median(ratios)) if ratios else ""
+
+
+def limit(results, scene):
+    """What is left at the best answer of a scene: one sentence."""
+    close = precision.nearest(precision.points(results, *scene))
+    row = next((r for r in precision.budget(results, *scene) if close and r["cell"]["run"] == close["run"]), {})
+    rest = row.get("dominates", "")
+    return SAY.limit(scene_name(*scene), close, rest if rest in ("solver", "model", "step") else "")
+
+
+def forbidden(chosen):
+    """What convex, where it is advised, can't do in other scenes than these: one sentence."""
+    return SAY.forbidden() if any(best["cell"]["method"] == "convex" for best in chosen) else ""
+
+
+def advice(results):
+    """For each scene and wanted error the cheapest that met it, and what of that holds over all scenes."""
+    scenes, rows, chosen, data = precision.scenes(results), {}, [], {}
+    for scene in scenes:
+        points, name = precision.points(results, *scene), scene_name(*scene)
+        for error in ERRORS:
+            best, second, _ = precision.choose(points, error)
+            rows.setdefault(name, []).append((best, second, second and precision.told_apart(best, second)))
+            if best:
+                chosen.append(best)
+                data[f"{name} {error:g}"] = {"best": best["run"], "runner_up": second and second["run"]}
+    if not scenes:
+        return Section("Which method to use", {"rows": {}, "sweep": precision.SWEEP})
+    # A polygon costs most where its corners do not lie along the motion, as they do in most scenes.
+    turned = [SAY.turned(r) for r in precision.polygons(results) if r["turned"] == "turned by pi/k"]
+    finer = [
+        knob(results, scenes, *of)
+        for of in (("convex", "epsilon", "1e-6", "1e-12"), ("convex", "epsilon", "1e-2", "1e-6"), ("ap", "k", "4", "8"),
+                   ("ap", "k", "8", "32"))]
+    left = [limit(results, scene) for scene in scenes]
+    text = ["<ul>", wins(chosen), *finer, *turned, *left, forbidden(chosen), "</ul>"]
+    text = [str(sentence) for sentence in text]
+    # Who is cheapest depends on the machine.
+    return Section("Which method to use", {"rows": rows, "heads": [f"{error:g} m" for error in ERRORS], "text": text},
+                   {}, {"answers": data, "text": text})
+
+
+def convergence(results):
+    """Observed order in the step, and the friction polygon's error against its number of edges."""
+    shown = {"orders": precision.orders(results), "polygons": precision.polygons(results)}
+    data = {
+        name: [{k: v for k, v in r.items() if k != "cells"} | {"runs": [c["run"] for c in r["cells"]]} for r in rows]
+        for name, rows in shown.items()}
+    return Section("Order in the step and in the polygon", shown, data)
+
+
+def performance(results):
+    """Performance profiles, and how often a claim of success is true."""
+    picture, about, digest = figure(results, "performance", precision.SWEEP)
+    rows = precision.truthfulness(results)
+    # How far a run comes before a limit is the machine's, and with it the number of solves.
+    limited = results.table["status"].isin(LIMITS).any()
+    return Section("How often, how fast, how truthfully", {"picture": picture, "truth": rows},
+                   {"figure": about, "truth": {} if limited else rows},
+                   {"sha256": digest, "truth": rows if limited else {}})
+
+
+def left_out(results):
+    """What each thing that runs leave out saves where it applies, and costs where it does not (bench_prune)."""
+    path = results.folder / "left_out.csv"
+    rows = table_of(path).to_dict("records") if path.exists() else None
+    return Section("What is left out", {"rows": rows}, {}, {} if rows is None else {"rows": rows})
+
+
+def stored_problems(results):
+    """Every solver over the same problems: stored ones, and frozen streams of what one run met; without a simulation
+    around them."""
+    shown, data, timing = {
+        "collection": "scripts/solve_all.py --out results/solve_all",
+        "replayed": "scripts/replay.py --out results/replay", "counts": None, "streams": None}, {}, {}
+
+    def parts(counts):
+        fixed = {
+            f"{kind} {name}": {k: v for k, v in c.items() if k not in ("time", "busy")}
+            for (kind, name), c in counts.items()}
+        return {"solvers": fixed, "median_time_s": {f"{kind} {name}": c["time"] for (kind, name), c in counts.items()}}
+
+    some = solve_all.rows_of(results)
+    if some:
+        made_by = shown["collection"]
+        shown["picture"], data["figure"], timing["sha256"] = figure(results, "stored_problems", made_by=made_by)
+        shown["counts"] = solve_all.summary(some)
+        timing |= parts(shown["counts"])
+    streams = solve_all.streams(results)
+    if streams:
+        made_by = shown["replayed"]
+        shown["streamed"], data["streams"], timing["streams_sha256"] = figure(results, "streams", made_by=made_by)
+        shown["streams"] = {scene: solve_all.summary(rows) for scene, rows in streams.items()}
+        timing["streams"] = {scene: parts(counts) for scene, counts in shown["streams"].items()}
+    return Section("The same problems for every solver", shown, data, timing)
+
+
+def stiff_cases(results):
+    """Stiff and extreme cases (results/stress, made by scripts/stress.py): where each method breaks, and whether it
+    says so."""
+    folder, title = results.folder / "stress", "Stiff and extreme cases"
+    if not (folder / "stress.csv").exists():
+        return Section(title, {"cells": None})
+    cells = table_of(folder / "stress.csv")
+    methods = list(dict.fromkeys(cells["method"]))
+    count = {v: {m: int(((cells["verdict"] == v) & (cells["method"] == m)).sum()) for m in methods} for v in VERDICTS}
+    heatmap = folder / "heatmap.png"
+    # Which cells end at their limit of time depends on the machine; none of these may.
+    return Section(
+        title, {
+            "cells": len(cells), "meaning": VERDICTS, "methods": methods, "count": count,
+            "named": cells[cells["verdict"].isin(BAD)].to_dict("records"),
+            "heatmap": heatmap if heatmap.exists() else None}, {"cells": len(cells), "faults": picked(count, BAD)},
+        {"verdicts": count})
+
+
+def unfinished(results):
+    """Every run that did not end well, with its reason."""
+    bad = results.table[(results.table["status"] != "ok") |
+                        ~results.table["false_claims"].isin(["", "0"])].to_dict("records")
+    # What a limit cut may come through on another machine.
+    ends = [
+        {r["run"]: [r["status"], r["reason"]] for r in bad if (r["status"] in LIMITS) == cut} for cut in (False, True)]
+    return Section("Runs that did not end well", {"bad": bad}, *ends)
+
+
+ORDER = (reading, table_one, claim_table, figures, error_time, advice, convergence, performance, left_out,
+         stored_problems, stiff_cases, unfinished)

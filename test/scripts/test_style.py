@@ -1,0 +1,59 @@
+"""How scripts/ is written: formatted and linted as setup.cfg says, one file that starts processes, small entries."""
+import os
+import re
+import shutil
+import subprocess
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = sorted((ROOT / "scripts/contactbench").rglob("*.py"))
+ENTRIES = sorted((ROOT / "scripts").glob("*.py"))
+
+
+def tool(name):
+    """A test with a program that Debian has and this machine may lack."""
+    return unittest.skipUnless(shutil.which(name), f"{name} is not installed (scripts/setup.sh --tests): not looked at")
+
+
+class Style(unittest.TestCase):
+    def silent(self, *words):
+        ended = subprocess.run([*words, *map(str, [*PACKAGE, *ENTRIES])], capture_output=True, text=True, cwd=ROOT)
+        self.assertEqual((ended.returncode, ended.stdout[-4000:]), (0, ""), ended.stderr[-4000:])
+
+    @tool("yapf3")
+    def test_the_layout_is_that_of_yapf(self):
+        self.silent("yapf3", "--diff", "--parallel")
+
+    @tool("flake8")
+    def test_flake8_finds_nothing(self):
+        self.silent("flake8")
+
+    @tool("pylint")
+    def test_pylint_finds_nothing(self):
+        self.silent("pylint", "--rcfile=setup.cfg", "--score=n", f"--jobs={os.cpu_count()}")
+
+
+class Shape(unittest.TestCase):
+    def test_one_file_starts_processes(self):
+        starts = re.compile(r"^\s*(import|from) (subprocess|pty|multiprocessing)\b|\bos\.(system|popen|spawn|fork)|\bPopen\(", re.MULTILINE)
+        self.assertEqual([p.name for p in [*PACKAGE, *ENTRIES] if starts.search(p.read_text())], ["program.py"])
+
+    def test_no_script_edits_where_modules_are_found(self):
+        for path in ROOT.glob("scripts/**/*.py"):
+            self.assertNotIn("sys.path", path.read_text(), path)
+
+    def test_an_entry_is_an_entry(self):
+        self.assertGreater(len(ENTRIES), 10)
+        for path in ENTRIES:
+            self.assertLessEqual(len(path.read_text().splitlines()), 30, path)
+
+    def test_every_figure_can_be_drawn_alone(self):
+        words = (ROOT / "scripts/contactbench/figures.toml").read_text()
+        links = {path.stem: path.resolve() for path in (ROOT / "scripts/plots").iterdir()}
+        self.assertEqual(set(links), set(re.findall(r"^(\w+) = ", words, re.MULTILINE)))
+        self.assertEqual(set(links.values()), {ROOT / "scripts/figure.py"})
+
+
+if __name__ == "__main__":
+    unittest.main()
