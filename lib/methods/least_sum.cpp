@@ -116,11 +116,11 @@ void LeastSum::follow(Real sigma, const DoubleDoubleVector& b, const Vector& c, 
   }
 }
 
-// Of the equations, into off_nu_ and off_a_; returns the largest, or the complementarity.
+// Of the equations, into off_nu_ and off_a_; returns the complementarity, or the largest of them where that counts.
 LeastSum::Real LeastSum::residuals(Real sigma, const DoubleDoubleVector& b, const Vector& c) {
   momentum(x_, p_);
   off_nu_.set_zero(p_.size());
-  Real worst = x_.dot(a_);
+  Real worst = 0;
   for (int i = 0; i < p_.size(); ++i) {
     off_nu_.set(i, sigma * nu_[i] - p_[i] + b[i]);
     worst = std::max(worst, abs(off_nu_[i]));
@@ -128,7 +128,8 @@ LeastSum::Real LeastSum::residuals(Real sigma, const DoubleDoubleVector& b, cons
   normals(nu_, off_a_);
   off_a_ = a_ - off_a_ - c;
   for (const Real& off : off_a_) worst = std::max(worst, abs(off));
-  return worst;
+  const Real products = x_.dot(a_);
+  return worst > negligible ? std::max(worst, products) : products;
 }
 
 bool LeastSum::factor(Real sigma) {

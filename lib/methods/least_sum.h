@@ -34,6 +34,8 @@ class LeastSum {
   static constexpr double rounding = 1e-23, accepted = 1e-9;
   // sigma of the linear program: its f leaves momenta of sigma |z| open, and is of least sum up to rounding / sigma.
   static constexpr double shift = 1e-13;
+  // What the equations may be off by and be met: impulses of contacts that hardly touch are left out, and leave that.
+  static constexpr double negligible = 1e-14;
   // Of a step in x, which is not unique: keeps it from drifting.
   static constexpr double proximal = 1e-25;
   // -: complementarity aimed at, of the present, at least: fast first; then, where products fell so far behind the

@@ -25,7 +25,7 @@ namespace cb {
 
 namespace {
 
-constexpr int rounds = 12;        // linearisations; two or three do
+constexpr int rounds = 60;        // linearisations; two or three do, more where bodies turn far
 constexpr int exchanges = 60;     // of the set, one linearisation; beyond: the next one
 constexpr int whole = 20;         // exchanges of all points at once; then one leaves at a time, which cannot cycle
 constexpr double ridge = 1e-11;   // of G's diagonal
