@@ -15,9 +15,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
-import interpreter  # noqa: E402
+from contactbench import start  # noqa: E402
 
-interpreter.need("numpy", otherwise=77)
+start.need(("numpy",), otherwise=77)
 import numpy as np  # noqa: E402
 
 ACCEPTED = 1e-9
@@ -220,7 +220,7 @@ class Judgement:
 
     def gains(self):
         """Energy that restitution gains."""
-        return over(self.work(r, self.u), self.gain_size())
+        return over(self.work(self.r, self.u), self.gain_size())
 
     def gain_size(self):
         p, r = self.p, self.r
