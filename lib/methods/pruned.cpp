@@ -33,6 +33,9 @@ namespace {
 constexpr double clearly_parting = 1e-6;
 /// and than this fraction of the terms that its velocity is the sum of: rounding parts nothing.
 constexpr double beyond_rounding = 1e-12;
+/// -: after the frictionless answer of `convex` it must part faster than this fraction of what its island is about,
+/// sqrt(J): to the referee what parts by less than 1e-9 of that touches, and the proof of the bound is about it too.
+constexpr double clearly_apart = 1e-8;
 /// -: entries of W_ii that couple normal and tangential directions, as a fraction of w, below which it is decoupled.
 constexpr double decoupled = 1e-15;
 
@@ -95,6 +98,7 @@ class Pruned {
   void take_over(const ContactProblem& problem, std::span<const int> contacts, std::span<const int> blocks,
                  ContactSolution& solution) const;
   bool certify(const ContactProblem& problem, ContactSolution& solution);
+  void find_sizes(const ContactProblem& problem);
   void bring_all_back();
 
   void call_method(int part, const ContactProblem& problem, ContactSolution& solution);
@@ -122,7 +126,7 @@ class Pruned {
   ContactSolution answer_;
   BlockCholesky factor_;
   std::vector<Eigen::Matrix3d> W_;
-  std::vector<double> v_, u_plus_, y_, scratch_, slack_, kappa_;
+  std::vector<double> v_, u_plus_, y_, scratch_, slack_, kappa_, weight_, size_, terms_;
 };
 
 void Pruned::operator()(const ContactProblem& problem, ContactSolution& solution) {
@@ -485,6 +489,7 @@ bool Pruned::certify(const ContactProblem& problem, ContactSolution& solution) {
       for (int c = 0; c < nc; ++c) scratch_[3 * c] = solution.frictionless[c];
       apply_impulse(problem, factor_, scratch_, v_);
       contact_velocity(problem, v_, scratch_);
+      find_sizes(problem);
     }
   }
 
@@ -496,7 +501,9 @@ bool Pruned::certify(const ContactProblem& problem, ContactSolution& solution) {
       const double missing = problem.mu[c] * tangential(&y_[3 * c]) - y_[3 * c];
       const int island = islands_.of_contact[c];
       holds = holds && (missing <= slack_[island] || (solution.bounded && kappa_[island] == 0));
-      if (solution.bounded) holds = holds && scratch_[3 * c] > clearly_parting * speed_[island];
+      if (solution.bounded)
+        holds = holds && scratch_[3 * c] > std::max({clearly_parting * speed_[island], beyond_rounding * terms_[island],
+                                                     clearly_apart * size_[island] * std::sqrt(weight_[c])});
     } else if (law_ == Law::anitescu_potra) {
       double lam = 0;
       for (int i = 0; i < options_.k; ++i) {
@@ -511,6 +518,19 @@ bool Pruned::certify(const ContactProblem& problem, ContactSolution& solution) {
   }
   left_out_->brought_back += failed;
   return failed == 0;
+}
+
+// Of each island: |u-| / sqrt(w) over its contacts, sqrt(J), and the largest terms of a normal velocity, m/s: what one
+// velocity rounds by is no motion of another.
+void Pruned::find_sizes(const ContactProblem& problem) {
+  contact_weights(problem, factor_, weight_);
+  size_.assign(islands_.count, 0.0);
+  for (int c = 0; c < problem.nc(); ++c)
+    size_[islands_.of_contact[c]] += Eigen::Map<const Eigen::Vector3d>(&u_[3 * c]).squaredNorm() / weight_[c];
+  for (double& size : size_) size = std::sqrt(size);
+  terms_.assign(islands_.count, 0.0);
+  for (int c = 0; c < problem.nc(); ++c)
+    terms_[islands_.of_contact[c]] = std::max(terms_[islands_.of_contact[c]], normal_terms(problem, c));
 }
 
 void Pruned::bring_all_back() {

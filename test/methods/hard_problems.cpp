@@ -6,6 +6,7 @@
 #include "contact/problem_files.h"
 #include "contact/referee.h"
 #include "methods/drumwright_shell.h"
+#include "methods/pruned.h"
 #include "methods/registry.h"
 
 using namespace cb;
@@ -193,6 +194,23 @@ TEST_CASE("an island that Poisson's restitution would give energy is left with w
     CHECK(event.solution.restitution_scale > 0);
     CHECK(event.solution.restitution_scale < 1);
   }
+}
+
+// A wall at rest but for 1e-13 m/s, in whose event a brick elsewhere moves at 1 m/s: what parts by less than that
+// rounds by touches, and the proof of the bound is about it.
+TEST_CASE("what parts by rounding alone is not left out of the bound's proof", "[convex][pruned]") {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problems are not read");
+    return;
+  }
+  const ContactProblem problem =
+      read_contact_problem(std::string(TEST_DATA) + "/events/parts_by_rounding.hdf5").problem;
+  const auto left_out = std::make_shared<LeftOut>();
+  ContactSolution s;
+  pruned(*find_method("convex"), {}, left_out)(problem, s);
+  CHECK(s.status == Status::ok);
+  std::vector<double> v_plus;
+  CHECK(Referee::holds(Referee().check(problem, s, Law::convex, v_plus), s, Law::convex, 1e-9));
 }
 
 namespace {
