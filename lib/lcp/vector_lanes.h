@@ -4,7 +4,8 @@
 
 namespace cb {
 
-/// Four doubles, a register of the machines that the program is built for: of wider ones the compiler makes memory there.
+/// Four doubles, a register of the machines that the program is built for: of wider ones the compiler makes memory
+/// there.
 typedef double Lanes __attribute__((vector_size(32)));
 /// The masks of their comparisons.
 typedef long long LaneMask __attribute__((vector_size(32)));
