@@ -52,13 +52,17 @@ class Simulation::Lap {
 };
 
 Simulation::Simulation(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, Law law)
-    : scenario_(scenario), options_(options), method_(std::move(method)), law_(law), state_(scenario.initial) {
+    : scenario_(scenario),
+      options_(options),
+      method_(std::move(method)),
+      law_(law),
+      corners_(row_of(law).corners),
+      state_(scenario.initial) {
   steps_total_ = step_at(options_.duration, options_.step);
   state_.t = 0;
   random_.seed(options_.shuffle);
-  // Sweeps over contacts hit the corners alone another way; shuffled contacts are no patches any more.
-  if ((law_ != Law::anitescu_potra && law_ != Law::convex) || options_.shuffle != 0)
-    options_.prune.coplanar_points = false;
+  // Shuffled contacts are no patches any more.
+  if (corners_ == Corners::differ || options_.shuffle != 0) options_.prune.coplanar_points = false;
   double smallest = HUGE_VAL;
   for (const Shape& shape : scenario_.shapes) {
     tolerance_.push_back(options_.closed_gap * shape.size());
@@ -104,7 +108,15 @@ const StepRecord& Simulation::step() {
     if (event) {
       ++record_.events;
       if (moved_on) observe_bounces(remaining);
-      record_.unsolved = !solve_event(lap);
+      solve_event(lap);
+      while (corners_fall_short()) {  // solved again, with all points of the patches
+        lap = Lap();
+        find_contacts();
+        approaching();
+        lap.add_to(record_.times.collision_s);
+        solve_event(lap);
+      }
+      record_.unsolved = !take_answer();
       lap = Lap();  // the referee's check is no part of any of them
       if (record_.unsolved) break;
       left_out_.coplanar_points += points_left_out_;
@@ -510,9 +522,8 @@ double Simulation::first_limit(double horizon) {
   return first;
 }
 
-// Hands the event's contacts to the method, has the answer checked, and takes over the checked velocity. Where the
-// check holds the run goes on, whatever the method says of itself; where it does not, a typed failure ends the run.
-bool Simulation::solve_event(Lap& lap) {
+// Hands the event's contacts to the method and has the answer checked.
+void Simulation::solve_event(Lap& lap) {
   const std::vector<ContactPoint>& contacts = event_contacts();
   assembler_.assemble(scenario_.model, state_, scenario_.shapes, contacts, limits_, mu_, restitution_,
                       scenario_.rotate_cone, problem_, owners_, driven_);
@@ -521,30 +532,12 @@ bool Simulation::solve_event(Lap& lap) {
   method_(problem_, solution_);
   lap.add_to(record_.times.solve_s);
   residuals_ = referee_.check(problem_, solution_, law_, v_plus_);
-  if (options_.prune.coplanar_points && law_ == Law::anitescu_potra) {
-    const bool again = patch_spins() && !patches_.empty();
-    if (again) {
-      lap = Lap();
-      find_contacts();
-      approaching();
-      lap.add_to(record_.times.collision_s);
-      return solve_event(lap);
-    }
-  }
+}
 
-  record_.contacts += problem_.nc();
-  record_.size += solution_.size;
-  record_.iterations += solution_.iterations;
-  ++record_.solves;
-  const auto worst = [](std::optional<double>& a, const std::optional<double>& b) {
-    if (b && (!a || std::abs(*b) > std::abs(*a))) a = b;
-  };
-  record_.claimed_residual = std::max(record_.claimed_residual, solution_.claimed_residual);
-  record_.residual = std::max(record_.residual, residuals_.model);
-  worst(record_.law_residual, residuals_.law);
-  worst(record_.gap, residuals_.gap);
-  worst(record_.infeasibility, residuals_.infeasibility);
-
+// Takes over the checked velocity. Where the check holds the run goes on, whatever the method says of itself; where it
+// does not, a typed failure ends the run.
+bool Simulation::take_answer() {
+  record_answer();
   const bool holds = Referee::holds(residuals_, solution_, law_, options_.accepted_residual);
   const bool gave_up = solution_.status != Status::ok && solution_.status != Status::inaccurate;
   if (!holds && solution_.status == Status::ok) ++record_.false_claims;
@@ -562,6 +555,28 @@ bool Simulation::solve_event(Lap& lap) {
     record_.status = Status::inaccurate;
     reason_ = fmt::format("{}, at t = {:.9g} s", Referee::refusal(residuals_, options_.accepted_residual), state_.t);
   }
+  take_over_velocities();
+  if (on_event) on_event(EventRecord{state_.t, problem_, solution_, residuals_, v_plus_, event_contacts(), limits_});
+  return true;
+}
+
+// Its part of the step's row.
+void Simulation::record_answer() {
+  record_.contacts += problem_.nc();
+  record_.size += solution_.size;
+  record_.iterations += solution_.iterations;
+  ++record_.solves;
+  const auto worst = [](std::optional<double>& a, const std::optional<double>& b) {
+    if (b && (!a || std::abs(*b) > std::abs(*a))) a = b;
+  };
+  record_.claimed_residual = std::max(record_.claimed_residual, solution_.claimed_residual);
+  record_.residual = std::max(record_.residual, residuals_.model);
+  worst(record_.law_residual, residuals_.law);
+  worst(record_.gap, residuals_.gap);
+  worst(record_.infeasibility, residuals_.infeasibility);
+}
+
+void Simulation::take_over_velocities() {
   if (!scenario_.model.trees.empty())  // what is driven does work
     for (std::size_t row = 0; row < problem_.offset.size(); ++row)
       energy_input_ += std::abs(solution_.impulse[row] * problem_.offset[row]);
@@ -569,7 +584,6 @@ bool Simulation::solve_event(Lap& lap) {
   if (residuals_.energy_before > 0)
     record_.event_energy_gain_relative =
         std::max(record_.event_energy_gain_relative, residuals_.energy_gain / residuals_.energy_before);
-
   for (std::size_t b = 0; b < owners_.size(); ++b) {
     const auto v_plus = v_plus_.begin() + problem_.M.first[b];
     if (owners_[b].tree < 0) {
@@ -580,12 +594,15 @@ bool Simulation::solve_event(Lap& lap) {
     std::copy_n(v_plus, tree.nv, state_.qd.begin() + tree.v);
     link_twists(scenario_.model, tree, state_);
   }
-  if (on_event) on_event(EventRecord{state_.t, problem_, solution_, residuals_, v_plus_, contacts, limits_});
-  return true;
 }
 
-// Do contacts of one pair slip at different velocities after the event? Friction of the convex program takes as much
-// energy with the corners alone, whose answer is unique; the polygon's depends on who carries what.
+// Is the answer one of corners where the law asks for all points? Then the points found next are all of them.
+bool Simulation::corners_fall_short() {
+  if (!options_.prune.coplanar_points || corners_ != Corners::suffice_unless_spin) return false;
+  return patch_spins() && !patches_.empty();
+}
+
+// Do contacts of one pair slip at different velocities after the event?
 bool Simulation::patch_spins() {
   constexpr double even = 1e-9;  // -: differences, as a fraction of the fastest contact before the event
   if (patches_.empty() && !spinning_) return false;

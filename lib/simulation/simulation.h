@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "contact/assemble.h"
+#include "contact/laws.h"
 #include "contact/referee.h"
 #include "dynamics/articulated_body.h"
 #include "dynamics/free_bodies.h"
@@ -64,8 +65,7 @@ struct StepRecord {
 struct StepPruning {
   /// Points of a box's contact grid inside a whole face or edge that touches: the corners of their hull carry any force
   /// and torque that all of them can, but for friction where the patch spins; there, and where the pair has
-  /// restitution, all of them stay. For methods whose answer does not depend on the number of contacts (`ap`,
-  /// `convex`).
+  /// restitution, all of them stay. For laws that say so (contact/laws.h: Corners).
   bool coplanar_points = true;
   /// Times of contact of pairs that move by less than a quarter of the tolerance before the step ends.
   bool contact_times = true;
@@ -148,7 +148,11 @@ class Simulation {
   void drive();
   bool moved_by_impulses(int shape) const;
   void select_islands();
-  bool solve_event(Lap& lap);
+  void solve_event(Lap& lap);
+  bool take_answer();
+  void record_answer();
+  void take_over_velocities();
+  bool corners_fall_short();
   bool patch_spins();
   double first_contact(double horizon, double reach);
   double first_limit(double horizon);
@@ -163,6 +167,7 @@ class Simulation {
   SimulationOptions options_;
   ContactMethod method_;
   Law law_;
+  Corners corners_;
   State state_;
   long step_index_ = 0, steps_total_ = 0;
   StepRecord record_;
