@@ -19,6 +19,7 @@ struct LawRow {
   std::string_view name;
   Law law;
   Corners corners;
+  std::string_view no_expansion;  ///< why a step's error is no smooth function of h; empty where it is one
 };
 
 /// All laws: the one table.

@@ -71,6 +71,25 @@ Json options(const RunSummary& run) {
           {"memory_limit_mb", maybe(run.memory_limit_mb)}};
 }
 
+/// Null where the run did not step to an accuracy.
+Json accuracy(const RunSummary& run) {
+  if (!run.accuracy) return {};
+  const AccuracyTally& tally = *run.accuracy;
+  return {{"wanted_m", run.simulation.accuracy},
+          {"order", tally.order},
+          {"smallest_step_s", tally.smallest_step},
+          {"macro_steps", tally.taken},
+          {"refused", tally.refused},
+          {"base_steps", tally.base_steps},
+          {"base_solves", tally.base_solves},
+          {"switches", tally.switches},
+          {"impacts", tally.impacts},
+          {"first_order_steps", tally.first_order},
+          {"shortest_s", tally.taken > 0 ? Json(tally.shortest) : Json()},
+          {"longest_s", tally.taken > 0 ? Json(tally.longest) : Json()},
+          {"estimated_error_m", tally.estimated_error}};
+}
+
 /// Of the worst problem measured; null where none was.
 Json conditioning(const RunTally& tally) {
   if (!tally.conditioning) return {};
@@ -152,6 +171,7 @@ std::string to_json(const RunSummary& run) {
                                                  {"largest_stable_step", *run.largest_stable_step},
                                                  {"stable", run.simulation.step <= *run.largest_stable_step}}
                                           : Json()},
+      {"accuracy", accuracy(run)},
       {"max_penetration", tally.penetration_max},
       {"penetration",
        {{"inside_steps_m", tally.penetration_inside_max},

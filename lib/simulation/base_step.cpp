@@ -100,7 +100,8 @@ double BaseStep::until_contact(double horizon, bool again, bool solved) {
 void BaseStep::settle() {
   bounces_.clear();  // the next step begins with what is found here
   // Links go on arcs, out of what was swept.
-  if (!scenario_.model.trees.empty()) find_pairs(0, margin_);
+  if (!contacts_known_) update_motions();
+  if (!contacts_known_ || !scenario_.model.trees.empty()) find_pairs(0, margin_);
   find_contacts();
   if (overlap_ratio_ > 1) remove_overlap();
   record_.max_penetration = depth_;
@@ -249,7 +250,7 @@ void BaseStep::kick(const Tree& tree, Lent& lent) {
 // Moves everything by dt. A tree keeps its kinetic energy, but for what was lent to it.
 void BaseStep::move(double dt) {
   const std::vector<Tree>& trees = scenario_.model.trees;
-  if (trees.empty()) {  // too short to read the clock for: it counts as collision
+  if (trees.empty() && !hold_contacts_) {  // too short to read the clock for: it counts as collision
     advance_positions(dt);
     return update_motions();
   }
@@ -360,7 +361,9 @@ bool BaseStep::find_approaching() {
       return v + turning;
     };
     const Vec3 v_a = velocity(contact.shape_a), v_b = velocity(contact.shape_b);
-    approaches_.push_back(contact.normal.dot(v_a - v_b) < -options_.approach * speed ? 1 : 0);
+    const double u_n = contact.normal.dot(v_a - v_b);
+    if (rest_speed_ > 0) leave_out_restitution(approaches_.size(), -u_n);
+    approaches_.push_back(u_n < -options_.approach * speed ? 1 : 0);
   }
   if (!scenario_.model.trees.empty()) find_limits();
   if (std::find(approaches_.begin(), approaches_.end(), 1) == approaches_.end()) return false;
@@ -528,7 +531,8 @@ bool BaseStep::take_answer() {
     reason_ = fmt::format("{}, at t = {:.9g} s", Referee::refusal(residuals_, options_.accepted_residual), state_.t);
   }
   take_over_velocities();
-  if (on_event) on_event(EventRecord{state_.t, problem_, solution_, residuals_, v_plus_, event_contacts(), limits_});
+  if (on_event)
+    on_event(EventRecord{state_.t, problem_, solution_, residuals_, v_plus_, event_contacts(), limits_, trial_});
   return true;
 }
 

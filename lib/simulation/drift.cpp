@@ -73,7 +73,25 @@ void Drift::remove(const Scenario& scenario, std::vector<Motion>& motions, const
     const double delta = arc_[i] + arc_[j] + dt * dt * spin2 * reach + std::min(tolerance[i], tolerance[j]);
     delta_[k] = delta_[k] * dt <= delta ? delta : -delta;
   }
+  bring_to_zero(scenario, motions, tolerance, limit_tolerance, pairs, state);
+}
 
+void Drift::close(const Scenario& scenario, std::vector<Motion>& motions, const std::vector<ContactPoint>& touching,
+                  const std::vector<double>& tolerance, double limit_tolerance,
+                  const std::vector<std::pair<int, int>>& pairs, double reach, State& state) {
+  delta_.assign(pairs.size(), 0.0);  // no point of such a pair is looked for
+  for (const ContactPoint& contact : touching) {
+    const auto pair = std::pair(std::min(contact.shape_a, contact.shape_b), std::max(contact.shape_a, contact.shape_b));
+    const auto at = std::lower_bound(pairs.begin(), pairs.end(), pair);
+    if (at == pairs.end() || *at != pair) continue;
+    delta_[static_cast<std::size_t>(at - pairs.begin())] =
+        std::max(reach, std::min(tolerance[contact.shape_a], tolerance[contact.shape_b]));
+  }
+  bring_to_zero(scenario, motions, tolerance, limit_tolerance, pairs, state);
+}
+
+void Drift::bring_to_zero(const Scenario& scenario, std::vector<Motion>& motions, const std::vector<double>& tolerance,
+                          double limit_tolerance, const std::vector<std::pair<int, int>>& pairs, State& state) {
   for (int round = 0; round < rounds; ++round) {
     poll_stop();
     find_points(scenario, motions, tolerance, pairs);
@@ -95,6 +113,7 @@ void Drift::find_points(const Scenario& scenario, const std::vector<Motion>& mot
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const auto [i, j] = pairs[k];
     const double closed = std::min(tolerance[i], tolerance[j]), delta = std::abs(delta_[k]);
+    if (delta == 0) continue;
     found_.clear();
     contact_points(scenario.shapes[i], motions[i].pose, i, scenario.shapes[j], motions[j].pose, j,
                    delta_[k] > 0 ? delta : closed, found_);

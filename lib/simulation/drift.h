@@ -30,8 +30,15 @@ class Drift {
   void remove(const Scenario& scenario, std::vector<Motion>& motions, const std::vector<ContactPoint>& touching,
               const std::vector<double>& tolerance, double limit_tolerance, const std::vector<double>& radius,
               const std::vector<std::pair<int, int>>& pairs, double dt, State& state);
+  /// The points of the pairs of `touching` whose gap is within +-reach (m) are brought to gap 0 likewise; others are
+  /// left alone. For poses that are off by no more than that.
+  void close(const Scenario& scenario, std::vector<Motion>& motions, const std::vector<ContactPoint>& touching,
+             const std::vector<double>& tolerance, double limit_tolerance,
+             const std::vector<std::pair<int, int>>& pairs, double reach, State& state);
 
  private:
+  void bring_to_zero(const Scenario& scenario, std::vector<Motion>& motions, const std::vector<double>& tolerance,
+                     double limit_tolerance, const std::vector<std::pair<int, int>>& pairs, State& state);
   void find_points(const Scenario& scenario, const std::vector<Motion>& motions, const std::vector<double>& tolerance,
                    const std::vector<std::pair<int, int>>& pairs);
   void assemble(const Scenario& scenario, const State& state);
