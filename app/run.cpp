@@ -224,6 +224,10 @@ RunPlan make_plan(const RunFlags& flags) {
   }
   if (plan.summary.perturb > 0) perturb(plan.scenario, plan.summary.perturb, plan.summary.seed);
   plan.options = method_options(flags, *plan.method, plan.scenario.k, plan.scenario.compression_bound);
+  // What a solver leaves open is multiplied by the extrapolation's weights.
+  constexpr double open_energy = 1e-12;  // J a metre of the accuracy
+  if (plan.simulation.stepping == Stepping::accuracy && !flags.epsilon && !flags.epsilon_relative)
+    plan.options.epsilon = std::min(plan.options.epsilon, open_energy * plan.simulation.accuracy);
   plan.unavailable = unavailable_reason(*plan.method, plan.options);
   if (const std::string_view why = row_of(plan.method->law).no_expansion;
       plan.simulation.stepping == Stepping::accuracy && !why.empty())

@@ -24,6 +24,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "linalg/stop.h"
 #include "simulation/stepping/events.h"
@@ -33,9 +34,13 @@ namespace cb {
 
 namespace {
 
-constexpr double share = 0.1;      // of the accuracy: what one step of the smallest length may miss
-constexpr double safety = 0.8;     // of the length that would just do
-constexpr double most_growth = 5;  // from one macro step to the next
+constexpr double share = 0.5;  // of the accuracy: what one step of the smallest length may miss
+constexpr double memory = 1;   // s: for so long an error of a velocity is taken to act on places
+constexpr double careful = 4;  // times what a column of the table improved by, the next one is taken to improve by
+constexpr double least_gain = 1e-3;  // of that, at best
+constexpr double rounding = 100;     // ulp of the terms: no estimate says anything below
+constexpr double safety = 0.8;       // of the length that would just do
+constexpr double most_growth = 5;    // from one macro step to the next
 constexpr double least_shrink = 0.1;
 constexpr double turn_limit = 1;  // rad: no body turns further in a macro step
 constexpr int most_tries = 200;   // of one macro step; then one of first order
@@ -157,23 +162,43 @@ AccuracyStepping::Try AccuracyStepping::attempt(BaseStep& base, double H, double
     if (crossed.what != Try::taken) return crossed;
   }
   std::vector<int> n(n_.rbegin(), n_.rend());
-  extrapolate(results_, n, best_, neighbour_);
-  best_state_ = neighbour_state_ = start_.state;
+  extrapolate(results_, n, best_, neighbour_, before_);
+  best_state_ = neighbour_state_ = before_state_ = start_.state;
   from_vector(model_, start_.state, best_, best_state_);
   from_vector(model_, start_.state, neighbour_, neighbour_state_);
   best_state_.t = t_end;
+  const Try judged = judge(H);
+  if (judged.what != Try::taken) return judged;
+  Try out = leave(base, H, t_end);
+  out.estimate = judged.estimate;
+  out.excess = judged.excess;
+  return out;
+}
+
+// Is the macro step as exact as it has to be? The last two of the table's last row differ by the error of the one
+// before the last; by how much a column more improves is read from the column before.
+AccuracyStepping::Try AccuracyStepping::judge(double H) {
+  const double eps = std::numeric_limits<double>::epsilon(),
+               rest = std::min(memory, options_.duration - start_.state.t);
+  const auto error = [&](const State& a, const State& b) {
+    return distance(radius_, a, b) + rest * speed_difference(radius_, a, b);
+  };
   Try out;
-  const double rest = options_.duration - start_.state.t;
-  out.estimate = distance(radius_, best_state_, neighbour_state_) +
-                 std::min(rest, 1.0) * speed_difference(radius_, best_state_, neighbour_state_);
-  out.excess = out.estimate * options_.duration / (options_.accuracy * H);
-  if (out.excess > 1 && H > smallest_) {
-    out.what = Try::inexact;
-    return out;
+  const double last = error(best_state_, neighbour_state_);
+  double gain = 1;
+  if (order_ >= 3) {
+    from_vector(model_, start_.state, before_, before_state_);
+    const double first = error(neighbour_state_, before_state_);
+    if (first > 0) gain = std::clamp(careful * last / first, least_gain, 1.0);
   }
-  const Try left = leave(base, H, t_end);
-  out.what = left.what;
-  out.at = left.at;
+  out.estimate = gain * last;
+  double terms = 0;  // what rounding is a fraction of
+  for (std::size_t b = 0; b < radius_.size(); ++b)
+    terms = std::max(
+        terms, best_state_.pose[b].p.norm() + radius_[b] +
+                   rest * (Vec3(&best_state_.v[6 * b]).norm() + radius_[b] * Vec3(&best_state_.v[6 * b + 3]).norm()));
+  out.excess = std::max(0.0, out.estimate - rounding * eps * terms) * options_.duration / (options_.accuracy * H);
+  if (out.excess > 1) out.what = Try::inexact;
   return out;
 }
 
@@ -201,7 +226,7 @@ AccuracyStepping::Try AccuracyStepping::leave(BaseStep& base, double H, double t
 double AccuracyStepping::next_length(const Try& tried, double H) const {
   switch (tried.what) {
     case Try::inexact:
-      return H * std::max(least_shrink, safety * std::pow(tried.excess, -1.0 / std::max(1, order_ - 1)));
+      return H * std::max(least_shrink, safety * std::pow(tried.excess, -1.0 / growth_order()));
     case Try::arrived:
       return tried.at < H ? tried.at : H / 2;
     case Try::switched:
@@ -284,9 +309,9 @@ void AccuracyStepping::step_once(BaseStep& base) {
       tally_.shortest = std::min(tally_.shortest, H);
       tally_.longest = std::max(tally_.longest, H);
       tally_.estimated_error += tried.estimate;
-      const double growth = safety * std::pow(std::max(tried.excess, 1e-12), -1.0 / std::max(1, order_ - 1));
-      next_ = std::min(options_.longest,
-                       std::max(H, std::min(next_, limit)) * std::clamp(growth, least_shrink, most_growth));
+      const double growth = safety * std::pow(std::max(tried.excess, 1e-12), -1.0 / growth_order());
+      next_ = std::max(H, std::min(next_, limit)) * std::clamp(growth, least_shrink, most_growth);
+      next_ = std::min(options_.longest, std::max(next_, smallest_));
       break;
     }
     ++tally_.refused;

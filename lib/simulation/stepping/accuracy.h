@@ -29,6 +29,9 @@ class AccuracyStepping {
   bool probe(BaseStep& base, Modes& modes);
   Try cross(BaseStep& base, int n, double H, std::vector<double>& result);
   Try attempt(BaseStep& base, double H, double t_end);
+  Try judge(double H);
+  /// Power of H by which the estimate grows over what is allowed.
+  int growth_order() const { return order_ >= 3 ? order_ : std::max(1, order_ - 1); }
   Try leave(BaseStep& base, double H, double t_end);
   double next_length(const Try& tried, double H) const;
   void take_first_order(BaseStep& base, double h);
@@ -53,8 +56,8 @@ class AccuracyStepping {
   std::vector<ContactPoint> touching_;  // at the start, and not parting
   std::vector<std::vector<double>> results_;
   std::vector<int> n_;
-  std::vector<double> best_, neighbour_;
-  State best_state_, neighbour_state_;
+  std::vector<double> best_, neighbour_, before_;
+  State best_state_, neighbour_state_, before_state_;
 };
 
 }  // namespace cb

@@ -57,20 +57,22 @@ void from_vector(const Model& model, const State& start, const std::vector<doubl
 }
 
 void extrapolate(const std::vector<std::vector<double>>& results, const std::vector<int>& n, std::vector<double>& best,
-                 std::vector<double>& neighbour) {
+                 std::vector<double>& neighbour, std::vector<double>& before) {
   // Row j of the table from row j - 1, column by column: T_j,k+1 = T_jk + (T_jk - T_j-1,k) / (n_j / n_j-k - 1).
-  std::vector<std::vector<double>> row, before;
+  std::vector<std::vector<double>> row, above;
   for (std::size_t j = 0; j < results.size(); ++j) {
     row.assign(1, results[j]);
     for (std::size_t k = 1; k <= j; ++k) {
       const double factor = 1 / (static_cast<double>(n[j]) / n[j - k] - 1);
       row.push_back(row[k - 1]);
-      for (std::size_t i = 0; i < row[k].size(); ++i) row[k][i] += factor * (row[k - 1][i] - before[k - 1][i]);
+      for (std::size_t i = 0; i < row[k].size(); ++i) row[k][i] += factor * (row[k - 1][i] - above[k - 1][i]);
     }
-    before = row;
+    above = row;
   }
-  best = before.back();
-  neighbour = before[before.size() > 1 ? before.size() - 2 : 0];
+  const auto from_last = [&](std::size_t back) { return above[above.size() > back ? above.size() - 1 - back : 0]; };
+  best = from_last(0);
+  neighbour = from_last(1);
+  before = from_last(2);
 }
 
 double distance(const std::vector<double>& radius, const State& a, const State& b) {

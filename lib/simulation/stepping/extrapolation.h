@@ -14,10 +14,10 @@ void to_vector(const Model& model, const State& start, const State& state, std::
 void from_vector(const Model& model, const State& start, const std::vector<double>& x, State& state);
 
 /// Extrapolation to step 0 of results with n_1 < n_2 < ... equal steps that cross one interval, powers of h: Aitken and
-/// Neville. results[j]: with n[j] steps. Afterwards `best` has the order of their number, and `neighbour` of one less
-/// (the last two of the table's last row); of one result both are it.
+/// Neville. results[j]: with n[j] steps. Afterwards `best`, `neighbour` and `before` are the last three of the
+/// table's last row: of the order of their number, one less, two less; of fewer results the same again.
 void extrapolate(const std::vector<std::vector<double>>& results, const std::vector<int>& n, std::vector<double>& best,
-                 std::vector<double>& neighbour);
+                 std::vector<double>& neighbour, std::vector<double>& before);
 
 /// Largest distance of a body's points in two states, m, to first order: |dp| + radius |turn|; `radius`: per body, m.
 double distance(const std::vector<double>& radius, const State& a, const State& b);
