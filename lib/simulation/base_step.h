@@ -88,7 +88,10 @@ class BaseStep {
   /// Restitution is left out of contacts that would part with less than this, m/s.
   void set_rest_speed(double speed) { rest_speed_ = speed; }
   /// Are contacts of free bodies kept closed as those of robots are (drift.h)?
-  void hold_contacts(bool hold) { hold_contacts_ = hold; }
+  void hold_contacts(bool hold) {
+    hold_contacts_ = hold;
+    drift_.set_exact(hold);
+  }
   /// Are the events to come of base steps that are extrapolated from?
   void set_trial(bool trial) { trial_ = trial; }
   /// A failure of a trial ends no run.

@@ -59,6 +59,15 @@ double largest_acceleration(const Scenario& scenario) {
   return g + push > 0 ? g + push : 1;
 }
 
+/// Do the modes differ in the direction of friction alone? It jumps then; where a contact begins or ends to stick or to
+/// press it does not.
+bool friction_jumps(const std::vector<BaseStep::Mode>& a, const std::vector<BaseStep::Mode>& b) {
+  if (a.size() != b.size()) return false;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    if (a[i].a != b[i].a || a[i].b != b[i].b || (a[i].facet < 0) != (b[i].facet < 0)) return false;
+  return true;
+}
+
 bool same(const std::vector<BaseStep::Mode>& a, const std::vector<BaseStep::Mode>& b) {
   if (a.size() != b.size()) return false;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -75,7 +84,8 @@ AccuracyStepping::AccuracyStepping(const Scenario& scenario, const SimulationOpt
       options_(options),
       order_(options.order > 0 ? options.order : order_for(options.accuracy)),
       acceleration_(largest_acceleration(scenario)),
-      smallest_(std::min(std::sqrt(2 * share * options.accuracy / acceleration_), options.duration)) {
+      smallest_(std::min(std::sqrt(2 * share * options.accuracy / acceleration_), options.duration)),
+      finest_(std::min(smallest_, share * options.accuracy / (acceleration_ * memory))) {
   // A body's radius: how far its shapes reach, and at least its radius of gyration.
   for (const Body& body : model_.bodies) radius_.push_back(std::sqrt(body.inertia.maxCoeff() / body.mass));
   for (const Shape& shape : scenario.shapes)
@@ -117,6 +127,7 @@ void AccuracyStepping::take_impact(BaseStep& base) {
   base.forget_contacts();
   modes_known_ = false;
   next_ = std::min(next_, 16 * smallest_);
+  nearing_ = HUGE_VAL;
   ++tally_.impacts;
   stumbles_.push_back(base.state().t);
 }
@@ -141,14 +152,14 @@ AccuracyStepping::Try AccuracyStepping::cross(BaseStep& base, int n, double H, s
     base.kick(h);
     base.look(h);
     const bool solved = base.approaching();
-    if (solved && !base.event(0)) return {Try::failed, k * h};
+    if (solved && !base.event(0)) return {Try::failed, false, k * h};
     base.read_modes(modes_);
-    if (!same(entry_, modes_)) return {Try::switched, k * h};
+    if (!same(entry_, modes_)) return {Try::switched, friction_jumps(entry_, modes_), k * h};
     const double dt = base.until_contact(h, false, solved);
-    if (dt < h) return {Try::arrived, k * h + dt};
+    if (dt < h) return {Try::arrived, false, k * h + dt};
     base.move(h);
     base.forget_contacts();
-    if (!base.going_on()) return {Try::failed, k * h};
+    if (!base.going_on()) return {Try::failed, false, k * h};
   }
   to_vector(model_, start_.state, base.state(), result);
   return {};
@@ -214,9 +225,9 @@ AccuracyStepping::Try AccuracyStepping::leave(BaseStep& base, double H, double t
     modes_known_ = false;
     return {};
   }
-  if (!probe(base, exit_)) return {Try::failed, 0};
+  if (!probe(base, exit_)) return {Try::failed};
   const double sampled = H * (order_ - 1) / order_;
-  if (!same(entry_, exit_)) return {Try::switched, std::max(sampled, H / 2)};
+  if (!same(entry_, exit_)) return {Try::switched, friction_jumps(entry_, exit_), std::max(sampled, H / 2)};
   modes_known_ = true;
   entry_ = exit_;
   return {};
@@ -280,27 +291,28 @@ void AccuracyStepping::step_once(BaseStep& base) {
   base.save(start_);
   const double limit = edge - t0;
   const auto end = [&](double H) { return H >= limit ? edge : t0 + H; };
-  const auto first_order = [&](long& count) {
-    const double h = std::min(smallest_, limit);
+  const auto first_order = [&](long& count, double h) {
+    h = std::min(h, limit);
     take_first_order(base, h);
     ++count;
     if (base.going_on()) base.end_at(end(h));
   };
   if (first_order_left_ > 0) {
     --first_order_left_;
-    return first_order(tally_.first_order);
+    return first_order(tally_.first_order, smallest_);
   }
-  if (piles_up(t0)) return first_order(tally_.first_order);
+  if (piles_up(t0)) return first_order(tally_.first_order, smallest_);
 
   base.set_trial(true);
   if (!modes_known_ && !probe(base, entry_)) {
     ++tally_.refused;
-    return first_order(tally_.first_order);
+    return first_order(tally_.first_order, smallest_);
   }
   base.restore(start_);
   base.look(0);
   touching_ = base.contacts();
-  double H = std::min({next_, limit, options_.longest});
+  double H = std::min({next_, nearing_, limit, options_.longest});
+  bool nearing = false;
   if (H < limit && 2 * H > limit) H = limit / 2;  // no sliver before an edge
   for (int tries = 0;; ++tries) {
     const Try tried = attempt(base, H, end(H));
@@ -312,17 +324,19 @@ void AccuracyStepping::step_once(BaseStep& base) {
       const double growth = safety * std::pow(std::max(tried.excess, 1e-12), -1.0 / growth_order());
       next_ = std::max(H, std::min(next_, limit)) * std::clamp(growth, least_shrink, most_growth);
       next_ = std::min(options_.longest, std::max(next_, smallest_));
+      nearing_ = nearing ? 2 * H : most_growth * nearing_;
       break;
     }
     ++tally_.refused;
     base.forgive();
-    if (tries >= most_tries || (tried.what != Try::arrived && H <= smallest_)) {
+    const double least = tried.jumps ? finest_ : smallest_;
+    if (tries >= most_tries || (tried.what != Try::arrived && H <= least)) {
       stumbles_.push_back(t0);
-      return first_order(tried.what == Try::switched ? tally_.switches : tally_.first_order);
+      return first_order(tried.what == Try::switched ? tally_.switches : tally_.first_order, std::min(H, smallest_));
     }
     H = next_length(tried, H);
-    if (tried.what != Try::arrived) H = std::max(H, std::min(smallest_, limit));
-    if (tried.what != Try::arrived) next_ = H;
+    nearing = tried.what == Try::arrived;
+    if (!nearing) next_ = H = std::max(H, std::min(least, limit));
   }
   base.set_trial(false);
   base.restore(end_);

@@ -19,6 +19,7 @@ class AccuracyStepping {
   /// What came of a try to cross a macro step.
   struct Try {
     enum What { taken, inexact, switched, arrived, failed } what = taken;
+    bool jumps = false;   ///< switched: does friction change at once?
     double at = 0;        ///< s after the start: where the finest sequence was still as at the start, or the arrival
     double estimate = 0;  ///< m
     double excess = 0;    ///< of the estimate over what is allowed
@@ -42,11 +43,13 @@ class AccuracyStepping {
   int order_;
   double acceleration_;         // m/s^2: what the scene's forces give
   double smallest_;             // s
+  double finest_;               // s: across switches at which an acceleration jumps
   std::vector<double> radius_;  // per body, m
   std::vector<double> edges_;   // s, ascending: where forces begin and end
   AccuracyTally tally_;
 
   double next_ = 0;               // s, the next macro step's length
+  double nearing_ = HUGE_VAL;     // s, no more than that while a time of contact comes near
   bool modes_known_ = false;      // are entry_ those of the present state and forces?
   long first_order_left_ = 0;     // steps to come
   long batch_ = 0;                // of them, when switches pile up next
