@@ -100,6 +100,7 @@ AccuracyStepping::AccuracyStepping(const Scenario& scenario, const SimulationOpt
   tally_.order = order_;
   tally_.smallest_step = smallest_;
   next_ = std::min(options.longest, 16 * smallest_);
+  looking_ = smallest_;
 }
 
 // s from t on until a macro step has to end. Never 0.
@@ -128,15 +129,16 @@ void AccuracyStepping::take_impact(BaseStep& base) {
   modes_known_ = false;
   next_ = std::min(next_, 16 * smallest_);
   nearing_ = HUGE_VAL;
+  looking_ = smallest_;
   ++tally_.impacts;
   stumbles_.push_back(base.state().t);
 }
 
 // Modes as the forces of the present leave them. False where that has no answer. Leaves `base` elsewhere.
-bool AccuracyStepping::probe(BaseStep& base, Modes& modes) {
+bool AccuracyStepping::probe(BaseStep& base, double h, Modes& modes) {
   base.set_rest_speed(HUGE_VAL);
-  base.kick(smallest_);
-  base.look(smallest_);
+  base.kick(h);
+  base.look(h);
   const bool answered = !base.approaching() || base.event(0);
   base.read_modes(modes);
   return answered && base.going_on();
@@ -225,7 +227,7 @@ AccuracyStepping::Try AccuracyStepping::leave(BaseStep& base, double H, double t
     modes_known_ = false;
     return {};
   }
-  if (!probe(base, exit_)) return {Try::failed};
+  if (!probe(base, std::min(smallest_, H / order_), exit_)) return {Try::failed};
   const double sampled = H * (order_ - 1) / order_;
   if (!same(entry_, exit_)) return {Try::switched, friction_jumps(entry_, exit_), std::max(sampled, H / 2)};
   modes_known_ = true;
@@ -256,7 +258,8 @@ void AccuracyStepping::take_first_order(BaseStep& base, double h) {
   step_by_events(base, h);
   tally_.estimated_error += acceleration_ * h * h / 2;
   modes_known_ = false;
-  next_ = std::min(options_.longest, 4 * smallest_);
+  looking_ = h;
+  next_ = std::min(options_.longest, 4 * h);
 }
 
 // Are there as many switches and impacts as smallest steps?
@@ -284,6 +287,7 @@ void AccuracyStepping::step_once(BaseStep& base) {
   base.choose_forces_at(t0);
   if (std::binary_search(edges_.begin(), edges_.end(), t0)) {
     modes_known_ = false;
+    looking_ = smallest_;
     next_ = std::min(next_, 16 * smallest_);
   }
   take_impact(base);
@@ -304,7 +308,7 @@ void AccuracyStepping::step_once(BaseStep& base) {
   if (piles_up(t0)) return first_order(tally_.first_order, smallest_);
 
   base.set_trial(true);
-  if (!modes_known_ && !probe(base, entry_)) {
+  if (!modes_known_ && !probe(base, looking_, entry_)) {
     ++tally_.refused;
     return first_order(tally_.first_order, smallest_);
   }
@@ -323,7 +327,7 @@ void AccuracyStepping::step_once(BaseStep& base) {
       tally_.estimated_error += tried.estimate;
       const double growth = safety * std::pow(std::max(tried.excess, 1e-12), -1.0 / growth_order());
       next_ = std::max(H, std::min(next_, limit)) * std::clamp(growth, least_shrink, most_growth);
-      next_ = std::min(options_.longest, std::max(next_, smallest_));
+      next_ = std::min(options_.longest, std::max(next_, finest_));
       nearing_ = nearing ? 2 * H : most_growth * nearing_;
       break;
     }

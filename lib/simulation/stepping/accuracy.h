@@ -27,7 +27,7 @@ class AccuracyStepping {
   void step_once(BaseStep& base);
   double until_edge(double t) const;
   void take_impact(BaseStep& base);
-  bool probe(BaseStep& base, Modes& modes);
+  bool probe(BaseStep& base, double h, Modes& modes);
   Try cross(BaseStep& base, int n, double H, std::vector<double>& result);
   Try attempt(BaseStep& base, double H, double t_end);
   Try judge(double H);
@@ -50,6 +50,7 @@ class AccuracyStepping {
 
   double next_ = 0;               // s, the next macro step's length
   double nearing_ = HUGE_VAL;     // s, no more than that while a time of contact comes near
+  double looking_ = 0;            // s, the base step that the modes at a start are read after
   bool modes_known_ = false;      // are entry_ those of the present state and forces?
   long first_order_left_ = 0;     // steps to come
   long batch_ = 0;                // of them, when switches pile up next
