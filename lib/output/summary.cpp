@@ -85,6 +85,7 @@ Json accuracy(const RunSummary& run) {
           {"switches", tally.switches},
           {"impacts", tally.impacts},
           {"first_order_steps", tally.first_order},
+          {"noisy_steps", tally.noisy},
           {"shortest_s", tally.taken > 0 ? Json(tally.shortest) : Json()},
           {"longest_s", tally.taken > 0 ? Json(tally.longest) : Json()},
           {"estimated_error_m", tally.estimated_error}};

@@ -73,7 +73,8 @@ double BaseStep::approach_speed() {
 }
 
 void BaseStep::read_modes(std::vector<Mode>& modes) {
-  constexpr double noise = 1e-9;  // -: of the sizes of the terms of a velocity; what solvers leave is below it
+  constexpr double noise = 1e-9;     // -: of the sizes of the terms of a velocity; what solvers leave is below it
+  constexpr double on_edge = 1e-12;  // rad: solvers that pivot put a slip on an edge to rounding
   const double pi = std::numbers::pi;
   modes.clear();
   for (const ContactPoint& contact : contacts_) {
@@ -90,7 +91,7 @@ void BaseStep::read_modes(std::vector<Mode>& modes) {
       const double from_edge = (0.5 - std::abs(sector - std::round(sector))) * 2 * pi / solution_.k;
       const int corner = static_cast<int>(std::lround(sector) + solution_.k) % solution_.k;
       const int edge = static_cast<int>(std::floor(sector) + solution_.k) % solution_.k;
-      facet = from_edge * slip.norm() <= still ? 2 * edge + 1 : 2 * corner;
+      facet = from_edge <= on_edge ? 2 * edge + 1 : 2 * corner;
     }
     modes.push_back({contact.shape_a, contact.shape_b, facet, slip});
   }

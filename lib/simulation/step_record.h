@@ -63,6 +63,7 @@ struct AccuracyTally {
   long switches = 0;         ///< changes of a contact's mode that a step of first order was taken across
   long impacts = 0;          ///< located, with restitution where the pair has any
   long first_order = 0;      ///< steps of first order because switches or impacts pile up
+  long noisy = 0;            ///< macro steps taken whose estimate, beyond what is allowed, is a solver's noise
   double shortest = HUGE_VAL, longest = 0;  ///< s, of the macro steps taken
   double estimated_error = 0;               ///< m: sum of what the macro steps taken were estimated to be off by
 };

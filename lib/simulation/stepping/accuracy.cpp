@@ -39,6 +39,10 @@ constexpr double memory = 1;   // s: for so long an error of a velocity is taken
 constexpr double careful = 4;  // times what a column of the table improved by, the next one is taken to improve by
 constexpr double least_gain = 1e-3;  // of that, at best
 constexpr double rounding = 100;     // ulp of the terms: no estimate says anything below
+constexpr double shorter = 0.5;      // a try of no more than that of the last one
+constexpr double plateau = 0.7;      // whose estimate is at least that of the last one's says nothing but noise
+constexpr double twice = 2;          // noise scatters
+constexpr double forget = 0.95;      // of the noise, from one macro step to the next
 constexpr double safety = 0.8;       // of the length that would just do
 constexpr double most_growth = 5;    // from one macro step to the next
 constexpr double least_shrink = 0.1;
@@ -210,7 +214,8 @@ AccuracyStepping::Try AccuracyStepping::judge(double H) {
     terms = std::max(
         terms, best_state_.pose[b].p.norm() + radius_[b] +
                    rest * (Vec3(&best_state_.v[6 * b]).norm() + radius_[b] * Vec3(&best_state_.v[6 * b + 3]).norm()));
-  out.excess = std::max(0.0, out.estimate - rounding * eps * terms) * options_.duration / (options_.accuracy * H);
+  out.excess = std::max(0.0, out.estimate - std::max(rounding * eps * terms, noise_)) * options_.duration /
+               (options_.accuracy * H);
   if (out.excess > 1) out.what = Try::inexact;
   return out;
 }
@@ -317,11 +322,14 @@ void AccuracyStepping::step_once(BaseStep& base) {
   touching_ = base.contacts();
   double H = std::min({next_, nearing_, limit, options_.longest});
   bool nearing = false;
+  double last_H = 0, last_estimate = 0;  // of the last try that was not exact enough
   if (H < limit && 2 * H > limit) H = limit / 2;  // no sliver before an edge
   for (int tries = 0;; ++tries) {
     const Try tried = attempt(base, H, end(H));
     if (tried.what == Try::taken) {
       ++tally_.taken;
+      if (tried.estimate <= noise_ && tried.estimate * options_.duration > options_.accuracy * H) ++tally_.noisy;
+      noise_ *= forget;
       tally_.shortest = std::min(tally_.shortest, H);
       tally_.longest = std::max(tally_.longest, H);
       tally_.estimated_error += tried.estimate;
@@ -333,6 +341,13 @@ void AccuracyStepping::step_once(BaseStep& base) {
     }
     ++tally_.refused;
     base.forgive();
+    if (tried.what == Try::inexact) {
+      // An estimate that does not fall with the step is the solver's noise, which a shorter one only counts more often.
+      if (last_H > 0 && H <= shorter * last_H && tried.estimate >= plateau * last_estimate)
+        noise_ = twice * std::max(tried.estimate, last_estimate);
+      last_H = H;
+      last_estimate = tried.estimate;
+    }
     const double least = tried.jumps ? finest_ : smallest_;
     if (tries >= most_tries || (tried.what != Try::arrived && H <= least)) {
       stumbles_.push_back(t0);

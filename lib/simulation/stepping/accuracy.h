@@ -49,6 +49,7 @@ class AccuracyStepping {
   AccuracyTally tally_;
 
   double next_ = 0;               // s, the next macro step's length
+  double noise_ = 0;              // m, of estimates
   double nearing_ = HUGE_VAL;     // s, no more than that while a time of contact comes near
   double looking_ = 0;            // s, the base step that the modes at a start are read after
   bool modes_known_ = false;      // are entry_ those of the present state and forces?
