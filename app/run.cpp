@@ -568,6 +568,10 @@ int execute(const RunPlan& plan) {
   if (code != finished)
     print_error(fmt::format("contactbench run: {}: {} (at t = {:g} s; {})\n", name(summary.status), summary.reason,
                             summary.tally.t_reached, summary_file.ok() ? plan.out.string() : "the summary is above"));
+  if (summary.accuracy && summary.accuracy->estimated_error > summary.simulation.accuracy)
+    print_error(
+        fmt::format("contactbench run: warning: the error is estimated to be up to {:.3g} m, of {:g} m wanted\n",
+                    summary.accuracy->estimated_error, summary.simulation.accuracy));
   if (plan.json)
     fmt::print("{}", json);
   else if (!plan.quiet)

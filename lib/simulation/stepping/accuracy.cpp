@@ -45,6 +45,7 @@ constexpr double twice = 2;          // noise scatters
 constexpr double forget = 0.95;      // of the noise, from one macro step to the next
 constexpr double safety = 0.8;       // of the length that would just do
 constexpr double most_growth = 5;    // from one macro step to the next
+constexpr double slow_growth = 1.5;   // the same where the estimate is noise
 constexpr double least_shrink = 0.1;
 constexpr double turn_limit = 1;  // rad: no body turns further in a macro step
 constexpr int most_tries = 200;   // of one macro step; then one of first order
@@ -88,7 +89,9 @@ AccuracyStepping::AccuracyStepping(const Scenario& scenario, const SimulationOpt
       options_(options),
       order_(options.order > 0 ? options.order : order_for(options.accuracy)),
       acceleration_(largest_acceleration(scenario)),
-      smallest_(std::min(std::sqrt(2 * share * options.accuracy / acceleration_), options.duration)),
+      smallest_(options.smallest > 0
+                    ? options.smallest
+                    : std::min(std::sqrt(2 * share * options.accuracy / acceleration_), options.duration)),
       finest_(std::min(smallest_, share * options.accuracy / (acceleration_ * memory))) {
   // A body's radius: how far its shapes reach, and at least its radius of gyration.
   for (const Body& body : model_.bodies) radius_.push_back(std::sqrt(body.inertia.maxCoeff() / body.mass));
@@ -99,7 +102,11 @@ AccuracyStepping::AccuracyStepping(const Scenario& scenario, const SimulationOpt
     }
   for (const Force& force : scenario.forces) edges_.insert(edges_.end(), {force.from, force.to});
   std::sort(edges_.begin(), edges_.end());
-  for (int n = order_; n >= 1; --n) n_.push_back(n);
+  // Velocities of robots in contact are bound where a base step began: what the first one misses is no power of h, so
+  // that no sequence is of one (Hairer, Lubich, Roche, The Numerical Solution of Differential-Algebraic Systems (1989),
+  // ch. 6).
+  const int least = model_.trees.empty() ? 1 : 2;
+  for (int n = order_ - 1 + least; n >= least; --n) n_.push_back(n);
   results_.resize(n_.size());
   tally_.order = order_;
   tally_.smallest_step = smallest_;
@@ -232,8 +239,8 @@ AccuracyStepping::Try AccuracyStepping::leave(BaseStep& base, double H, double t
     modes_known_ = false;
     return {};
   }
-  if (!probe(base, std::min(smallest_, H / order_), exit_)) return {Try::failed};
-  const double sampled = H * (order_ - 1) / order_;
+  if (!probe(base, std::min(smallest_, H / n_.front()), exit_)) return {Try::failed};
+  const double sampled = H * (n_.front() - 1) / n_.front();
   if (!same(entry_, exit_)) return {Try::switched, friction_jumps(entry_, exit_), std::max(sampled, H / 2)};
   modes_known_ = true;
   entry_ = exit_;
@@ -249,7 +256,7 @@ double AccuracyStepping::next_length(const Try& tried, double H) const {
       return tried.at < H ? tried.at : H / 2;
     case Try::switched:
       // Up to the last base step that was as at the start; where the first was not, within it.
-      return tried.at > 0 ? std::min(tried.at, 0.9 * H) : H / order_ / 2;
+      return tried.at > 0 ? std::min(tried.at, 0.9 * H) : H / n_.front() / 2;
     default:
       return H / 4;
   }
@@ -322,19 +329,20 @@ void AccuracyStepping::step_once(BaseStep& base) {
   touching_ = base.contacts();
   double H = std::min({next_, nearing_, limit, options_.longest});
   bool nearing = false;
-  double last_H = 0, last_estimate = 0;  // of the last try that was not exact enough
+  double last_H = 0, last_estimate = 0;           // of the last try that was not exact enough
   if (H < limit && 2 * H > limit) H = limit / 2;  // no sliver before an edge
   for (int tries = 0;; ++tries) {
     const Try tried = attempt(base, H, end(H));
     if (tried.what == Try::taken) {
       ++tally_.taken;
-      if (tried.estimate <= noise_ && tried.estimate * options_.duration > options_.accuracy * H) ++tally_.noisy;
+      const bool noisy = tried.estimate <= noise_ && tried.estimate * options_.duration > options_.accuracy * H;
+      if (noisy) ++tally_.noisy;
       noise_ *= forget;
       tally_.shortest = std::min(tally_.shortest, H);
       tally_.longest = std::max(tally_.longest, H);
       tally_.estimated_error += tried.estimate;
       const double growth = safety * std::pow(std::max(tried.excess, 1e-12), -1.0 / growth_order());
-      next_ = std::max(H, std::min(next_, limit)) * std::clamp(growth, least_shrink, most_growth);
+      next_ = std::max(H, std::min(next_, limit)) * std::clamp(growth, least_shrink, noisy ? slow_growth : most_growth);
       next_ = std::min(options_.longest, std::max(next_, finest_));
       nearing_ = nearing ? 2 * H : most_growth * nearing_;
       break;
@@ -343,8 +351,11 @@ void AccuracyStepping::step_once(BaseStep& base) {
     base.forgive();
     if (tried.what == Try::inexact) {
       // An estimate that does not fall with the step is the solver's noise, which a shorter one only counts more often.
-      if (last_H > 0 && H <= shorter * last_H && tried.estimate >= plateau * last_estimate)
+      if (last_H > 0 && H <= shorter * last_H && tried.estimate >= plateau * last_estimate) {
         noise_ = twice * std::max(tried.estimate, last_estimate);
+        next_ = H = last_H;
+        continue;
+      }
       last_H = H;
       last_estimate = tried.estimate;
     }
