@@ -84,6 +84,7 @@ fs::path default_directory(const RunFlags& flags, const RunPlan& plan) {
   if (options.epsilon_relative) add("epsrel" + number_text(*options.epsilon_relative));
   if (flags.compression_bound) add("bound-" + *flags.compression_bound);
   if (flags.regularise) add("reg" + number_text(options.regularise));
+  if (plan.simulation.stepping == Stepping::steps) add("steps");
   if (flags.accuracy) add("A" + number_text(plan.simulation.accuracy));
   if (flags.order) add(fmt::format("p{}", plan.simulation.order));
   if (flags.record_interval) add("dt" + number_text(plan.simulation.record_interval));
@@ -162,6 +163,10 @@ void stepping_flags(const RunFlags& flags, SimulationOptions& simulation) {
        {std::pair("order", &flags.order), std::pair("record-interval", &flags.record_interval)})
     if (*flag) throw UsageError(fmt::format("--{} {}: belongs to --accuracy A; give that too", name, **flag));
   if (!flags.stepping || *flags.stepping == "events") return;
+  if (*flags.stepping == "steps") {
+    simulation.stepping = Stepping::steps;
+    return;
+  }
   if (*flags.stepping == "accuracy") throw UsageError("--stepping accuracy: give the accuracy, as in --accuracy 1e-6");
   throw UsageError(fmt::format("--stepping {}: must be events or steps; or give --accuracy A", *flags.stepping));
 }

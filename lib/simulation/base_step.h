@@ -65,6 +65,11 @@ class BaseStep {
   double until_contact(double horizon, bool again, bool solved);
   /// Moves everything by dt, s.
   void move(double dt);
+  /// All that touches or can come to touch within h seconds, for one problem in which open contacts may close by their
+  /// gap (stepping/steps.h).
+  void look_ahead(double h);
+  /// What moves moves with the velocities of the present.
+  void update_motions();
   /// Counts a time of contact that ended a move by dt; false where its pair has come too often, which ends the run.
   bool arrive(double dt);
   void find_contacts();
@@ -131,7 +136,6 @@ class BaseStep {
   void accelerate_trees(const Vec3& gravity);
   struct Lent;
   void kick(const Tree& tree, Lent& lent);
-  void update_motions();
   bool keeps_pairs() const;
   void find_pairs(double horizon, double margin);
   void remove_overlap();
@@ -156,6 +160,8 @@ class BaseStep {
   void advance_positions(double dt);
   double displacement_bound(double horizon);
   void fail(Status status, std::string reason);
+  double closing_speed(const ContactPoint& contact, double u_n) const;
+  void add_gaps();
   void leave_out_restitution(std::size_t contact, double approach);
   /// How fast shape a's point at a contact moves as seen from b's, m/s; and the sum of the terms' sizes.
   struct Relative {
@@ -178,6 +184,8 @@ class BaseStep {
   double step_ = 0;             // s, h of the last kick
   double rest_speed_ = 0;       // m/s: contacts that would part with less have no restitution
   bool hold_contacts_ = false, trial_ = false;
+  double ahead_ = 0;          // s: what is looked ahead in contacts_; 0: they touch
+  double reach_ = 0;          // m: and how far anything gets in that
   double gravity_speed_ = 0;  // m/s, |g| h of the step
   double energy_input_ = 0;   // J: initial kinetic energy and |work| of gravity and forces so far
 

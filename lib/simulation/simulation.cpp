@@ -2,6 +2,7 @@
 
 #include "simulation/stepping/accuracy.h"
 #include "simulation/stepping/events.h"
+#include "simulation/stepping/steps.h"
 
 namespace cb {
 
@@ -42,7 +43,10 @@ const StepRecord& Simulation::step() {
     return base_.record();
   }
   base_.choose_forces(step_index_, h);
-  step_by_events(base_, h);
+  if (options_.stepping == Stepping::steps)
+    step_by_steps(base_, h);
+  else
+    step_by_events(base_, h);
   base_.finish(static_cast<double>(++step_index_) * h);
   return base_.record();
 }
