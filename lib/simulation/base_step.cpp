@@ -327,7 +327,7 @@ void BaseStep::find_contacts() {
     const PairLaw& law = *scenario_.pairs.find(i, j);
     const bool corners_only = options_.prune.coplanar_points && !spinning_ && law.restitution == 0 && ahead_ == 0;
     // Whatever is hit may be as fast as the fastest.
-    const double reach = ahead_ > 0 ? tolerance + travel_[i] + travel_[j] + reach_ : 0;
+    const double reach = ahead_ > 0 ? tolerance + travel_[i] + travel_[j] : 0;
     const int left_out = contact_points(scenario_.shapes[i], motions_[i].pose, i, scenario_.shapes[j], motions_[j].pose,
                                         j, tolerance, contacts_, corners_only, reach);
     if (contacts_.size() == first) continue;
