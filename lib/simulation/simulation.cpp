@@ -155,15 +155,15 @@ const StepRecord& Simulation::step() {
 }
 
 // The pair of the first time of contact, dt after the one before. False where it has come too often: the cap, and as
-// often as its bounces need to be over, where that is soon enough.
+// often as its bounces need to be over; elastic ones between bodies of finite mass end, but not soon.
 bool Simulation::arrive(double dt) {
-  constexpr int soon = 10;  // -: of the cap
+  constexpr double most = 10;  // -: of the cap, what its bounces may add
   const auto [i, j] = arriving_;
   const int times = bounces_.arrive(arriving_);
   int cap = options_.event_cap;
   if (times <= cap) return true;
   const double bounces = i < 0 ? 0 : Bounces::until_over(scenario_.pairs.find(i, j)->restitution);
-  if (bounces <= static_cast<double>(soon) * cap) cap += static_cast<int>(bounces);
+  cap += static_cast<int>(std::min(bounces, most * cap));
   if (times <= cap) return true;
   const std::string who = i < 0 ? fmt::format("joint {} and its limit", scenario_.model.trees[-1 - i].joints[j].name)
                                 : fmt::format("{} and {}", scenario_.shapes[i].name, scenario_.shapes[j].name);
