@@ -344,11 +344,12 @@ bool AnitescuPotra::start_at_rest(const ContactProblem& problem, ContactSolution
   const ContactView event{problem.M, factor_, problem.J, problem.v_minus, problem.offset, problem.mu, weight_};
   if (!resting_.find(event, size_)) return false;
   const std::vector<double>&r = resting_.r(), &u = resting_.u();
-  solution.z.assign((k_ + 2) * nc_, 0.0);
+  std::vector<double>& z = solution.as<PolygonWitness>().z;
+  z.assign((k_ + 2) * nc_, 0.0);
   double violation = 0;  // -, of the cones: answers of pivoting methods lie on their edges
   for (int c = 0; c < nc_; ++c) {
     const double t1 = r[3 * c + 1], t2 = r[3 * c + 2], normal = std::max(0.0, r[3 * c]);
-    double* part = &solution.z[nc_ + k_ * c];
+    double* part = &z[nc_ + k_ * c];
     double friction = 0;
     if (t1 != 0 || t2 != 0) {
       const double turns = std::atan2(t2, t1) / (2 * M_PI);
@@ -361,11 +362,11 @@ bool AnitescuPotra::start_at_rest(const ContactProblem& problem, ContactSolution
     violation =
         std::max(violation, std::max(-r[3 * c], friction - problem.mu[c] * normal) * std::sqrt(weight_[c]) / size_);
     if (!(violation <= rounding)) return false;
-    solution.z[c] = normal;
-    if (problem.mu[c] == 0) solution.z[nc_ + k_ * nc_ + c] = least_slip_bound(&u[3 * c]);
+    z[c] = normal;
+    if (problem.mu[c] == 0) z[nc_ + k_ * nc_ + c] = least_slip_bound(&u[3 * c]);
   }
   solution.impulse = r;
-  for (int c = 0; c < nc_; ++c) solution.impulse[3 * c] = solution.z[c];
+  for (int c = 0; c < nc_; ++c) solution.impulse[3 * c] = z[c];
   solution.claimed_residual = std::max(violation, resting_.residual());
   if (warm_starts_) ++*warm_starts_;
   return true;
@@ -383,7 +384,7 @@ bool AnitescuPotra::solve_phase(ContactSolution& solution) {
     solution.reason = answer_.reason;
   }
   const bool usable = answer_.z.size() == lcp_.q.size() && answer_.z.allFinite();
-  if (usable) append_answer(solution.z);
+  if (usable) append_answer(solution.as<PolygonWitness>().z);
   return usable;
 }
 
@@ -404,8 +405,9 @@ void AnitescuPotra::bound_idle_slip(const ContactProblem& problem, ContactSoluti
   if (rough() == nc_) return;
   apply_impulse(problem, factor_, solution.impulse, v_);
   contact_velocity(problem, v_, u_);
+  std::vector<double>& z = solution.as<PolygonWitness>().z;
   for (int c = 0; c < nc_; ++c)
-    if (problem.mu[c] == 0) solution.z[(k_ + 1) * nc_ + c] = least_slip_bound(&u_[3 * c]);
+    if (problem.mu[c] == 0) z[(k_ + 1) * nc_ + c] = least_slip_bound(&u_[3 * c]);
 }
 
 // The least lam that lets a contact slip with u (n, t1, t2) without friction.
@@ -432,8 +434,9 @@ void AnitescuPotra::add_impulses(ContactSolution& solution) const {
 void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& solution) {
   solution.clear();
   nc_ = problem.nc();
-  solution.k = k_;
-  solution.regularisation = regularise_;
+  PolygonWitness& witness = solution.as<PolygonWitness>();
+  witness.k = k_;
+  witness.regularisation = regularise_;
   bool elastic = false;
   for (const double e : problem.restitution) elastic = elastic || e != 0;
   const bool all = idle_friction_ || elastic || regularise_ != 0;
@@ -456,7 +459,7 @@ void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& soluti
 
   const bool may_rest = warm_ && !elastic && regularise_ == 0;
   if (may_rest && start_at_rest(problem, solution)) return;
-  solution.z.clear();
+  witness.z.clear();
 
   if (solution.size <= lcp_options_.dense_limit)
     build_dense(problem);
@@ -537,7 +540,7 @@ MethodRow anitescu_potra_row() {
   MethodRow row{"ap",
                 "Anitescu and Potra: friction polygon, linear complementarity problem",
                 "Anitescu and Potra, Nonlinear Dynamics 14 (1997)",
-                Law::anitescu_potra,
+                anitescu_potra_law(),
                 {},
                 {},
                 {{"k", "-", "4", "edges of the friction polygon, even, at least 4"},
@@ -549,6 +552,9 @@ MethodRow anitescu_potra_row() {
                     method->solve(problem, solution);
                   };
                   return options.warm_start ? reuse_same_event(solve, options.warm_starts) : ContactMethod(solve);
+                },
+                [](const MethodOptions& options) -> Witness {
+                  return PolygonWitness{.k = options.k, .regularisation = options.regularise, .z = {}};
                 }};
   for (const LcpSolverRow& solver : lcp_solvers())
     row.solvers.push_back({solver.name, solver.summary, solver.source, solver.unavailable});

@@ -51,18 +51,13 @@ class Simulation::Lap {
   Clock::time_point last_ = Clock::now();
 };
 
-Simulation::Simulation(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, Law law)
-    : scenario_(scenario),
-      options_(options),
-      method_(std::move(method)),
-      law_(law),
-      corners_(row_of(law).corners),
-      state_(scenario.initial) {
+Simulation::Simulation(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, const Law& law)
+    : scenario_(scenario), options_(options), method_(std::move(method)), law_(law), state_(scenario.initial) {
   steps_total_ = step_at(options_.duration, options_.step);
   state_.t = 0;
   random_.seed(options_.shuffle);
   // Shuffled contacts are no patches any more.
-  if (corners_ == Corners::differ || options_.shuffle != 0) options_.prune.coplanar_points = false;
+  if (law_.corners == Corners::differ || options_.shuffle != 0) options_.prune.coplanar_points = false;
   double smallest = HUGE_VAL;
   for (const Shape& shape : scenario_.shapes) {
     tolerance_.push_back(options_.closed_gap * shape.size());
@@ -538,7 +533,7 @@ void Simulation::solve_event(Lap& lap) {
 // does not, a typed failure ends the run.
 bool Simulation::take_answer() {
   record_answer();
-  const bool holds = Referee::holds(residuals_, solution_, law_, options_.accepted_residual);
+  const bool holds = Referee::holds(residuals_, options_.accepted_residual);
   const bool gave_up = solution_.status != Status::ok && solution_.status != Status::inaccurate;
   if (!holds && solution_.status == Status::ok) ++record_.false_claims;
   if (holds && solution_.status != Status::ok) ++record_.doubted;
@@ -598,7 +593,7 @@ void Simulation::take_over_velocities() {
 
 // Is the answer one of corners where the law asks for all points? Then the points found next are all of them.
 bool Simulation::corners_fall_short() {
-  if (!options_.prune.coplanar_points || corners_ != Corners::suffice_unless_spin) return false;
+  if (!options_.prune.coplanar_points || law_.corners != Corners::suffice_unless_spin) return false;
   return patch_spins() && !patches_.empty();
 }
 

@@ -109,7 +109,7 @@ struct SimulationOptions {
 /// The event-driven stepper (docs/architecture.md, "The path of a step"). Is handed a method and never asks which.
 class Simulation {
  public:
-  Simulation(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, Law law);
+  Simulation(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, const Law& law);
 
   /// Advances one step; the record holds until the next call. A status other than ok or inaccurate ends the run. Where
   /// a stop is asked for within it: throws Stopped, and nothing of the step is to be used.
@@ -167,7 +167,6 @@ class Simulation {
   SimulationOptions options_;
   ContactMethod method_;
   Law law_;
-  Corners corners_;
   State state_;
   long step_index_ = 0, steps_total_ = 0;
   StepRecord record_;
