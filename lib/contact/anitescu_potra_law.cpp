@@ -260,10 +260,11 @@ class PolygonAlone {
   Directions direction_;
 };
 
-// A regularised problem is another one, of which nothing is known but by solving it.
+// A regularised problem is another one, with another answer for each number of contacts, of which nothing is known but
+// by solving it.
 LeaveOut leave_out(const Witness& terms) {
   if (std::get<PolygonWitness>(terms).regularisation != 0) return {};
-  return {.closed_form = PolygonAlone(terms), .idle_friction = true};
+  return {.corners = Corners::suffice_unless_spin, .closed_form = PolygonAlone(terms), .idle_friction = true};
 }
 
 }  // namespace
@@ -271,7 +272,6 @@ LeaveOut leave_out(const Witness& terms) {
 Law anitescu_potra_law() {
   return {.name = "anitescu_potra",
           .check = []() -> LawCheck { return PolygonCheck(); },
-          .corners = Corners::suffice_unless_spin,
           .leave_out = leave_out,
           .idle = []() -> IdleCheck { return PolygonIdle(); },
           .rest = rest,

@@ -340,7 +340,7 @@ class ConvexAlone {
 
 // The bound is per island, and the islands share epsilon: the method parts them itself.
 LeaveOut leave_out(const Witness& terms) {
-  LeaveOut out{.parting = Parting::untorn, .islands_apart = false};
+  LeaveOut out{.corners = Corners::suffice, .parting = Parting::untorn, .islands_apart = false};
   if (std::get<ConvexWitness>(terms).bounded) out.closed_form = ConvexAlone(terms);
   return out;
 }
@@ -350,7 +350,6 @@ LeaveOut leave_out(const Witness& terms) {
 Law convex_law() {
   return {.name = "convex",
           .check = []() -> LawCheck { return ConvexCheck(); },
-          .corners = Corners::suffice,
           .leave_out = leave_out,
           .idle = []() -> IdleCheck { return ConvexIdle(); },
           .rest = rest,

@@ -44,6 +44,7 @@ using ClosedForm = std::function<void(const LoneContact& contact, ContactSolutio
 
 /// What may be left out of an event before the method sees it.
 struct LeaveOut {
+  Corners corners = Corners::differ;
   Parting parting = Parting::each;
   bool islands_apart = true;  ///< may islands be handed to the method one by one? No: it shares something among them
   ClosedForm closed_form = {};
@@ -73,7 +74,6 @@ struct ProblemPart {
 struct Law {
   std::string_view name;
   LawCheck (*check)();
-  Corners corners = Corners::differ;
   /// Terms: a witness that holds what was asked of the method and no numbers (MethodRow::terms).
   LeaveOut (*leave_out)(const Witness& terms) = [](const Witness&) { return LeaveOut{}; };
   IdleCheck (*idle)() = nullptr;

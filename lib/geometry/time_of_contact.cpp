@@ -363,6 +363,7 @@ double patch_to_flat(const Shape& shape_a, const Motion& motion_a, const Shape& 
       const Vec3 d = point.gap * patch.n, x_o = reference.c + x_r + d - other.c;
       const Moving distance = between(d, v, motion_o.w, x_o, motion_r.w, x_r, rest);
       Approach approach{};
+      double target = goal.target;
       if (point.id < 4) {
         approach = along_normal(turning_direction(patch.n, motion_r.w), distance);
       } else if (point.id < 8) {
@@ -374,12 +375,13 @@ double patch_to_flat(const Shape& shape_a, const Motion& motion_a, const Shape& 
         const Vec3 edge_o = other.R.col(e % 2 == 0 ? patch.incident_u : patch.incident_v);
         const Vec3 edge_r = p < 2 ? v_axis : u_axis;
         const double sign = d.dot(edge_o.cross(edge_r)) < 0 ? -1 : 1;
-        approach = along_normal(
-            crossed(turning_direction(sign * edge_o, motion_o.w), turning_direction(edge_r, motion_r.w)), distance);
+        const Moving q = crossed(turning_direction(sign * edge_o, motion_o.w), turning_direction(edge_r, motion_r.w));
+        approach = along_normal(q, distance);
+        target *= q.x.norm();  // the value is the gap times the sine between the edges
       }
-      if (approach.value <= goal.target) continue;  // edges in line with each other: vertices stand for them
-      step = std::min(
-          step, first_root(approach.value - goal.target, approach.rate, approach.curvature - approach.K * rest / 3));
+      if (approach.value <= target) continue;  // edges in line with each other: vertices stand for them
+      step = std::min(step,
+                      first_root(approach.value - target, approach.rate, approach.curvature - approach.K * rest / 3));
     }
     if (step >= rest) return goal.horizon;
     open |= now;
