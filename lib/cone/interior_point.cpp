@@ -11,8 +11,8 @@
 //      the squared constraint (L. Vandenberghe, The CVXOPT linear and quadratic cone program solvers, 2010, sec. 4-6);
 //   2. a finish by Newton's method (polish.h), because a barrier method ends at the square root of rounding on
 //      degenerate problems (r is not unique, strict feasibility may fail).
-// One loop, over the numbers, the linear system and what is kept of the iterates: in double a sparse system
-// (sparse_newton.h), iterates that are polished.
+// One loop, over the numbers, the linear system and what is kept of the iterates (iterates.h): in double, with a sparse
+// system (sparse_newton.h) and iterates that are polished; in DoubleDouble, with a dense one (dense_newton.h).
 // Fails with `nonconverged` (iteration limit or step length), `singular`, `not_finite`; r is then the best iterate met.
 
 #include "cone/interior_point.h"
@@ -30,6 +30,10 @@ namespace {
 
 /// -: steps shorter than this get nowhere.
 constexpr double least_step = 1e-10;
+
+/// -: complementarity that the dense method aims at, of the present, at least. Never to the edge itself: products that
+/// fall far behind the others leave no room for the path's turns.
+constexpr double dense_centre = 1e-2;
 
 /// How far each step goes.
 struct StepRules {
@@ -254,6 +258,23 @@ void InteriorPoint::solve(const ConeProgram& program, ConeSolution& solution) {
 bool InteriorPoint::polish(const ConeProgram& program, ConeSolution& solution, const PolishRules& rules) {
   workspace_.prepare(program, options_);
   return cb::polish(program, options_, rules, workspace_, solution);
+}
+
+void solve_dense(const ConeProgram& program, const ConeOptions& options, ConeSolution& solution) {
+  solution = {};
+  solution.r.assign(3 * program.nc(), 0.0);
+  solution.eta.assign(program.nc(), 0.0);
+  DenseNewton system(program);
+  if (program.nc() == 0 || system.size() == 0) {
+    solution.status = ConeStatus::solved;
+    solution.gap = solution.infeasibility = 0;
+    return;
+  }
+  RoundedIterates iterates(program, options, system, solution);
+  CentralPath<DoubleDouble> path;
+  system.describe(path);
+  PrimalDual(StepRules{options.iteration_limit, options.step_fraction, dense_centre, least_step}, system, iterates,
+             path)();
 }
 
 }  // namespace cb

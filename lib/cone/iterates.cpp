@@ -76,4 +76,51 @@ void PolishedIterates::last_word(ConeStatus ending) {
     x_.status = ConeStatus::solved;
 }
 
+namespace {
+
+// Of the dense method, as a fraction of the problem's size. Where the iteration ends: looser leaves less to the
+// certificate, which multiplies by mu. What counts as solved where rounding ends it before that. From where on it is
+// given up without progress: before that it may well come back from iterates that are worse.
+constexpr double dense_rounding = 1e-18, dense_accepted = 1e-12, dense_near = 1e-9;
+/// Iterations in a row that do not halve the merit.
+constexpr int dense_patience = 6;
+/// -: of the gap that is asked for: the share of an answer that another iteration need not improve.
+constexpr double enough = 1e-2;
+
+}  // namespace
+
+ConeNext RoundedIterates::look(CentralPath<DoubleDouble>& path) {
+  const DoubleDouble merit = path.off.merit();
+  finite_ = isfinite(merit);
+  if (!finite_) return ConeNext::stop;
+  round_off(path);
+  if (worth(rounded_) < worth(x_) || (worth(x_) == HUGE_VAL && merit < best_merit_)) x_ = rounded_;
+  since_best_ = merit < 0.5 * best_merit_ ? 0 : since_best_ + 1;
+  best_merit_ = std::min(best_merit_, merit);
+  const bool stalls = best_merit_ < dense_near && since_best_ > dense_patience;
+  const bool serves = merit < dense_accepted && worth(x_) <= enough * p_.gap;
+  return merit < dense_rounding || stalls || serves ? ConeNext::stop : ConeNext::step;
+}
+
+// The point as doubles in the program's units, and what a stranger would say of it.
+void RoundedIterates::round_off(const CentralPath<DoubleDouble>& path) {
+  newton_.round_off(path.at, rounded_);
+  velocities_.evaluate(p_, rounded_.r, rounded_.eta);
+  velocities_.bound_rounding(p_, rounded_.r, {});
+  const Certificate certificate =
+      certify(p_, rounded_.r, rounded_.eta, velocities_, newton_.q(), options_.rounding_units);
+  rounded_.gap = certificate.gap;
+  rounded_.infeasibility = certificate.infeasibility;
+}
+
+double RoundedIterates::worth(const ConeSolution& x) const {
+  return x.infeasibility <= options_.feasibility ? std::abs(x.gap) : HUGE_VAL;
+}
+
+void RoundedIterates::finish(CentralPath<DoubleDouble>& path, ConeNext, ConeStatus ending) {
+  x_.iterations = path.iterations;
+  x_.status = finite_ ? ending : ConeStatus::not_finite;
+  if (best_merit_ < dense_accepted) x_.status = ConeStatus::solved;
+}
+
 }  // namespace cb

@@ -4,6 +4,7 @@
 
 #include "cone/central_path.h"
 #include "cone/cone_workspace.h"
+#include "cone/dense_newton.h"
 
 namespace cb {
 
@@ -44,6 +45,32 @@ class PolishedIterates {
   ConeSolution& x_;
   double next_polish_, best_merit_ = HUGE_VAL;
   int since_best_ = 0;
+};
+
+/// Keeps the iterate whose answer, rounded to doubles, has the best certificate: it multiplies by mu what impulses lose
+/// as doubles, and each loses something else. As long as there is no certificate, the merit decides.
+class RoundedIterates {
+ public:
+  RoundedIterates(const ConeProgram& program, const ConeOptions& options, const DenseNewton& newton,
+                  ConeSolution& solution)
+      : p_(program), options_(options), newton_(newton), x_(solution) {}
+
+  ConeNext look(CentralPath<DoubleDouble>& path);
+  void finish(CentralPath<DoubleDouble>& path, ConeNext next, ConeStatus ending);
+
+ private:
+  void round_off(const CentralPath<DoubleDouble>& path);
+  double worth(const ConeSolution& x) const;
+
+  const ConeProgram& p_;
+  const ConeOptions& options_;
+  const DenseNewton& newton_;
+  ConeSolution& x_;
+  ConeSolution rounded_;
+  ConeVelocities velocities_;
+  DoubleDouble best_merit_ = HUGE_VAL;
+  int since_best_ = 0;
+  bool finite_ = true;
 };
 
 }  // namespace cb
