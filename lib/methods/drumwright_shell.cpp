@@ -37,7 +37,6 @@
 #include <cmath>
 #include <memory>
 
-#include "cone/dense_interior_point.h"
 #include "linalg/finite.h"
 #include "methods/same_event.h"
 
