@@ -37,25 +37,32 @@ struct Boxes {
       : a(pair.shape_a, pair.motion_a, t), b(pair.shape_b, pair.motion_b, t), ab(a, b) {}
 };
 
-// How a corner of the patch and what it is over come together: vertex over face both ways, edge over edge.
+// How a corner of the patch and what it is over come together, `target` (m) apart: vertex over face both ways, edge
+// over edge.
 Approach of_corner(const FacePatch& patch, const PatchPoint& point, const MovingBox& reference, const MovingBox& other,
-                   double rest) {
+                   double target, double rest) {
   const Vec3 u_axis = reference.R.col((patch.axis + 1) % 3), v_axis = reference.R.col((patch.axis + 2) % 3);
   // Foot on the reference face and point of the incident face above it, as arms from the two centres.
   const Vec3 x_r = point.u * u_axis + point.v * v_axis + reference.h[patch.axis] * patch.n;
   const Vec3 d = point.gap * patch.n, x_o = reference.c + x_r + d - other.c;
   const Moving distance = between(d, other.v - reference.v, other.w, x_o, reference.w, x_r, rest);
   const Vec3 m = reference.R * patch.incident;  // normal of the incident face, out of the other box
-  if (point.id < 4) return along_normal(turning_direction(patch.n, reference.w), distance);
-  if (point.id < 8) return along_normal(turning_direction(-m, other.w), distance);
+  if (point.id < 8) {
+    Approach gap =
+        along_normal(point.id < 4 ? turning_direction(patch.n, reference.w) : turning_direction(-m, other.w), distance);
+    gap.value -= target;
+    return gap;
+  }
   // Edge e of the incident face over the edge of the reference face along side p, whichever way makes d.(e x f)
   // positive.
   const int e = (point.id - 8) / 4, p = (point.id - 8) % 4;
   const Vec3 edge_o = other.R.col(e % 2 == 0 ? patch.incident_u : patch.incident_v);
   const Vec3 edge_r = p < 2 ? v_axis : u_axis;
   const double sign = d.dot(edge_o.cross(edge_r)) < 0 ? -1 : 1;
-  return along_normal(crossed(turning_direction(sign * edge_o, other.w), turning_direction(edge_r, reference.w)),
-                      distance);
+  const Moving q = crossed(turning_direction(sign * edge_o, other.w), turning_direction(edge_r, reference.w));
+  Approach gap = along_normal(q, distance);  // times the sine between the edges
+  gap.value -= target * q.x.norm();
+  return gap;
 }
 
 // Closed: follows the corners of the common patch that are open.
@@ -81,9 +88,9 @@ double patch_to_flat(const BoxPair& pair, int axis, const Goal& goal) {
         continue;
       }
       open_now |= bit;
-      const Approach gap = of_corner(patch, point, reference, other, rest);
-      if (gap.value <= goal.target) continue;  // edges in line with each other: vertices stand for them
-      step = std::min(step, first_root(gap.value - goal.target, gap.rate, gap.curvature - gap.K * rest / 3));
+      const Approach gap = of_corner(patch, point, reference, other, goal.target, rest);
+      if (gap.value <= 0) continue;  // edges in line with each other: vertices stand for them
+      step = std::min(step, first_root(gap.value, gap.rate, gap.curvature - gap.K * rest / 3));
     }
     open |= open_now;
     return Look{false, step};

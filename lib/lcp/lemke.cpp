@@ -39,15 +39,12 @@ namespace {
 /// Row whose variable z_0 replaces: the one that needs most of it to be feasible; -1 where none needs any.
 int neediest_row(Basis& basis);
 
-/// The method, from the complementary basis in hand: whatever left last, its complement enters. `ready()` is called
-/// before each pivot; false: the basis is no good.
-template <class Ready>
-PathEnd follow(Basis& basis, ComplementaryPath& path, Ready&& ready) {
+/// The method, from the complementary basis in hand: whatever left last, its complement enters.
+PathEnd follow(Basis& basis, ComplementaryPath& path) {
   const int row = neediest_row(basis);
   if (row < 0) return PathEnd::solution;
   if (!path.enter(basis, row)) return PathEnd::bad_pivot;
   while (path.goes_on(basis)) {  // no longer where z_0 has left, nothing blocked, or the limit is reached
-    if (!ready()) return PathEnd::bad_pivot;
     const int entering = complement(path.left, basis.n());
     path.exchange(basis, entering, path.blocking_row(basis, entering));
   }
@@ -62,8 +59,6 @@ struct LemkeOptions : LcpOptions {
   double harris_back = 3e-13;  ///< the same where its perturbation is taken back; after that none but rounding, -
   double perturbation = 1e-7;  ///< delta of q, -; smaller: ties drown in round-off, larger: more repairs
   int repairs = 4;             ///< paths from the vertices of one rung to the exact one, at most
-  /// Where an answer holds already, a path that leaves more than this of its error was the last, -: rounding is left.
-  double repair_gain = 0.5;
   /// Judgement::beyond_rounding up to which a vertex is exact, -; larger: vertices near the exact one are kept.
   double vertex_tolerance = 1e-12;
 };
@@ -94,7 +89,7 @@ class Lemke {
   PathEnd attempt(Basis& basis, const Rung& rung, LcpSolution& solution);
   double exact_vertex(Basis& basis, const Rung& rung, Eigen::VectorXd& z);
   PathEnd repair(Basis& basis, const Rung& rung, int count);
-  PathEnd follow_path(Basis& basis, bool afresh);
+  PathEnd follow_path(Basis& basis);
   PathEnd take_perturbation_back(Basis& basis);
   bool cover_vertex(Basis& basis);
   int list_basis(const Basis& basis, std::vector<int>& active) const;
@@ -154,7 +149,7 @@ PathEnd Lemke::attempt(Basis& basis, const Rung& rung, LcpSolution& solution) {
     cover_[i] = rung.random_cover ? 0.5 + draw(rung.seed + 100, static_cast<unsigned>(i)) : 1.0;
   basis.set_cover(cover_);
 
-  const PathEnd end = follow_path(basis, false);
+  const PathEnd end = follow_path(basis);
   if (end != PathEnd::solution) return end;
   solution.residual = exact_vertex(basis, rung, solution.z);
   return PathEnd::solution;
@@ -178,14 +173,8 @@ int neediest_row(Basis& basis) {
   return best;
 }
 
-// `afresh`: each basis from the original matrix, for the load as it is.
-PathEnd Lemke::follow_path(Basis& basis, bool afresh) {
-  const PathEnd end = afresh ? follow(basis, path_,
-                                      [&] {
-                                        const int out = list_basis(basis, active_);
-                                        return basis.renew(active_, out, load_->q, cover_);
-                                      })
-                             : follow(basis, path_, [] { return true; });
+PathEnd Lemke::follow_path(Basis& basis) {
+  const PathEnd end = follow(basis, path_);
   if (end == PathEnd::ray && !judge_.ray_holds(basis, *load_, cover_, path_.ray_variable)) return PathEnd::doubtful_ray;
   return end;
 }
@@ -194,15 +183,12 @@ PathEnd Lemke::follow_path(Basis& basis, bool afresh) {
 double Lemke::exact_vertex(Basis& basis, const Rung& rung, Eigen::VectorXd& z) {
   Judgement found = judge_.vertex(basis, *load_, z), best;
   for (int count = 1; found.beyond_rounding > o_.vertex_tolerance || found.residual > o_.tolerance; ++count) {
-    const bool better = found.residual < best.residual;
-    const bool gained = found.beyond_rounding < o_.repair_gain * best.beyond_rounding;
-    if (better) {
+    if (found.residual < best.residual) {
       best = found;
       best_ = z;
       list_basis(basis, best_active_);
     }
-    const bool stuck = found.residual < HUGE_VAL && !gained && best.residual <= o_.tolerance;
-    if (best.residual == HUGE_VAL || count > o_.repairs || stuck) break;  // HUGE_VAL: it cannot be factorised
+    if (best.residual == HUGE_VAL || count > o_.repairs) break;  // HUGE_VAL: it cannot be factorised
     const PathEnd end = repair(basis, rung, count);
     found = end == PathEnd::solution ? judge_.vertex(basis, *load_, z) : Judgement{};
     if (end == PathEnd::pivot_limit) break;
@@ -212,15 +198,15 @@ double Lemke::exact_vertex(Basis& basis, const Rung& rung, Eigen::VectorXd& z) {
   return best.residual;
 }
 
-// A path to the exact vertex: first by taking the perturbation back, then from the best vertex so far. Contacts that
-// are all but redundant make bases all but singular, where the pivots carried out before have left no digits: those
-// later paths take each basis from the original matrix.
+// A path to the exact vertex: first by taking the perturbation back, then from the best vertex so far, whose basis is
+// taken from the original matrix: contacts that are all but redundant make bases all but singular, where the pivots
+// carried out before have left no digits.
 PathEnd Lemke::repair(Basis& basis, const Rung& rung, int count) {
   // Contacts that approach at 1e-11 beside others at 1 have values of 1e-12 that decide which of them carries.
   path_.ratio.harris = count == 1 ? o_.harris_back : 0;
   if (count == 1) return take_perturbation_back(basis);
   set_noise(rung.seed + 1000 * static_cast<unsigned>(count));
-  return cover_vertex(basis) ? follow_path(basis, true) : PathEnd::bad_pivot;
+  return cover_vertex(basis) ? follow_path(basis) : PathEnd::bad_pivot;
 }
 
 // The vertex in hand is that of q + delta p, so with c = p it is feasible from z_0 = delta on. Back from there to z_0 =
@@ -231,7 +217,7 @@ PathEnd Lemke::take_perturbation_back(Basis& basis) {
   cover_ = noise_;
   basis.set_cover(cover_);
   basis.set_load(load_->q);
-  return follow_path(basis, false);
+  return follow_path(basis);
 }
 
 // Takes up the best vertex so far with a covering vector of its own: its basic values are y + p z_0, feasible from some

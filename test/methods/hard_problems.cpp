@@ -374,25 +374,22 @@ TEST_CASE("an island at rest that rolls is solved like one that falls, at any sc
 
 // Events of scenarios/grasp.xml at k = 8: the pads' corners are redundant but for 1e-9, so bases of Lemke's path are
 // all but singular and its vertices infeasible by 1e-9 and more. The first took 4302 pivots and ended inaccurate. Which
-// vertex the path first comes to hangs on rounding, and so on the order of the contacts; from a few of them, 4e-11 off,
-// no path leads to a better one.
+// vertex the path first comes to hangs on rounding, and so on the order of the contacts. From some orders a repair brings
+// nothing and the next one, under another perturbation, does: one that gains nothing is no reason to stop.
 TEST_CASE("Lemke's method goes on from a vertex that is all but right to the exact one", "[ap]") {
   if (!fclib_available()) {
     WARN("no HDF5 in this build: the stored problems are not read");
     return;
   }
-  int exact = 0, orders = 0;
   for (const char* name : {"grasp_k8_1437", "grasp_k8_884"}) {
     const ContactProblem given = stored_problem(name);
-    for (int first = 0; first < given.nc(); ++first, ++orders) {
+    for (int first = 0; first < given.nc(); ++first) {
       double residual = 1;
       CAPTURE(name, first);
       CHECK(solve_ap(from_contact(given, first), "lemke", 8, residual) == Status::ok);
-      CHECK(residual <= Referee::accepted);
-      exact += residual <= 1e-13;
+      CHECK(residual <= 1e-13);
     }
   }
-  CHECK(exact > 0.75 * orders);
 }
 
 // An arm whose joints cannot move its tip along a direction of friction: that diagonal is 1e-34, and as the scale of
