@@ -84,7 +84,7 @@ class Dense {
       since_best = merit < 0.5 * best_merit ? 0 : since_best + 1;
       best_merit = std::min(best_merit, merit);
       if (merit < rounding || (best_merit < near && since_best > patience)) break;
-      if (merit < accepted && worth(solution) <= enough * options_.gap_tolerance) break;
+      if (merit < accepted && worth(solution) <= enough * program_.gap) break;
       if (!factor()) {
         solution.status = ConeStatus::singular;
         break;

@@ -64,10 +64,20 @@ void fail(ContactSolution& solution, Status status, std::string reason) {
   solution.reason = std::move(reason);
 }
 
+ConeOptions finishing(const DrumwrightShell::Tolerances& tolerances) {
+  ConeOptions options = tolerances.cone;
+  options.proximal = tolerances.finish_proximal;
+  options.careful_proximal = tolerances.finish_first_proximal;
+  return options;
+}
+
 }  // namespace
 
 DrumwrightShell::DrumwrightShell(const Tolerances& tolerances)
-    : tolerances_(tolerances), friction_solver_(tolerances.cone), normal_solver_(tolerances.cone) {}
+    : tolerances_(tolerances),
+      friction_solver_(tolerances.cone),
+      normal_solver_(tolerances.cone),
+      finisher_(finishing(tolerances)) {}
 
 void DrumwrightShell::operator()(const ContactProblem& problem, ContactSolution& solution) {
   const int nc = problem.nc();
@@ -371,7 +381,7 @@ ConeStatus DrumwrightShell::propose(Previous* previous) {
   start_ =
       previous != nullptr && previous->by_newton && previous->nv == island_.M.order() ? &previous->answer : nullptr;
   if (start_ != nullptr && start_->r.size() != 3 * island_.contacts.size()) start_ = nullptr;
-  friction_solver_.options().gap_tolerance = epsilon_;
+  program_.gap = epsilon_;
   if (previous != nullptr) previous->by_newton = false;
   ConeStatus ending = ConeStatus::nonconverged;
   for (const Proposer& proposer : proposers) {
@@ -428,7 +438,8 @@ bool DrumwrightShell::from_previous() {
   answer_.iterations = 0;
   const ConeProgram program = reduced();
   if (!program.has_bound()) answer_.s = 0;
-  return friction_solver_.polish(program, answer_, tolerances_.cone.iterate_patience, InteriorPoint::Steps::bold);
+  return friction_solver_.polish(program, answer_,
+                                 PolishRules::bold(tolerances_.cone, tolerances_.cone.iterate_patience));
 }
 
 // Newton's method from the frictionless answer, with friction against its slip.
@@ -444,7 +455,8 @@ bool DrumwrightShell::from_guess() {
   }
   const ConeProgram program = reduced();
   if (!program.has_bound()) answer_.s = 0;
-  return friction_solver_.polish(program, answer_, tolerances_.cone.guess_patience, InteriorPoint::Steps::bold);
+  return friction_solver_.polish(program, answer_,
+                                 PolishRules::bold(tolerances_.cone, tolerances_.cone.guess_patience));
 }
 
 bool DrumwrightShell::interior() {
@@ -488,17 +500,12 @@ bool DrumwrightShell::dense_relaxed() {
 // Where slips differ by an angle a, how contacts share their load is worth a^2 of the energy: the cones are too curved
 // for the interior point method to follow that far. Newton's method is not bound to their inside.
 void DrumwrightShell::solve_densely(const ConeProgram& program, double step_fraction) {
-  ConeOptions& options = friction_solver_.options();
-  ConeOptions dense = options;
+  ConeOptions dense = tolerances_.cone;
   dense.step_fraction = step_fraction;
   solve_dense(program, dense, answer_);
   if (answer_.r.empty() || std::abs(answer_.gap) <= epsilon_) return;
   finished_ = answer_;
-  options.proximal = tolerances_.finish_proximal;
-  options.careful_proximal = tolerances_.finish_first_proximal;
-  friction_solver_.polish(program, finished_, options.careful_limit, InteriorPoint::Steps::careful);
-  options.proximal = tolerances_.cone.proximal;
-  options.careful_proximal = tolerances_.cone.careful_proximal;
+  finisher_.polish(program, finished_, PolishRules::careful(finisher_.options()));
   answer_.iterations = finished_.iterations;
   if (finished_.infeasibility <= tolerances_.infeasibility && std::abs(finished_.gap) < std::abs(answer_.gap))
     answer_ = finished_;
@@ -577,8 +584,8 @@ bool DrumwrightShell::frictionless() {
   for (int c = 0; c < nc; ++c) trial_.r[3 * c] = 1e-3 * size_ / std::sqrt(island_.weight[c]);
   bool ok = size_ > 0 && has_robot() && stop_normals();
   if (!ok)
-    ok = size_ > 0 &&
-         normal_solver_.polish(normal_program_, trial_, tolerances_.cone.guess_patience, InteriorPoint::Steps::bold);
+    ok = size_ > 0 && normal_solver_.polish(normal_program_, trial_,
+                                            PolishRules::bold(tolerances_.cone, tolerances_.cone.guess_patience));
   if (!ok) {
     iterations_ += trial_.iterations;
     normal_solver_.solve(normal_program_, trial_);

@@ -159,7 +159,7 @@ class DrumwrightShell {
 
   // Of the island at work.
   ConeProgram program_, normal_program_;
-  InteriorPoint friction_solver_, normal_solver_;
+  InteriorPoint friction_solver_, normal_solver_, finisher_;
   KktSystem sticking_, normals_;
   StoppingImpulse stopping_;
   LeastSum dense_sum_;

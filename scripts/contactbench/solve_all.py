@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 
 from . import program
-from .runs import number, table_of, write_table
+from .runs import number, write_table
 from .templates import known, render
 
 COLUMNS = [
@@ -188,8 +188,8 @@ def main(words=None):
 
 def rows_of(results, folder="solve_all"):
     """Solves of a folder, but those of a solver that is not installed here: it has no place in a comparison."""
-    path = results.folder / folder / "solve_all.csv"
-    return [row for row in table_of(path).to_dict("records") if row["status"] != "unavailable"] if path.exists() else []
+    table = results.read(f"{folder}/solve_all.csv")
+    return [] if table is None else [row for row in table.to_dict("records") if row["status"] != "unavailable"]
 
 
 def streams(results):

@@ -162,8 +162,8 @@ TEST_CASE("1000 random impacts return e^2 of the work stored, lose what friction
 TEST_CASE("a tighter tolerance of the integration does not change the impact beyond the looser one") {
   std::mt19937 generator(3);
   MirtichOptions loose, tight;
-  loose.integration = 1e-8;
-  tight.integration = 1e-13;
+  loose.impact.integration = 1e-8;
+  tight.impact.integration = 1e-13;
   for (int i = 0; i < 100; ++i) {
     CAPTURE(i);
     const ContactProblem p = test::random_impact(generator);
@@ -362,7 +362,7 @@ TEST_CASE("limits on micro-impacts and on steps are nonconverged endings and say
   CHECK_FALSE(few.reason.empty());
 
   options = {};
-  options.step_limit = 2;
+  options.impact.step_limit = 2;
   ContactProblem p;
   test::add_body(p, 1, Vector3d::Constant(1.0 / 6), {1, -2, 0.5});
   test::add_contact(p, 0, {0.5, -0.5, 0.3}, -1, {}, test::ground_axes(), 0.5, 0.5);
