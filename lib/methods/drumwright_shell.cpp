@@ -361,17 +361,14 @@ bool DrumwrightShell::slides_freely() {
 }
 
 // Who proposes, in this order; how far the bounds may be missed; and is the answer one to start the next event from?
-const std::array<DrumwrightShell::Proposer, 10> DrumwrightShell::proposers = {{
+const std::array<DrumwrightShell::Proposer, 7> DrumwrightShell::proposers = {{
     {"previous answer", &DrumwrightShell::from_previous, Allowed::exact, true},
     {"stopping", &DrumwrightShell::all_stop, Allowed::exact, false},
     {"sticking", &DrumwrightShell::all_stick, Allowed::exact, false},
     {"guess", &DrumwrightShell::from_guess, Allowed::exact, true},
     {"interior point", &DrumwrightShell::interior, Allowed::exact, true},
-    {"small, dense", &DrumwrightShell::small_dense, Allowed::exact, true},
-    {"relaxed", &DrumwrightShell::relaxed, Allowed::backward, true},
-    {"large, dense", &DrumwrightShell::large_dense, Allowed::exact, true},
+    {"dense", &DrumwrightShell::dense, Allowed::exact, true},
     {"dense, relaxed", &DrumwrightShell::dense_relaxed, Allowed::backward, true},
-    {"dense, short steps", &DrumwrightShell::dense_short, Allowed::exact, true},
 }};
 
 ConeStatus DrumwrightShell::propose(Previous* previous) {
@@ -461,45 +458,23 @@ bool DrumwrightShell::interior() {
   return true;
 }
 
-bool DrumwrightShell::relaxed() {
-  if (!tolerances_.bounded) return false;
-  friction_solver_.solve(relaxed_program(), answer_);
-  return true;
-}
-
-// The dense method rarely fails, but its time grows with the cube: it comes early for small islands, late for large.
-bool DrumwrightShell::small_dense() {
-  if (static_cast<int>(island_.contacts.size()) > tolerances_.dense_first) return false;
-  solve_densely(reduced(), tolerances_.cone.step_fraction);
-  return true;
-}
-
-bool DrumwrightShell::large_dense() {
-  const int nc = static_cast<int>(island_.contacts.size());
-  if (nc <= tolerances_.dense_first || nc > tolerances_.dense_limit) return false;
-  solve_densely(reduced(), tolerances_.cone.step_fraction);
-  return true;
-}
-
-// Short steps stay in the middle of mixed scales.
-bool DrumwrightShell::dense_short() {
+// Rarely fails, but its time grows with the cube.
+bool DrumwrightShell::dense() {
   if (static_cast<int>(island_.contacts.size()) > tolerances_.dense_limit) return false;
-  solve_densely(reduced(), tolerances_.short_step);
+  solve_densely(reduced());
   return true;
 }
 
 bool DrumwrightShell::dense_relaxed() {
   if (!tolerances_.bounded || static_cast<int>(island_.contacts.size()) > tolerances_.dense_limit) return false;
-  solve_densely(relaxed_program(), tolerances_.cone.step_fraction);
+  solve_densely(relaxed_program());
   return true;
 }
 
 // Where slips differ by an angle a, how contacts share their load is worth a^2 of the energy: the cones are too curved
 // for the interior point method to follow that far. Newton's method is not bound to their inside.
-void DrumwrightShell::solve_densely(const ConeProgram& program, double step_fraction) {
-  ConeOptions dense = tolerances_.cone;
-  dense.step_fraction = step_fraction;
-  solve_dense(program, dense, answer_);
+void DrumwrightShell::solve_densely(const ConeProgram& program) {
+  solve_dense(program, tolerances_.cone, answer_);
   if (answer_.r.empty() || std::abs(answer_.gap) <= epsilon_) return;
   finished_ = answer_;
   finisher_.polish(program, finished_, PolishRules::careful(finisher_.options()));
@@ -623,9 +598,9 @@ void DrumwrightShell::take_frictionless() {
   u_f_ = velocities_.u;
 }
 
-// Least energy velocity with N velocity + offset = 0 on a set of contacts, multipliers x (proximal iteration, started
-// from the x given):  M velocity = M start + N^T x. target = 1: N velocity = 1 from rest; 0: the frictionless problem.
-void DrumwrightShell::equalities(const std::vector<char>& in_set, double target, std::vector<double>& x,
+// Least energy velocity with N velocity = share on a set of contacts, multipliers x (proximal iteration, started from
+// the x given):  M velocity = N^T x.
+void DrumwrightShell::equalities(const std::vector<char>& in_set, std::vector<double>& x,
                                  std::vector<double>& velocity) {
   const int nc = static_cast<int>(island_.contacts.size()), nv = island_.M.order();
   normals_.prepare(island_.M, island_.J, tolerances_.cone.least_block);
@@ -650,19 +625,16 @@ void DrumwrightShell::equalities(const std::vector<char>& in_set, double target,
     std::fill(velocity.begin(), velocity.end(), 0.0);
     multiply_transposed_add(island_.J, island_.M, step_, velocity);
     island_.factor.solve_in_place(velocity);
-    if (target == 0)
-      for (int i = 0; i < nv; ++i) velocity[i] += island_.v0[i];
     multiply(island_.J, island_.M, velocity, u_step_);
     double worst = 0;
     for (int c = 0; c < nc; ++c) {
-      const double miss = u_step_[3 * c] + (target == 0 ? island_.offset[3 * c] : -target * island_.share[c]);
+      const double miss = u_step_[3 * c] - island_.share[c];
       step_[3 * c] = in_set[c] ? -G_[9 * c] * miss : 0;
       if (in_set[c]) worst = std::max(worst, std::abs(miss));
     }
     miss_ = worst;
     if (worst == 0) return;
     const bool done = k == tolerances_.cone.polish_limit || worst > 0.1 * last;
-    if (done && target == 0) return;
     last = worst;
     std::fill(h_.begin(), h_.end(), 0.0);
     multiply_transposed_add(island_.J, island_.M, step_, h_);
@@ -697,7 +669,7 @@ bool DrumwrightShell::proves_least_sum() const {
 void DrumwrightShell::lift() {
   const int nc = static_cast<int>(island_.contacts.size());
   lambda_.assign(nc, 0.0);
-  equalities(set_, 1, lambda_, z_);
+  equalities(set_, lambda_, z_);
   if (miss_ > tolerances_.solvable &&
       stopping_.prepare(island_.M, island_.J, island_.factor, island_.weight, set_, 1)) {
     x_.assign(3 * nc, 0.0);
@@ -709,9 +681,7 @@ void DrumwrightShell::lift() {
 }
 
 // The least sum of normal impulses and its proof z. Where N z = 1 can be solved on the contacts that touch every f has
-// the same sum, z.M (v_f - v-). Otherwise the linear program is solved by a shift: with w_n + eps in place of w_n the
-// frictionless problem minimises 1/2 f.W f + f.q + eps 1.f, whose answer for small eps has the least sum among the
-// frictionless ones, and z = -dv_eps / deps proves it.
+// the same sum, z.M (v_f - v-). Otherwise the linear program is solved.
 bool DrumwrightShell::least_sum(bool solved) {
   const int nc = static_cast<int>(island_.contacts.size());
   const auto solvable_on_set = [&] {
@@ -725,44 +695,7 @@ bool DrumwrightShell::least_sum(bool solved) {
   const double size = size_ > 0 ? size_ : 1;
   for (int c = 0; c < nc; ++c) set_[c] = u_f_[3 * c] <= 1e-11 * size * std::sqrt(island_.weight[c]) ? 1 : 0;
   if (solved && solvable_on_set()) return true;
-  if (least_sum_densely()) return true;
-  if (!solved) return false;
-
-  double shift = 0;
-  for (int c = 0; c < nc; ++c) shift = std::max(shift, std::sqrt(island_.weight[c]) * size * tolerances_.shift);
-  const std::vector<double> first = f_;
-  for (int attempt = 0; attempt < tolerances_.shift_attempts; ++attempt, shift /= 100) {
-    kappa_offset_ = island_.offset;
-    for (int c = 0; c < nc; ++c) kappa_offset_[3 * c] += shift * island_.share[c];
-    ConeProgram shifted = normal_program_;
-    shifted.offset = &kappa_offset_;
-    normal_solver_.solve(shifted, trial_);
-    iterations_ += trial_.iterations;
-    velocities_.evaluate(shifted, trial_.r, {});
-    f_shifted_.assign(nc, 0.0);
-    for (int c = 0; c < nc; ++c) {
-      set_[c] = trial_.r[3 * c] * island_.weight[c] > velocities_.u[3 * c] ? 1 : 0;
-      if (set_[c]) f_shifted_[c] = trial_.r[3 * c];
-    }
-    // Impulses of the same support without the shift, and the derivative of v with respect to the shift.
-    equalities(set_, 0, f_shifted_, velocity_);
-    multiply(island_.J, island_.M, velocity_, u_step_);
-    bool feasible = true;
-    for (int c = 0; c < nc; ++c) {
-      feasible = feasible &&
-                 u_step_[3 * c] + island_.offset[3 * c] >= -tolerances_.solvable * size * std::sqrt(island_.weight[c]);
-      feasible = feasible && f_shifted_[c] * std::sqrt(island_.weight[c]) >= -tolerances_.solvable * size;
-      f_[c] = std::max(0.0, f_shifted_[c]);
-    }
-    lift();
-    if (feasible && proves_least_sum()) {
-      lambda_.assign(nc, 0.0);
-      return true;
-    }
-  }
-  f_ = first;
-  lambda_.assign(nc, 0.0);
-  return false;
+  return least_sum_densely();
 }
 
 // Where contacts depend on each other up to rounding the lift of all that touch cannot be even, and an active set
@@ -771,6 +704,7 @@ bool DrumwrightShell::least_sum_densely() {
   const int nc = static_cast<int>(island_.contacts.size());
   const std::vector<double> first = f_;
   z_.resize(island_.M.order());
+  take_frictionless();
   velocities_.bound_rounding(normal_program_, x_, {});
   const double rounding =
       tolerances_.cone.rounding_units * *std::max_element(velocities_.rounding.begin(), velocities_.rounding.end());

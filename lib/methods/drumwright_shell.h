@@ -39,20 +39,12 @@ class DrumwrightShell {
     /// -: normal velocity, as a fraction of the event's, up to which a contact counts as touching after the
     /// frictionless solution.
     double touching = 9e-10;
-    /// -: first shift of the normal velocities, as a fraction of the event's, that finds the least sum where N z = 1
-    /// has no solution; each further attempt takes a hundredth. Too large: another vertex, which the proof refutes.
-    double shift = 1e-3;
-    int shift_attempts = 6;
     /// -: gap as a fraction of the event's energy up to which an answer that misses epsilon is `inaccurate` and not
     /// `nonconverged`.
     double inaccurate = 1e-8;
     /// Contacts of an island up to which an answer that is still far off is looked for densely, in DoubleDouble;
     /// larger: an event may take seconds.
     int dense_limit = 200;
-    /// Contacts up to which that comes before further attempts of the sparse method.
-    int dense_first = 16;
-    /// -: ConeOptions::step_fraction of the last attempt at that.
-    double short_step = 0.5;
     /// -: ConeOptions::proximal and careful_proximal of the Newton steps that finish its answers.
     double finish_proximal = 1e-12, finish_first_proximal = 1e-8;
     /// -: gap of restitution's second phase as a fraction of the island's energy: what the event may gain by it.
@@ -106,19 +98,16 @@ class DrumwrightShell {
     Allowed allowed;
     bool starts_next;  ///< may Newton's method start from it in the next event?
   };
-  static const std::array<Proposer, 10> proposers;
+  static const std::array<Proposer, 7> proposers;
   ConeStatus propose(Previous* previous);
   bool from_previous();
   bool all_stop();
   bool all_stick();
   bool from_guess();
   bool interior();
-  bool relaxed();
-  bool small_dense();
-  bool large_dense();
+  bool dense();
   bool dense_relaxed();
-  bool dense_short();
-  void solve_densely(const ConeProgram& program, double step_fraction);
+  void solve_densely(const ConeProgram& program);
   bool offer(const Proposer& proposer);
   void certify_unreduced(const ConeSolution& x);
   ConeProgram reduced() const;
@@ -129,8 +118,7 @@ class DrumwrightShell {
   ContactView view() const;
   bool start_at_rest(Previous& previous);
   bool frictionless();
-  void equalities(const std::vector<char>& in_set, double target, std::vector<double>& x,
-                  std::vector<double>& velocity);
+  void equalities(const std::vector<char>& in_set, std::vector<double>& x, std::vector<double>& velocity);
   bool proves_least_sum() const;
   bool complementary();
   bool least_sum(bool solved);
@@ -164,7 +152,7 @@ class DrumwrightShell {
   StoppingImpulse stopping_;
   LeastSum dense_sum_;
   ConeVelocities velocities_;
-  std::vector<double> zero_mu_, q_, f_, v_f_, u_f_, z_, lambda_, kappa_offset_;
+  std::vector<double> zero_mu_, q_, f_, v_f_, u_f_, z_, lambda_;
   std::vector<double> r_, eta_, G_, step_, h_, u_step_, x_, least_x_, f_shifted_, velocity_, Jz_;
   std::vector<double> touch_, proof_;
   std::vector<char> set_, fixed_;
