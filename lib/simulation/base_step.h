@@ -1,0 +1,191 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "contact/assemble.h"
+#include "contact/laws.h"
+#include "contact/referee.h"
+#include "dynamics/articulated_body.h"
+#include "dynamics/free_bodies.h"
+#include "geometry/broad_phase.h"
+#include "methods/registry.h"
+#include "scenario/scenario.h"
+#include "simulation/bounces.h"
+#include "simulation/drift.h"
+#include "simulation/event_islands.h"
+#include "simulation/options.h"
+#include "simulation/overlap.h"
+#include "simulation/step_record.h"
+
+namespace cb {
+
+/// Adds the time from one call to the next to the parts of a step in turn. Reading the clock is a tenth of a cheap
+/// step.
+class Lap {
+ public:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point last() const { return last_; }
+  void restart() { last_ = Clock::now(); }
+  void add_to(double& part) {
+    const auto now = Clock::now();
+    part += std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+  }
+
+ private:
+  Clock::time_point last_ = Clock::now();
+};
+
+/// What all ways of stepping are made of (stepping/): bodies that take forces, look what they touch, have events solved
+/// and checked, and move. Is handed a method and never asks which.
+class BaseStep {
+ public:
+  BaseStep(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, const Law& law);
+
+  // The verbs of a step, in the order in which they come.
+  /// A new record; what it says is gathered until finish().
+  void begin(long step);
+  /// Which forces of the scene push: in step `index` of equal steps h, s.
+  void choose_forces(long index, double h);
+  /// Velocities from the forces of a step of h seconds that begins now.
+  void kick(double h);
+  /// Finds what touches, unless that is known. `horizon`: s, what is left of the step.
+  void look(double horizon);
+  /// Which of what touches approaches? Where any does, what the event is made of is selected.
+  bool approaching();
+  /// Has the event solved. False where that ended the run. `bounced`: s left of a step that a time of contact has
+  /// split; 0 where none has.
+  bool event(double bounced);
+  /// The first time of contact of what is open, s, or `horizon`. `again`: after another one in this step; `solved`:
+  /// did velocities change since the last?
+  double until_contact(double horizon, bool again, bool solved);
+  /// Moves everything by dt, s.
+  void move(double dt);
+  /// Counts a time of contact that ended a move by dt; false where its pair has come too often, which ends the run.
+  bool arrive(double dt);
+  void find_contacts();
+  /// The end of a step: what overlaps is taken away, and what touches is found.
+  void settle();
+  /// The end of the record: at time t, s.
+  void finish(double t);
+
+  bool going_on() const { return record_.status == Status::ok || record_.status == Status::inaccurate; }
+  const StepRecord& record() const { return record_; }
+  const State& state() const { return state_; }
+  /// Called after each event, in time order; may be empty.
+  std::function<void(const EventRecord&)> on_event;
+  /// Where status is not ok: one line.
+  const std::string& reason() const { return reason_; }
+  /// Torques of the motors in the last step, after their limits (N m, N); indexed as State::qd.
+  const std::vector<double>& torque() const { return torque_; }
+  const StepLeftOut& left_out() const { return left_out_; }
+  const ContactProblem& problem() const { return problem_; }
+  const ContactSolution& solution() const { return solution_; }
+
+ private:
+  void accelerate_trees(const Vec3& gravity);
+  struct Lent;
+  void kick(const Tree& tree, Lent& lent);
+  void update_motions();
+  bool keeps_pairs() const;
+  void find_pairs(double horizon, double margin);
+  void remove_overlap();
+  void fail_overlap(int i, int j, double depth);
+  bool find_approaching();
+  void shuffle_contacts();
+  void find_limits();
+  void find_driven();
+  void drive();
+  bool moved_by_impulses(int shape) const;
+  void select_islands();
+  void solve_event();
+  bool take_answer();
+  void record_answer();
+  void take_over_velocities();
+  bool corners_fall_short();
+  bool patch_spins();
+  double first_contact(double horizon, double reach);
+  double first_limit(double horizon);
+  double bounce_wait(int i, int j, double horizon) const;
+  void observe_bounces(double remaining);
+  void advance_positions(double dt);
+  double displacement_bound(double horizon);
+  void fail(Status status, std::string reason);
+
+  const Scenario& scenario_;
+  SimulationOptions options_;
+  ContactMethod method_;
+  Law law_;
+  State state_;
+  StepRecord record_;
+  std::string reason_;
+  Lap lap_;
+  Lap::Clock::time_point started_;
+  std::vector<char> force_on_;  // per force of the scene: does it push in this step?
+  double step_ = 0;             // s, h of the last kick
+  double gravity_speed_ = 0;    // m/s, |g| h of the step
+  double energy_input_ = 0;     // J: initial kinetic energy and |work| of gravity and forces so far
+
+  Assembler assembler_;
+  Referee referee_;
+  ContactProblem problem_;
+  ContactSolution solution_;
+  Residuals residuals_;
+  std::vector<double> v_plus_, u_plus_, mu_, restitution_;
+  /// What the event is made of; contacts_ itself where it is made of all.
+  std::vector<ContactPoint>& event_contacts() { return islands_.all() ? contacts_ : event_contacts_; }
+  std::vector<ContactPoint> contacts_, event_contacts_;  // all that touch
+  std::vector<char> approaches_;                         // per contact and limit that was found
+  EventIslands islands_;
+  std::mt19937_64 random_;  // of the order of contacts
+  std::vector<LimitContact> limits_;
+  std::vector<BlockOwner> owners_;
+  std::vector<Vec3> external_;  // per body, N
+
+  // Robots.
+  std::vector<Controller> controllers_;
+  ArticulatedBody articulated_body_;
+  std::vector<double> torque_, joint_force_, qdd_;  // as State::qd
+  std::vector<double> damping_, step_damping_;      // as State::qd: the damping that is implicit, and h times that
+  std::vector<double> twists_;                      // State::v before a change
+  /// What velocity-product forces gave a tree's rates at the start of the step, until it moves.
+  struct Lent {
+    double energy = 0;  // J
+    double share = 1;   // -: of what it had with it, what it had without
+  };
+  std::vector<Lent> lent_;              // per tree
+  std::vector<double> kept_;            // per tree, J: kinetic energy after a move
+  std::vector<double> before_, after_;  // of a tree: rates before a kick; accelerations
+  double joint_speed_ = 0;              // largest |qdd| h of the step
+  std::vector<char> driven_;            // per tree: do stops leave each of its joints one rate?
+  Drift drift_;
+  Overlap overlap_;
+
+  Bounces bounces_;
+  Bounces::Pair arriving_;  // what the first time of contact is of: shapes; or -1 - tree, joint
+
+  // Collision: what the step looks at.
+  BroadPhase broad_phase_;
+  std::vector<Motion> motions_;    // per shape
+  std::vector<double> tolerance_;  // per shape, m: gap below which it is closed
+  std::vector<double> radius_;     // per shape, m: how far its points are from the body's centre of mass
+  const std::vector<std::pair<int, int>>* pairs_ = nullptr;
+  std::vector<double> travel_;   // per shape, m: bound on its displacement before the step ends
+  double margin_ = 0;            // m, by which the pairs were widened
+  double moved_ = 0;             // m, bound on what any shape has moved by since they were found
+  bool contacts_known_ = false;  // are contacts_ those of the present poses?
+  double depth_ = 0;             // m, of the deepest of them
+  double overlap_ratio_ = 0;     // -, the deepest in gaps that count as closed
+  std::pair<int, int> deepest_;  // shapes of that one
+
+  StepLeftOut left_out_;
+  std::vector<std::pair<int, int>> patches_;  // first contact of those that stand for more, and how many more
+  int points_left_out_ = 0;                   // of the contacts at hand
+  bool spinning_ = false;                     // did a patch spin after the last event?
+};
+
+}  // namespace cb

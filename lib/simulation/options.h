@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "contact/laws.h"
+#include "dynamics/free_bodies.h"
+
+namespace cb {
+
+/// The first of equal steps h (s) that starts at or after time t, s.
+inline long step_at(double t, double h) { return std::lround(std::ceil(t / h - 1e-9)); }
+
+/// What a step may leave out because the motion is the same without it.
+struct StepPruning {
+  /// Points of a box's contact grid inside a whole face or edge that touches: the corners of their hull carry any force
+  /// and torque that all of them can, but for friction where the patch spins; there, and where the pair has
+  /// restitution, all of them stay. What the law says of that.
+  Corners corners = Corners::differ;
+  /// Times of contact of pairs that move by less than a quarter of the tolerance before the step ends.
+  bool contact_times = true;
+  /// Searches for pairs of shapes that can meet, while everything has moved by less than half of the margin since the
+  /// last one. Not with robots, whose links are moved without a velocity too (drift.h).
+  bool pair_searches = true;
+};
+
+struct SimulationOptions {
+  double step = 1e-3;               ///< s
+  double duration = 1;              ///< s
+  double accepted_residual = 1e-9;  ///< model residual beyond which an event counts as `inaccurate`, -
+  /// Fraction of the body's size below which a pair is closed. Also the window within which contacts are simultaneous:
+  /// at a time of contact every feature closer than this belongs to the event (closed_gap * size / approach speed, in
+  /// s), if its island does.
+  double closed_gap = 1e-9;
+  double approach = 1e-13;  ///< an event needs u_n < -approach * (|g| h + |v| + |w x arm| of the pair); also an island
+  int event_cap = 1000;     ///< times of contact of one pair in one step, its bounces apart; more: event_stall
+  /// Seed of a new order of each event's contacts, which should change nothing but round-off; 0: as they are found.
+  std::uint64_t shuffle = 0;
+  double blowup_factor = 1e6;  ///< kinetic energy over the largest energy that was put in: energy_blowup
+  /// J: kinetic energy that counts as energy_blowup whatever was put in; motors that an unstable explicit step drives
+  /// put it in themselves. Far above any scene's, far below overflow.
+  double blowup_energy = 1e60;
+  Gyroscopic gyroscopic = Gyroscopic::implicit;  ///< of free bodies
+  /// Fractions of the smaller body's size. Deeper inside a step than the limit, or at its end than the bound: the run
+  /// ends as `penetration`. Inside a step points of contact move along the surfaces while their velocities are bound
+  /// where they were; at its end overlap.h has taken that away down to the closed gap.
+  double penetration_limit = 0.1;
+  double penetration_bound = 1e-6;
+  StepPruning prune = {Corners::differ, false, false};
+};
+
+}  // namespace cb

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "contact/assemble.h"
+#include "contact/referee.h"
+#include "geometry/shapes.h"
+
+namespace cb {
+
+/// One event as it was solved; references hold until the next event.
+struct EventRecord {
+  double t;  ///< s
+  const ContactProblem& problem;
+  const ContactSolution& solution;
+  const Residuals& residuals;
+  const std::vector<double>& v_plus;
+  const std::vector<ContactPoint>& contacts;  ///< the problem's contacts from the first on;
+  std::span<const LimitContact> limits = {};  ///< then these
+};
+
+/// CPU-clock seconds spent in the parts of a step.
+struct StepTimes {
+  double dynamics_s = 0, collision_s = 0, assembly_s = 0, solve_s = 0, step_s = 0;
+};
+
+/// One row of steps.csv (docs/interface.md). Where a step has several events, counts add up and residuals are the
+/// worst.
+struct StepRecord {
+  long step = 0;  ///< 1-based: the step that ends at t
+  double t = 0;
+  int events = 0, contacts = 0, size = 0, iterations = 0, solves = 0;
+  Status status = Status::ok;
+  double claimed_residual = 0, residual = 0;
+  std::optional<double> law_residual, gap, infeasibility;
+  double event_energy_gain = 0;                     ///< J
+  double event_energy_gain_relative = 0;            ///< worst over the events: gain / energy before
+  double max_penetration = 0;                       ///< m, at the end of the step
+  double penetration_inside = 0;                    ///< m, at the events and before it was taken away
+  double penetration_displacement = 0;              ///< m, furthest that a point was moved for that
+  int bounces_left_out = 0;                         ///< impacts of pairs whose bounces were over (bounces.h)
+  double bounce_speed = 0;                          ///< m/s, largest e u_n of these: what they would have parted with
+  double bounce_distance = 0;                       ///< m, largest e u_n t of these, t to the end of the step
+  double kinetic_energy = 0, potential_energy = 0;  ///< J
+  int false_claims = 0;                             ///< answers called ok that the check refutes
+  int doubted = 0;                                  ///< answers not called ok that the check confirms
+  bool unsolved = false;                            ///< an event that no answer was found to ended the run
+  StepTimes times;
+};
+
+/// What a run left out of its steps, summed over it.
+struct StepLeftOut {
+  long coplanar_points = 0;  ///< contacts of events
+  long contact_times = 0;    ///< searches
+  long pair_searches = 0;
+};
+
+}  // namespace cb

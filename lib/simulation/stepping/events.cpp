@@ -1,0 +1,33 @@
+// One step of size h from t = n h, in which every contact is met when it comes:
+//   1. velocities from the forces at the start, explicit Euler
+//   2. contacts at the present configuration; if any approaches, one event with all of the islands in which one does
+//      (event_islands.h)
+//   3. positions with the new velocity up to the first time of contact of a feature that was open, or the step's end
+//   4. at a time of contact: 2 again
+//   5. at the end: what overlaps is taken away (overlap.h); the contacts found there are the next step's first
+#include "simulation/stepping/events.h"
+
+#include "linalg/stop.h"
+
+namespace cb {
+
+void step_by_events(BaseStep& base, double h) {
+  base.kick(h);
+  double remaining = h;
+  bool moved_on = false;  // has a time of contact split this step?
+  while (base.going_on()) {
+    poll_stop();
+    base.look(remaining);
+    const bool event = base.approaching();
+    if (event && !base.event(moved_on ? remaining : 0)) break;
+    const double dt = base.until_contact(remaining, moved_on, event);
+    base.move(dt);
+    remaining -= dt;
+    if (remaining <= 0 || !base.arrive(dt)) break;
+    base.find_contacts();
+    moved_on = true;
+  }
+  if (base.going_on()) base.settle();
+}
+
+}  // namespace cb
