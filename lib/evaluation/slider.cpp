@@ -318,14 +318,14 @@ void DiskSlider::slide(double room) {
     const double h = std::min({trial_, longest, room});
     const Vec2& v = s0_.v;
     const Vec2 k1 = a0_;
-    const Vec2 v2 = v + h * (1.0 / 5) * k1;
-    const Vec2 k2 = acceleration(t0_ + h / 5, v2);
+    const Vec2 v2 = v + h * second(k1);
+    const Vec2 k2 = acceleration(t0_ + c2 * h, v2);
     const Vec2 v3 = v + h * third(k1, k2);
-    const Vec2 k3 = acceleration(t0_ + 3 * h / 10, v3);
+    const Vec2 k3 = acceleration(t0_ + c3 * h, v3);
     const Vec2 v4 = v + h * fourth(k1, k2, k3);
-    const Vec2 k4 = acceleration(t0_ + 4 * h / 5, v4);
+    const Vec2 k4 = acceleration(t0_ + c4 * h, v4);
     const Vec2 v5 = v + h * fifth(k1, k2, k3, k4);
-    const Vec2 k5 = acceleration(t0_ + 8 * h / 9, v5);
+    const Vec2 k5 = acceleration(t0_ + c5 * h, v5);
     // The right end belongs to this window: a push that starts there must not be seen.
     const double end = std::nextafter(t0_ + h, t0_);
     const Vec2 v6 = v + h * sixth(k1, k2, k3, k4, k5);
