@@ -262,7 +262,7 @@ Status solve_afresh(const RunPlan& plan, const ContactProblem& problem) {
   plan.method->make(options)(problem, solution);
   std::vector<double> v_plus;
   const Residuals residuals = Referee().check(problem, solution, plan.method->law, v_plus);
-  if (Referee::holds(residuals, solution, plan.method->law, plan.simulation.accepted_residual)) return Status::ok;
+  if (Referee::holds(residuals, plan.simulation.accepted_residual)) return Status::ok;
   if (solution.status != Status::ok) return solution.status;
   return residuals.finite ? Status::inaccurate : Status::not_finite;
 }
@@ -397,8 +397,7 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
     }
     errors.observe_event(event);
     files.event(event);
-    const bool holds =
-        Referee::holds(event.residuals, event.solution, plan.method->law, plan.simulation.accepted_residual);
+    const bool holds = Referee::holds(event.residuals, plan.simulation.accepted_residual);
     tally.observe_event(event, holds);
     if (!holds) keep_worst(plan, event, hard);
   };

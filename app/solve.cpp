@@ -257,7 +257,7 @@ Report solve_contact(const SolveFlags& flags) {
     if (checked) {
       Referee referee;
       residuals = referee.check(problem, solution, row.law, v_plus);
-      holds = Referee::holds(residuals, solution, row.law, tolerance);
+      holds = Referee::holds(residuals, tolerance);
     }
   }
   // The check decides; where it does not hold, a typed failure says more than `inaccurate`.

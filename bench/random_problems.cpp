@@ -183,7 +183,7 @@ int run(const std::string& name, unsigned count, unsigned first, const std::stri
   }
   fmt::print("{}: {} of {} solved to a checked {:.0e} (worst of them {:.1e}), `ok` but worse: {}, {:.2f} s; ", name,
              solved, count, tolerance, worst, untrue, seconds);
-  if (row->law == Law::convex) fmt::print("asked for {:.0e} of the kinetic energy; ", *options.epsilon_relative);
+  if (row->law == convex_law()) fmt::print("asked for {:.0e} of the kinetic energy; ", *options.epsilon_relative);
   fmt::print("endings:");
   for (const auto& [ending, times] : endings) fmt::print(" {} {}", ending, times);
   fmt::print("\n");

@@ -132,19 +132,20 @@ bool AnitescuPotra::start_at_rest(const ContactProblem& problem, ContactSolution
   if (!resting_.find(event, size_)) return false;
   const std::vector<double>&r = resting_.r(), &u = resting_.u();
   const int k = form_.polygon().k();
-  solution.z.assign((k + 2) * nc_, 0.0);
+  std::vector<double>& z = solution.as<PolygonWitness>().z;
+  z.assign((k + 2) * nc_, 0.0);
   double violation = 0;  // -, of the cones: answers of pivoting methods lie on their edges
   for (int c = 0; c < nc_; ++c) {
     const double normal = std::max(0.0, r[3 * c]);
-    const double friction = split(r[3 * c + 1], r[3 * c + 2], &solution.z[nc_ + k * c]);
+    const double friction = split(r[3 * c + 1], r[3 * c + 2], &z[nc_ + k * c]);
     violation =
         std::max(violation, std::max(-r[3 * c], friction - problem.mu[c] * normal) * std::sqrt(weight[c]) / size_);
     if (!(violation <= rounding)) return false;
-    solution.z[c] = normal;
-    if (problem.mu[c] == 0) solution.z[nc_ + k * nc_ + c] = least_slip_bound(&u[3 * c]);
+    z[c] = normal;
+    if (problem.mu[c] == 0) z[nc_ + k * nc_ + c] = least_slip_bound(&u[3 * c]);
   }
   solution.impulse = r;
-  for (int c = 0; c < nc_; ++c) solution.impulse[3 * c] = solution.z[c];
+  for (int c = 0; c < nc_; ++c) solution.impulse[3 * c] = z[c];
   solution.claimed_residual = std::max(violation, resting_.residual());
   if (warm_starts_) ++*warm_starts_;
   return true;
@@ -175,7 +176,7 @@ bool AnitescuPotra::solve_phase(ContactSolution& solution) {
     solution.reason = answer_.reason;
   }
   const bool usable = answer_.z.size() == form_.lcp().n() && answer_.z.allFinite();
-  if (usable) append_answer(solution.z);
+  if (usable) append_answer(solution.as<PolygonWitness>().z);
   return usable;
 }
 
@@ -198,8 +199,9 @@ void AnitescuPotra::bound_idle_slip(const ContactProblem& problem, ContactSoluti
   if (at.rough_count() == nc_) return;
   apply_impulse(problem, factor_, solution.impulse, v_);
   contact_velocity(problem, v_, u_);
+  std::vector<double>& z = solution.as<PolygonWitness>().z;
   for (int c = 0; c < nc_; ++c)
-    if (problem.mu[c] == 0) solution.z[(at.k + 1) * nc_ + c] = least_slip_bound(&u_[3 * c]);
+    if (problem.mu[c] == 0) z[(at.k + 1) * nc_ + c] = least_slip_bound(&u_[3 * c]);
 }
 
 // The least lam that lets a contact slip with u (n, t1, t2) without friction.
@@ -228,8 +230,9 @@ void AnitescuPotra::add_impulses(ContactSolution& solution) const {
 void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& solution) {
   solution.clear();
   nc_ = problem.nc();
-  solution.k = form_.polygon().k();
-  solution.regularisation = regularise_;
+  PolygonWitness& witness = solution.as<PolygonWitness>();
+  witness.k = form_.polygon().k();
+  witness.regularisation = regularise_;
   bool elastic = false;
   for (const double e : problem.restitution) elastic = elastic || e != 0;
   form_.begin(problem, idle_friction_ || elastic || regularise_ != 0);
@@ -249,7 +252,7 @@ void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& soluti
 
   const bool may_rest = warm_ && !elastic && regularise_ == 0;
   if (may_rest && start_at_rest(problem, solution)) return;
-  solution.z.clear();
+  witness.z.clear();
 
   if (solution.size <= lcp_options_.dense_limit)
     form_.build_dense(problem, factor_);
@@ -332,7 +335,7 @@ MethodRow anitescu_potra_row() {
   MethodRow row{"ap",
                 "Anitescu and Potra: friction polygon, linear complementarity problem",
                 "Anitescu and Potra, Nonlinear Dynamics 14 (1997)",
-                Law::anitescu_potra,
+                anitescu_potra_law(),
                 {},
                 {},
                 {{"k", "-", "4", "edges of the friction polygon, even, at least 4"},
@@ -344,6 +347,9 @@ MethodRow anitescu_potra_row() {
                     method->solve(problem, solution);
                   };
                   return options.warm_start ? reuse_same_event(solve, options.warm_starts) : ContactMethod(solve);
+                },
+                [](const MethodOptions& options) -> Witness {
+                  return PolygonWitness{.k = options.k, .regularisation = options.regularise, .z = {}};
                 }};
   for (const LcpSolverRow& solver : lcp_solvers())
     row.solvers.push_back({solver.name, solver.summary, solver.source, solver.unavailable});

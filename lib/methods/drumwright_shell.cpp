@@ -37,7 +37,6 @@
 #include <cmath>
 #include <memory>
 
-#include "cone/dense_interior_point.h"
 #include "linalg/finite.h"
 #include "methods/same_event.h"
 
@@ -83,19 +82,20 @@ void DrumwrightShell::operator()(const ContactProblem& problem, ContactSolution&
   const int nc = problem.nc();
   solution.clear();
   solution.impulse.assign(3 * nc, 0.0);
-  solution.eta.assign(nc, 0.0);
-  solution.bounded = tolerances_.bounded;
+  ConvexWitness& proof = solution.as<ConvexWitness>();
+  proof.eta.assign(nc, 0.0);
+  proof.bounded = tolerances_.bounded;
   if (tolerances_.bounded) {
-    solution.frictionless.assign(nc, 0.0);
-    solution.kappa_dual.assign(problem.nv(), 0.0);
+    proof.frictionless.assign(nc, 0.0);
+    proof.kappa_dual.assign(problem.nv(), 0.0);
   }
   if (!weigh(problem, solution)) return;
-  solution.epsilon = tolerances_.epsilon_relative
-                         ? *tolerances_.epsilon_relative * energy(problem.M, problem.v_minus, problem.offset, weight_)
-                         : tolerances_.epsilon;
+  proof.epsilon = tolerances_.epsilon_relative
+                      ? *tolerances_.epsilon_relative * energy(problem.M, problem.v_minus, problem.offset, weight_)
+                      : tolerances_.epsilon;
   if (nc == 0) return;
   second_phase_ = false;
-  if (!solve(problem, problem.v_minus, solution.epsilon, solution)) return;
+  if (!solve(problem, problem.v_minus, proof.epsilon, solution)) return;
 
   // Poisson: what compression took in, restitution gives back by the fraction e.
   bool elastic = false;
@@ -106,7 +106,7 @@ void DrumwrightShell::operator()(const ContactProblem& problem, ContactSolution&
   if (!approaches_again()) return;
   first_impulse_ = solution.impulse;
   second_phase_ = true;
-  if (!solve(problem, restitution_.v(), solution.epsilon, solution)) return;
+  if (!solve(problem, restitution_.v(), proof.epsilon, solution)) return;
   for (int i = 0; i < 3 * nc; ++i) solution.impulse[i] += first_impulse_[i];
 }
 
@@ -156,6 +156,7 @@ bool DrumwrightShell::solve(const ContactProblem& problem, const std::vector<dou
   inaccurate_ = false;
   excess_ = 0;
   if (tolerances_.warm_start) previous_.resize(islands_.count);
+  ConvexWitness& proof = solution.as<ConvexWitness>();
   for (int i = 0; i < islands_.count; ++i) {
     extract(problem, v0, i);
     const ConeStatus status =
@@ -164,14 +165,14 @@ bool DrumwrightShell::solve(const ContactProblem& problem, const std::vector<dou
     for (std::size_t k = 0; k < island_.contacts.size(); ++k) {
       const int c = island_.contacts[k];
       std::copy_n(r_.data() + 3 * k, 3, solution.impulse.data() + 3 * c);
-      solution.eta[c] = eta_[k];
-      if (tolerances_.bounded) solution.frictionless[c] = f_[k];
+      proof.eta[c] = eta_[k];
+      if (tolerances_.bounded) proof.frictionless[c] = f_[k];
     }
     if (tolerances_.bounded)
       for (std::size_t k = 0; k < island_.blocks.size(); ++k) {
         const int b = island_.blocks[k];
         std::copy_n(z_.data() + island_.M.first[k], island_.M.block_size(static_cast<int>(k)),
-                    solution.kappa_dual.data() + problem.M.first[b]);
+                    proof.kappa_dual.data() + problem.M.first[b]);
       }
   }
   switch (worst) {
@@ -1028,7 +1029,7 @@ MethodRow drumwright_shell_row() {
   return {"convex",
           "least kinetic energy over impulses in the friction cones, sum of normal impulses bounded: a convex program",
           "E. Drumwright, D. A. Shell, WAFR 2010",
-          Law::convex,
+          convex_law(),
           {{"ipm", "primal-dual interior point method on second-order cones, finished by an active-set Newton method",
             "S. Boyd, L. Vandenberghe, Convex Optimization, 2004, ch. 11; L. Vandenberghe, CVXOPT, 2010", ""}},
           {},
@@ -1036,7 +1037,14 @@ MethodRow drumwright_shell_row() {
            {"epsilon-relative", "-", "none", "the same as a fraction of the kinetic energy before the event"},
            {"compression-bound", "-", "on", "bound the sum of normal impulses of each island by the frictionless sum"},
            {"warm-start", "-", "off", "try Newton's method from the previous event's answer first"}},
-          make_drumwright_shell};
+          make_drumwright_shell,
+          [](const MethodOptions& options) -> Witness {
+            ConvexWitness terms;
+            terms.bounded = options.compression_bound;
+            terms.epsilon = options.epsilon;
+            terms.epsilon_relative = options.epsilon_relative;
+            return terms;
+          }};
 }
 
 }  // namespace cb

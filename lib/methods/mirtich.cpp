@@ -35,9 +35,11 @@ class Mirtich {
     const int nc = problem.nc();
     solution.size = 3 * nc;
     solution.impulse.assign(3 * nc, 0.0);
-    solution.compression_work.assign(nc, 0.0);
-    solution.restitution_work.assign(nc, 0.0);
-    solution.friction_work.assign(nc, 0.0);
+    WorkWitness& work = solution.as<WorkWitness>();
+    const auto clear_work = [&] {
+      for (auto* of : {&work.compression, &work.restitution, &work.friction}) of->assign(nc, 0.0);
+    };
+    clear_work();
     solution.status = state_.start(problem, options_.tolerances, solution.reason);
     if (solution.status != Status::ok) return;
 
@@ -60,13 +62,11 @@ class Mirtich {
     }
     if (!fresh) state_.restart(solution.impulse);
 
-    if (!state_.finite() || !finite(solution)) {
+    if (!state_.finite() || !finite(work)) {
       solution.status = Status::not_finite;
       solution.reason = "the impulses grew beyond all bounds";
       solution.impulse.assign(3 * nc, 0.0);
-      solution.compression_work.assign(nc, 0.0);
-      solution.restitution_work.assign(nc, 0.0);
-      solution.friction_work.assign(nc, 0.0);
+      clear_work();
     } else if (solution.status == Status::ok && c >= 0) {
       solution.status = Status::nonconverged;
       solution.reason = "contacts still approach after " + std::to_string(solution.iterations) + " micro-impacts";
@@ -86,17 +86,17 @@ class Mirtich {
     }
     state_.apply(c, impact_.r);
     for (int i = 0; i < 3; ++i) solution.impulse[3 * c + i] += impact_.r[i];
-    solution.compression_work[c] += impact_.compression_work;
-    solution.restitution_work[c] += impact_.restitution_work;
-    solution.friction_work[c] += impact_.friction_work;
+    WorkWitness& work = solution.as<WorkWitness>();
+    work.compression[c] += impact_.compression_work;
+    work.restitution[c] += impact_.restitution_work;
+    work.friction[c] += impact_.friction_work;
     for (int i : state_.neighbours(c)) normal_velocity_[i] = state_.normal_velocity(i);
     return true;
   }
 
   /// Works go as the square of velocities and overflow before them.
-  static bool finite(const ContactSolution& solution) {
-    return all_finite(solution.compression_work) && all_finite(solution.restitution_work) &&
-           all_finite(solution.friction_work);
+  static bool finite(const WorkWitness& work) {
+    return all_finite(work.compression) && all_finite(work.restitution) && all_finite(work.friction);
   }
 
   void refresh_normal_velocities() {
@@ -121,10 +121,11 @@ class Mirtich {
   /// excess or want of e^2 times the work stored as a fraction of the latter, -.
   double residual(const ContactProblem& problem, const ContactSolution& solution) const {
     double worst = 0;
+    const WorkWitness& work = solution.as<WorkWitness>();
     for (int c = 0; c < problem.nc(); ++c) {
       if (state_.approach_before() > 0) worst = std::max(worst, -state_.normal_velocity(c) / state_.approach_before());
-      const double stored = -solution.compression_work[c], e = problem.restitution[c];
-      if (stored > 0) worst = std::max(worst, std::abs(solution.restitution_work[c] - e * e * stored) / stored);
+      const double stored = -work.compression[c], e = problem.restitution[c];
+      if (stored > 0) worst = std::max(worst, std::abs(work.restitution[c] - e * e * stored) / stored);
     }
     return worst;
   }
@@ -149,7 +150,7 @@ MethodRow mirtich_row() {
   return {.name = "mirtich",
           .summary = "Stronge's energetic restitution integrated in impulse space, the fastest approach first",
           .source = "Mirtich 1996, Impulse-based Dynamic Simulation, ch. 3",
-          .law = Law::mirtich,
+          .law = mirtich_law(),
           .solvers = {},
           .variants = {},
           .options = {},

@@ -20,17 +20,12 @@
 
 namespace cb {
 
-BaseStep::BaseStep(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, Law law)
-    : scenario_(scenario),
-      options_(options),
-      method_(std::move(method)),
-      law_(law),
-      corners_(row_of(law).corners),
-      state_(scenario.initial) {
+BaseStep::BaseStep(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, const Law& law)
+    : scenario_(scenario), options_(options), method_(std::move(method)), law_(law), state_(scenario.initial) {
   state_.t = 0;
   random_.seed(options_.shuffle);
   // Shuffled contacts are no patches any more.
-  if (corners_ == Corners::differ || options_.shuffle != 0) options_.prune.coplanar_points = false;
+  if (options_.shuffle != 0) options_.prune.corners = Corners::differ;
   double smallest = HUGE_VAL;
   for (const Shape& shape : scenario_.shapes) {
     tolerance_.push_back(options_.closed_gap * shape.size());
@@ -310,7 +305,7 @@ void BaseStep::find_contacts() {
     const std::size_t first = contacts_.size();
     const double tolerance = std::min(tolerance_[i], tolerance_[j]);
     const PairLaw& law = *scenario_.pairs.find(i, j);
-    const bool corners_only = options_.prune.coplanar_points && !spinning_ && law.restitution == 0;
+    const bool corners_only = options_.prune.corners != Corners::differ && !spinning_ && law.restitution == 0;
     const int left_out = contact_points(scenario_.shapes[i], motions_[i].pose, i, scenario_.shapes[j], motions_[j].pose,
                                         j, tolerance, contacts_, corners_only);
     if (contacts_.size() == first) continue;
@@ -510,7 +505,7 @@ void BaseStep::solve_event() {
 // does not, a typed failure ends the run.
 bool BaseStep::take_answer() {
   record_answer();
-  const bool holds = Referee::holds(residuals_, solution_, law_, options_.accepted_residual);
+  const bool holds = Referee::holds(residuals_, options_.accepted_residual);
   const bool gave_up = solution_.status != Status::ok && solution_.status != Status::inaccurate;
   if (!holds && solution_.status == Status::ok) ++record_.false_claims;
   if (holds && solution_.status != Status::ok) ++record_.doubted;
@@ -570,7 +565,7 @@ void BaseStep::take_over_velocities() {
 
 // Is the answer one of corners where the law asks for all points? Then the points found next are all of them.
 bool BaseStep::corners_fall_short() {
-  if (!options_.prune.coplanar_points || corners_ != Corners::suffice_unless_spin) return false;
+  if (options_.prune.corners != Corners::suffice_unless_spin) return false;
   return patch_spins() && !patches_.empty();
 }
 

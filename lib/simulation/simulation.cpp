@@ -4,7 +4,7 @@
 
 namespace cb {
 
-Simulation::Simulation(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, Law law)
+Simulation::Simulation(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, const Law& law)
     : options_(options),
       steps_total_(step_at(options.duration, options.step)),
       base_(scenario, options, std::move(method), law) {}

@@ -8,7 +8,7 @@ namespace cb {
 /// method and never asks which.
 class Simulation {
  public:
-  Simulation(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, Law law);
+  Simulation(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, const Law& law);
   Simulation(const Simulation&) = delete;  // on_event is base_'s
 
   /// Advances one step; the record holds until the next call. A status other than ok or inaccurate ends the run. Where

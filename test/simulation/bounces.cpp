@@ -70,7 +70,7 @@ TEST_CASE("an elastic pair that meets more than eleven thousand times in a step 
   const Scenario s = squeezed(1e8, 1, 1, 1);
   SimulationOptions options;
   options.step = options.duration = 1;
-  Simulation simulation(s, options, find_method("ap")->make({}), Law::anitescu_potra);
+  Simulation simulation(s, options, find_method("ap")->make({}), anitescu_potra_law());
   CHECK(simulation.step().status == Status::event_stall);
   CHECK(simulation.reason().find(" and body1 come together more than 11000 times") != std::string::npos);
 }
@@ -94,7 +94,7 @@ TEST_CASE("what a step says of bounces left out is e u of the events that were s
   const Scenario s = squeezed(1e6, e, 1, 1);
   SimulationOptions options;
   options.step = options.duration = 1;
-  Simulation simulation(s, options, find_method("ap")->make({}), Law::anitescu_potra);
+  Simulation simulation(s, options, find_method("ap")->make({}), anitescu_potra_law());
   int left_out = 0;
   double fastest = 0, furthest = 0;
   simulation.on_event = [&](const EventRecord& event) {
