@@ -136,7 +136,7 @@ std::string fault_at_start(const Scenario& scenario) {
     solution.impulse.assign(3 * static_cast<std::size_t>(problem.nc()), 0.0);
     solution.status = Status::unavailable;
   };
-  Simulation simulation(scenario, options, look, Law::newton);
+  Simulation simulation(scenario, options, look, newton_law());
   const Status status = simulation.step().status;
   if (!impossible.empty()) return impossible;
   if (status == Status::ok || status == Status::inaccurate || status == Status::unavailable) return {};
@@ -201,7 +201,7 @@ int check(const CheckFlags& flags) {
   const auto [points, pairs] = contacts_at_start(scenario);
   line("contacts", fmt::format("{} at the start, on {} pairs of shapes", points, pairs));
   if (row) line("method", fmt::format("{}: {}", row->name, row->summary));
-  if (row && row->law == Law::convex && scenario.compression_bound.value_or(MethodOptions().compression_bound))
+  if (row && row->law == convex_law() && scenario.compression_bound.value_or(MethodOptions().compression_bound))
     for (const std::string& note : bound_notes(scenario)) line("note", note);
   for (const std::string& what : left_out(scenario)) line("left out", what);
   std::string fault = fault_at_start(scenario);

@@ -234,7 +234,7 @@ RunPlan make_plan(const RunFlags& flags) {
   if (plan.simulation.stepping == Stepping::accuracy && !flags.epsilon && !flags.epsilon_relative)
     plan.options.epsilon = std::min(plan.options.epsilon, open_energy * plan.simulation.accuracy);
   plan.unavailable = unavailable_reason(*plan.method, plan.options);
-  if (const std::string_view why = row_of(plan.method->law).no_expansion;
+  if (const std::string_view why = plan.method->law.no_expansion;
       plan.simulation.stepping == Stepping::accuracy && !why.empty())
     plan.unsupported = fmt::format("--accuracy with {}: {}; give a --step in its place", plan.method->name, why);
   plan.simulation.step = step.value_or(plan.scenario.step);
@@ -306,7 +306,7 @@ Status solve_afresh(const RunPlan& plan, const ContactProblem& problem) {
   plan.method->make(options)(problem, solution);
   std::vector<double> v_plus;
   const Residuals residuals = Referee().check(problem, solution, plan.method->law, v_plus);
-  if (Referee::holds(residuals, solution, plan.method->law, plan.simulation.accepted_residual)) return Status::ok;
+  if (Referee::holds(residuals, plan.simulation.accepted_residual)) return Status::ok;
   if (solution.status != Status::ok) return solution.status;
   return residuals.finite ? Status::inaccurate : Status::not_finite;
 }
@@ -441,8 +441,7 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
     }
     if (!event.trial) errors.observe_event(event);
     if (!event.trial) files.event(event);
-    const bool holds =
-        Referee::holds(event.residuals, event.solution, plan.method->law, plan.simulation.accepted_residual);
+    const bool holds = Referee::holds(event.residuals, plan.simulation.accepted_residual);
     tally.observe_event(event, holds);
     if (!holds) keep_worst(plan, event, hard);
   };

@@ -257,7 +257,7 @@ Report solve_contact(const SolveFlags& flags) {
     if (checked) {
       Referee referee;
       residuals = referee.check(problem, solution, row.law, v_plus);
-      holds = Referee::holds(residuals, solution, row.law, tolerance);
+      holds = Referee::holds(residuals, tolerance);
     }
   }
   // The check decides; where it does not hold, a typed failure says more than `inaccurate`.
@@ -324,10 +324,10 @@ void print_text(const Json& json) {
     const Json& value = item.value();
     if (value.is_null() || (value.is_string() && value.get<std::string>().empty())) continue;
     if (value.is_array()) {
-      for (const Json& line : value) fmt::print("  {:<18}{}\n", "note", line.get<std::string>());
+      for (const Json& line : value) fmt::print("  {:<20} {}\n", "note", line.get<std::string>());
       continue;
     }
-    fmt::print("  {:<18}{}\n", item.key(), value.is_string() ? value.get<std::string>() : value.dump());
+    fmt::print("  {:<20} {}\n", item.key(), value.is_string() ? value.get<std::string>() : value.dump());
   }
 }
 

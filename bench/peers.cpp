@@ -222,7 +222,7 @@ Contestant our_ap(const ContactProblem& problem, int k, double target_s, const L
             set_status(report, std::string(name(solution->status)));
             report.iterations = solution->iterations;
             std::vector<double> v_plus;
-            report.residual = Referee().check(problem, *solution, Law::anitescu_potra, v_plus).model;
+            report.residual = Referee().check(problem, *solution, anitescu_potra_law(), v_plus).model;
           },
           target_s, limits.solves_lcp};
 }
@@ -237,7 +237,7 @@ Contestant our_convex(const ContactProblem& problem, double target_s) {
           [=, &problem](Report& report) {
             report.claims = solution->status == Status::ok;
             std::vector<double> v_plus;
-            const Residuals residuals = Referee().check(problem, *solution, Law::convex, v_plus);
+            const Residuals residuals = Referee().check(problem, *solution, convex_law(), v_plus);
             const double gap = residuals.gap ? std::abs(*residuals.gap) / residuals.energy_before : HUGE_VAL;
             report.residual = std::max(gap, residuals.infeasibility.value_or(HUGE_VAL));
             char words[40];
@@ -346,7 +346,7 @@ Contestant peer_friction(const PeerSolver& solver, const ContactProblem& problem
             ContactSolution solution;
             solution.impulse = data->z;
             std::vector<double> v_plus;
-            const Residuals residuals = Referee().check(problem, solution, Law::newton, v_plus);
+            const Residuals residuals = Referee().check(problem, solution, newton_law(), v_plus);
             report.residual = residuals.finite ? residuals.law.value_or(HUGE_VAL) : HUGE_VAL;
           },
           0, limits.solves_law};

@@ -22,7 +22,7 @@ struct Setting {
   bool problem = true;  ///< hand the method less than the whole problem, as `contact` says
   PruneOptions contact;
   StepPruning step;
-  bool warm_start = false;
+  bool corners = true, warm_start = false;
 };
 
 struct Case {
@@ -46,10 +46,11 @@ struct Side {
     SimulationOptions options;
     options.step = scenario.step;
     options.duration = 1e9 * scenario.step;
-    options.prune = setting.step;
     MethodOptions method;
     if (scenario.k) method.k = *scenario.k;
     method.warm_start = setting.warm_start;
+    options.prune = setting.step;
+    if (setting.corners) options.prune.corners = row.law.leave_out(row.terms(method)).corners;
     simulation = std::make_unique<Simulation>(
         scenario, options, setting.problem ? pruned(row, method, left_out, setting.contact) : row.make(method),
         row.law);
@@ -93,7 +94,7 @@ Row measure(const Case& c) {
   return {c, with.best, without.best, std::max(with.status, without.status)};
 }
 
-const Setting nothing = {false, {}, {false, false, false}, false};
+const Setting nothing = {false, {}, {Corners::differ, false, false}, false};
 const std::string boxes = SOURCE_ROOT "/bench/scenes/boxes.xml",
                   grid = SOURCE_ROOT "/scenarios/stress/contact_grid.xml";
 
@@ -159,12 +160,7 @@ std::vector<Case> ablation() {
        {},
        {"ap", "convex"},
        false},
-      {"coplanar contacts",
-       [](Setting& s) { s.step.coplanar_points = false; },
-       grid,
-       {{"n", "8"}},
-       {"ap", "convex"},
-       false},
+      {"coplanar contacts", [](Setting& s) { s.corners = false; }, grid, {{"n", "8"}}, {"ap", "convex"}, false},
       {"unknowns of friction where mu = 0",
        [](Setting& s) { s.contact.idle_friction = false; },
        "stack.xml",

@@ -33,6 +33,7 @@ struct ConeProgram {
   /// N s: impulses beside which an answer's are not large; infinite: the velocities' scale is theirs. Where bodies
   /// slide at 1 m/s and hardly approach, impulses are 1e-8 of what their velocities could make of them.
   double impulse_size = std::numeric_limits<double>::infinity();
+  double gap = 1e-12;  ///< J, that an answer may have. Looser: fewer iterations, no polish
 
   int nc() const { return J->bands(); }
   int nv() const { return M->order(); }
@@ -47,8 +48,6 @@ enum class ConeStatus { solved, nonconverged, singular, not_finite };
 std::string_view name(ConeStatus status);
 
 struct ConeOptions {
-  /// J: gap at which the iteration may stop. Looser: fewer iterations, no polish.
-  double gap_tolerance = 1e-12;
   /// -: scaled infeasibility at which the iteration may stop.
   double feasibility = 1e-11;
   /// Interior-point iterations before `nonconverged`.

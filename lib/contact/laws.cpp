@@ -1,26 +1,21 @@
 #include "contact/laws.h"
 
+#include <algorithm>
 #include <array>
 
 namespace cb {
 
-namespace {
-
-constexpr std::string_view one_after_another =
-    "it answers contact after contact, so that its error has no expansion in the step that could be extrapolated";
-
-}  // namespace
-
-std::span<const LawRow> laws() {
-  static constexpr std::array rows{
-      LawRow{"newton", Law::newton, Corners::differ, one_after_another},
-      LawRow{"mirtich", Law::mirtich, Corners::differ, one_after_another},
-      LawRow{"anitescu_potra", Law::anitescu_potra, Corners::suffice_unless_spin, ""},
-      LawRow{"convex", Law::convex, Corners::suffice, ""},
-  };
+std::span<const Law> laws() {
+  static const std::array rows{newton_law(), mirtich_law(), anitescu_potra_law(), convex_law()};
   return rows;
 }
 
-const LawRow& row_of(Law law) { return laws()[static_cast<std::size_t>(law)]; }
+void scatter(std::span<const int> contacts, const std::vector<double>& from, std::size_t first, std::size_t width,
+             std::vector<double>& to, std::size_t to_first) {
+  if (from.size() < first + contacts.size() * width) return;
+  for (std::size_t i = 0; i < contacts.size(); ++i)
+    std::copy_n(from.begin() + static_cast<long>(first + i * width), width,
+                to.begin() + static_cast<long>(to_first + width * contacts[i]));
+}
 
 }  // namespace cb

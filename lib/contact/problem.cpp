@@ -45,21 +45,35 @@ void ContactProblem::clear() {
   restitution.clear();
 }
 
-void ContactSolution::clear() {
-  status = Status::ok;
-  reason.clear();
-  iterations = size = k = 0;
-  claimed_residual = regularisation = epsilon = 0;
-  bounded = false;
-  impulse.clear();
+void WorkWitness::clear() {
+  compression.clear();
+  restitution.clear();
+  friction.clear();
+}
+
+void PolygonWitness::clear() {
+  k = 0;
+  regularisation = 0;
   z.clear();
-  compression_work.clear();
-  restitution_work.clear();
-  friction_work.clear();
+}
+
+void ConvexWitness::clear() {
+  bounded = false;
+  epsilon = 0;
+  epsilon_relative.reset();
   eta.clear();
   frictionless.clear();
   kappa_dual.clear();
+}
+
+void ContactSolution::clear() {
+  status = Status::ok;
+  reason.clear();
+  iterations = size = 0;
+  claimed_residual = 0;
   restitution_scale = 1;
+  impulse.clear();
+  std::visit([](auto& held) { held.clear(); }, witness);
 }
 
 void apply_impulse(const ContactProblem& problem, const BlockCholesky& factor, std::span<const double> impulse,

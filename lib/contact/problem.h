@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "contact/witness.h"
 #include "linalg/block_matrix.h"
 
 namespace cb {
@@ -51,39 +52,31 @@ std::string_view name(Status status);
 std::string_view explanation(Status status);
 inline constexpr int status_count = 18;
 
-/// The law that an answer claims to satisfy: what the referee holds it against.
-enum class Law { newton, mirtich, anitescu_potra, convex };
-
-/// What a method claims. All vectors are sized by the method; fields that a law does not use stay empty.
+/// What a method claims: impulses, how it ended, and the witness of its law. Vectors are sized by the method.
 struct ContactSolution {
-  Status status = Status::ok;   ///< what the solver says of itself
-  std::string reason;           ///< one line where status is not ok
-  int iterations = 0;           ///< pivots, interior point iterations, sweeps: summed over the solves of the event
-  int size = 0;                 ///< unknowns of the problem handed to the solver
-  double claimed_residual = 0;  ///< in the measure of the law, as the solver believes it
+  Status status = Status::ok;    ///< what the solver says of itself
+  std::string reason;            ///< one line where status is not ok
+  int iterations = 0;            ///< pivots, interior point iterations, sweeps: summed over the solves of the event
+  int size = 0;                  ///< unknowns of the problem handed to the solver
+  double claimed_residual = 0;   ///< in the measure of the law, as the solver believes it
+  double restitution_scale = 1;  ///< -: least theta <= 1 of its islands that keeps restitution from gaining energy
 
   std::vector<double> impulse;  ///< 3 nc, r in N s (n, t1, t2 per contact)
+  Witness witness;
 
-  // anitescu_potra: z = (c_n [nc], c_t [k nc, contact by contact], lam [nc]); direction i of a contact is
-  // cos(2 pi i / k) t1 + sin(2 pi i / k) t2.
-  int k = 0;
-  double regularisation = 0;  ///< added to the diagonal of the LCP by --regularise
-  std::vector<double> z;
-
-  // mirtich: works at each contact over all its micro-impacts. Claimed: restitution_work = -e^2 compression_work >= 0,
-  // friction_work <= 0, and all three sum to the change of kinetic energy r.u- + 1/2 r.W r.
-  std::vector<double> compression_work;  ///< nc, <= 0, J: of the normal impulse while the contact approached
-  std::vector<double> restitution_work;  ///< nc, >= 0, J: of the normal impulse while it separated
-  std::vector<double> friction_work;     ///< nc, <= 0, J
-
-  // convex: multipliers of N v+ >= 0, and the bound with its certificate.
-  bool bounded = false;              ///< is the sum of normal impulses bounded per island?
-  std::vector<double> eta;           ///< nc, >= 0, in m/s-dual units (N s)
-  std::vector<double> frictionless;  ///< nc, f >= 0: normal impulses of the frictionless problem with least sum
-  std::vector<double> kappa_dual;    ///< nv, z: proves the least sum: N z <= 1 on touching contacts, f.(1 - N z) = 0
-  double epsilon = 0;                ///< J, the suboptimality that the solver was allowed for this event
-  double restitution_scale = 1;      ///< -: least theta <= 1 of its islands that keeps restitution from gaining energy
-
+  /// The witness as that of a law; an empty one where it was another's.
+  template <class W>
+  W& as() {
+    W* held = std::get_if<W>(&witness);
+    return held ? *held : witness.emplace<W>();
+  }
+  template <class W>
+  const W& as() const {
+    if (const W* held = std::get_if<W>(&witness)) return *held;
+    static const W empty{};
+    return empty;
+  }
+  /// Memory is kept, the witness's too.
   void clear();
 };
 

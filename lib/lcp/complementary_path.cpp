@@ -10,7 +10,7 @@
 
 #include <algorithm>
 
-#include "lcp/vector_lanes.h"
+#include "linalg/pack.h"
 #include "linalg/stop.h"
 
 namespace cb {
@@ -82,19 +82,19 @@ bool ComplementaryPath::drop_artificial(Basis& basis) {
 // First pass: how far all rows can go if each may fall to -allowance; `largest`: of the basic values.
 double RatioTest::nearest(const double* column, const double* rhs, double allowance, double& largest) const {
   const auto padded = static_cast<int>(score_.size());
-  const Lanes infinity = Lanes{} + HUGE_VAL;
-  Lanes nearest = infinity, top = Lanes{};
-  for (int i = 0; i < padded; i += lane_count) {
-    Lanes c, x;
-    load(column + i, c);
-    load(rhs + i, x);
-    const Lanes limit = (x + allowance) / -c, size = x < 0 ? -x : x;
-    const Lanes candidate = c < -pivot_tolerance ? limit : infinity;
+  const Pack infinity = Pack{} + HUGE_VAL;
+  Pack nearest = infinity, top = Pack{};
+  for (int i = 0; i < padded; i += pack_size) {
+    Pack c, x;
+    load_aligned(column + i, c);
+    load_aligned(rhs + i, x);
+    const Pack limit = (x + allowance) / -c, size = x < 0 ? -x : x;
+    const Pack candidate = c < -pivot_tolerance ? limit : infinity;
     nearest = candidate < nearest ? candidate : nearest;
     top = size > top ? size : top;
   }
-  largest = largest_lane(top);
-  return -largest_lane(-nearest);
+  largest = largest_of(top);
+  return -largest_of(-nearest);
 }
 
 int RatioTest::row(const double* column, const double* rhs, int preferred) {
@@ -106,18 +106,18 @@ int RatioTest::row(const double* column, const double* rhs, int preferred) {
   bound = std::max(bound, 0.0);
 
   // Second pass: the largest pivot among the rows that block within it.
-  Lanes largest = Lanes{};
-  for (int i = 0; i < padded; i += lane_count) {
-    Lanes c, x;
-    load(column + i, c);
-    load(rhs + i, x);
-    const Lanes blocking = x <= -c * bound ? -c : Lanes{};
-    const Lanes size = c < -pivot_tolerance ? blocking : Lanes{};
+  Pack largest = Pack{};
+  for (int i = 0; i < padded; i += pack_size) {
+    Pack c, x;
+    load_aligned(column + i, c);
+    load_aligned(rhs + i, x);
+    const Pack blocking = x <= -c * bound ? -c : Pack{};
+    const Pack size = c < -pivot_tolerance ? blocking : Pack{};
     largest = size > largest ? size : largest;
-    store(size, score_.data() + i);
+    store_aligned(size, score_.data() + i);
   }
   if (preferred >= 0 && score_[preferred] > 0) return preferred;
-  const double top = largest_lane(largest);
+  const double top = largest_of(largest);
   if (!(top > 0)) return -1;
   int best = 0;
   while (score_[best] != top) ++best;

@@ -11,7 +11,7 @@
 #include <array>
 #include <cmath>
 
-#include "lcp/vector_lanes.h"
+#include "linalg/pack.h"
 
 namespace cb {
 
@@ -19,25 +19,25 @@ namespace {
 
 /// Numbers that a column is padded to a multiple of.
 constexpr int granule = 8;
-static_assert(granule % lane_count == 0);
+static_assert(granule % pack_size == 0);
 
 /// All columns but s, in which the pivot column stands, of a table of L times `granule` numbers a column. The pivot
 /// column stays in registers while the others stream by.
 template <int L>
 void eliminate(double* table, int columns, int r, int s, const double* pivot_column, double inverse) {
-  constexpr int V = L * granule / lane_count;
-  Lanes c[V];
-  for (int v = 0; v < V; ++v) load(pivot_column + lane_count * v, c[v]);
+  constexpr int V = L * granule / pack_size;
+  Pack c[V];
+  for (int v = 0; v < V; ++v) load_aligned(pivot_column + pack_size * v, c[v]);
   for (int j = 0; j < columns; ++j) {
     if (j == s) continue;
-    double* column = table + std::size_t(j) * (V * lane_count);
+    double* column = table + std::size_t(j) * (V * pack_size);
     const double f = column[r] * inverse;
     if (f == 0) continue;
     for (int v = 0; v < V; ++v) {
-      Lanes x;
-      load(column + lane_count * v, x);
+      Pack x;
+      load_aligned(column + pack_size * v, x);
       x -= c[v] * f;
-      store(x, column + lane_count * v);
+      store_aligned(x, column + pack_size * v);
     }
     column[r] = -f;
   }
@@ -53,12 +53,12 @@ void eliminate_any(double* table, int columns, int r, int s, const double* pivot
     double* column = table + std::size_t(j) * padded;
     const double f = column[r] * inverse;
     if (f == 0) continue;
-    for (int i = 0; i < padded; i += lane_count) {
-      Lanes x, c;
-      load(column + i, x);
-      load(pivot_column + i, c);
+    for (int i = 0; i < padded; i += pack_size) {
+      Pack x, c;
+      load_aligned(column + i, x);
+      load_aligned(pivot_column + i, c);
       x -= c * f;
-      store(x, column + i);
+      store_aligned(x, column + i);
     }
     column[r] = -f;
   }
@@ -66,12 +66,12 @@ void eliminate_any(double* table, int columns, int r, int s, const double* pivot
 
 /// out += f column
 void add(const double* column, double f, double* out, int padded) {
-  for (int k = 0; k < padded; k += lane_count) {
-    Lanes x, c;
-    load(out + k, x);
-    load(column + k, c);
+  for (int k = 0; k < padded; k += pack_size) {
+    Pack x, c;
+    load_aligned(out + k, x);
+    load_aligned(column + k, c);
     x += c * f;
-    store(x, out + k);
+    store_aligned(x, out + k);
   }
 }
 
@@ -152,14 +152,14 @@ bool DenseBasis::pivot(int row, int entering) {
     eliminate_any(table_.data(), n_ + 1, row, s, column, inverse, padded_);
   // The right-hand side as one more column: the entering variable moves to -rhs_r / p.
   const double step = -rhs_[row] * inverse;
-  for (int i = 0; i < padded_; i += lane_count) {
-    Lanes x, c;
-    load(rhs_.data() + i, x);
-    load(column + i, c);
+  for (int i = 0; i < padded_; i += pack_size) {
+    Pack x, c;
+    load_aligned(rhs_.data() + i, x);
+    load_aligned(column + i, c);
     x += c * step;
-    store(x, rhs_.data() + i);
+    store_aligned(x, rhs_.data() + i);
     c *= inverse;
-    store(c, column + i);
+    store_aligned(c, column + i);
   }
   rhs_[row] = step;
   column[row] = inverse;

@@ -3,25 +3,27 @@
 // Problem: z >= 0, w = M z + q >= 0, z.w = 0 (n unknowns; lcp.h has the expanded form with free unknowns). The covering
 // vector c > 0 and the artificial z_0 make w = M z + q + c z_0 feasible; from there, whatever variable left the basis
 // last, its complement enters, until z_0 leaves (a solution) or nothing blocks (a ray). A rung of the ladder (attempt)
-// is that path for a perturbed q, from the basis of all w, and further ones from the vertex it ends at to that of q.
+// is that path for a perturbed q, from the slack basis (all w_i, which are variables i; z_i is n + i), and further ones
+// from the vertex it ends at to that of q.
 //
 // Sources: C. E. Lemke, Management Science 11 (1965); R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity
 // Problem (1992), sec. 4.4 (algorithm 4.4.5) and 4.9 (degeneracy); P. Fackler, M. Miranda, LEMKE (start from a given
-// basis). For A-P's matrix, which is copositive with the properties of Anitescu and Potra 1997, theorem 3.1, the ray
-// does not occur in exact arithmetic when e = 0.
+// basis). For the matrix of Anitescu and Potra's method, which is copositive with the properties of Anitescu and Potra
+// 1997, theorem 3.1, the ray does not occur in exact arithmetic when restitution is 0.
 //
 // Differences from the sources:
 //  1. The problem is scaled by powers of two (scaling.h): |M_ii| ~ 1, max |q_i| ~ 1.
-//  2. Ties, of which a symmetric box is full: q is perturbed by delta p, p pseudo-random in [1, 2), so that no two
-//     ratios agree and no basis comes back (Cottle, Pang, Stone, sec. 4.9).
+//  2. Ties, of which a symmetric box is full: q is perturbed by delta p, p pseudo-random in [1, 2), so that ratios
+//     agree, and bases come back, by accident only (Cottle, Pang, Stone, sec. 4.9).
 //  3. The answer is recomputed for q itself at the basis reached, refined and judged on the original data (judge.h).
 //     Where that vertex is not exact, the method goes on from its basis (exact_vertex).
 //  4. Ratio test in two passes after Harris (complementary_path.h); z_0 wins whenever it is among those that block.
 //  5. A ray is believed only if it is one of the original data. On any failure a ladder of other perturbations and
 //     covering vectors is climbed; `reason` names each rung that was used.
 //
-// Returns: solved (residual at most the tolerance), ray, nonconverged (pivot limit), singular (pivots too
-// small to trust on every rung), inaccurate (a vertex whose residual stays above the tolerance), not_finite.
+// Returns: solved (residual at most the tolerance), inaccurate (vertices, whose residuals all stay above it; both by
+// ladder.h); without a vertex nonconverged (the last rung spent its share of the pivots), ray (a rung ended in one),
+// singular (all the rest: no pivot to trust, rays of rounding); not_finite (front.h).
 
 #include <algorithm>
 #include <array>
@@ -36,18 +38,16 @@ namespace cb {
 
 namespace {
 
-/// Row whose variable z_0 replaces: the one that needs most of it to be feasible; -1 where none needs any.
+/// Row whose variable z_0 replaces: the one that needs most of it to be feasible; -1 where none needs any, or z_0 would
+/// help none.
 int neediest_row(Basis& basis);
 
-/// The method, from the complementary basis in hand: whatever left last, its complement enters. `ready()` is called
-/// before each pivot; false: the basis is no good.
-template <class Ready>
-PathEnd follow(Basis& basis, ComplementaryPath& path, Ready&& ready) {
+/// The method, from the complementary basis in hand: whatever left last, its complement enters.
+PathEnd follow(Basis& basis, ComplementaryPath& path) {
   const int row = neediest_row(basis);
   if (row < 0) return PathEnd::solution;
   if (!path.enter(basis, row)) return PathEnd::bad_pivot;
-  while (path.goes_on(basis)) {  // no longer where z_0 has left, nothing blocked, or the limit is reached
-    if (!ready()) return PathEnd::bad_pivot;
+  while (path.goes_on(basis)) {  // until z_0 has left, nothing blocks, a pivot is no good, or the limit is reached
     const int entering = complement(path.left, basis.n());
     path.exchange(basis, entering, path.blocking_row(basis, entering));
   }
@@ -62,13 +62,11 @@ struct LemkeOptions : LcpOptions {
   double harris_back = 3e-13;  ///< the same where its perturbation is taken back; after that none but rounding, -
   double perturbation = 1e-7;  ///< delta of q, -; smaller: ties drown in round-off, larger: more repairs
   int repairs = 4;             ///< paths from the vertices of one rung to the exact one, at most
-  /// Where an answer holds already, a path that leaves more than this of its error was the last, -: rounding is left.
-  double repair_gain = 0.5;
   /// Judgement::beyond_rounding up to which a vertex is exact, -; larger: vertices near the exact one are kept.
   double vertex_tolerance = 1e-12;
 };
 
-/// A way to start: perturbation as a multiple of the option, seed of p, and c of ones or drawn from [0.5, 1.5).
+/// A rung: perturbation as a multiple of the option, seed of p, and c of ones or drawn from [0.5, 1.5).
 struct Rung {
   std::string_view name;
   double perturbation;
@@ -94,7 +92,7 @@ class Lemke {
   PathEnd attempt(Basis& basis, const Rung& rung, LcpSolution& solution);
   double exact_vertex(Basis& basis, const Rung& rung, Eigen::VectorXd& z);
   PathEnd repair(Basis& basis, const Rung& rung, int count);
-  PathEnd follow_path(Basis& basis, bool afresh);
+  PathEnd follow_path(Basis& basis);
   PathEnd take_perturbation_back(Basis& basis);
   bool cover_vertex(Basis& basis);
   int list_basis(const Basis& basis, std::vector<int>& active) const;
@@ -105,7 +103,7 @@ class Lemke {
   ComplementaryPath path_;
   PathJudge judge_;
   int n_ = 0, pivot_limit_ = 0;
-  Eigen::VectorXd noise_, perturbed_, cover_;  // n: p, q + delta p, c
+  Eigen::VectorXd noise_, perturbed_, cover_;  // n: p, q + delta p (then scratch), c
   Eigen::VectorXd first_noise_;                // p of the first rung, of the largest problem so far
   Eigen::VectorXd best_, answer_;              // n: best vertex of a rung, of all rungs
   std::vector<int> best_active_, active_;      // pairs whose z is basic: at the best vertex, at the basis in hand
@@ -142,7 +140,7 @@ PathEnd Lemke::attempt(Basis& basis, const Rung& rung, LcpSolution& solution) {
   const double delta = o_.perturbation * rung.perturbation;
   path_.ratio.pivot_tolerance = o_.pivot_tolerance * rung.pivot_tolerance;
   path_.ratio.harris = o_.harris;
-  path_.pivots.limit = path_.pivots.done + (pivot_limit_ - path_.pivots.done) / 2;
+  path_.pivots.limit = path_.pivots.done + (pivot_limit_ - path_.pivots.done) / 2;  // the rest is for other rungs
   basis.restart();
   if (rung.seed == ladder[0].seed)
     noise_ = first_noise_.head(n_);
@@ -154,7 +152,7 @@ PathEnd Lemke::attempt(Basis& basis, const Rung& rung, LcpSolution& solution) {
     cover_[i] = rung.random_cover ? 0.5 + draw(rung.seed + 100, static_cast<unsigned>(i)) : 1.0;
   basis.set_cover(cover_);
 
-  const PathEnd end = follow_path(basis, false);
+  const PathEnd end = follow_path(basis);
   if (end != PathEnd::solution) return end;
   solution.residual = exact_vertex(basis, rung, solution.z);
   return PathEnd::solution;
@@ -178,31 +176,23 @@ int neediest_row(Basis& basis) {
   return best;
 }
 
-// `afresh`: each basis from the original matrix, for the load as it is.
-PathEnd Lemke::follow_path(Basis& basis, bool afresh) {
-  const PathEnd end = afresh ? follow(basis, path_,
-                                      [&] {
-                                        const int out = list_basis(basis, active_);
-                                        return basis.renew(active_, out, load_->q, cover_);
-                                      })
-                             : follow(basis, path_, [] { return true; });
+PathEnd Lemke::follow_path(Basis& basis) {
+  const PathEnd end = follow(basis, path_);
   if (end == PathEnd::ray && !judge_.ray_holds(basis, *load_, cover_, path_.ray_variable)) return PathEnd::doubtful_ray;
   return end;
 }
 
-// From the vertex in hand to one that is exact, or the best on the way: z, and its residual.
+// From the vertex in hand on, until one is exact: the better of that and the best on the way, and its residual, which
+// is infinite where none could be factorised.
 double Lemke::exact_vertex(Basis& basis, const Rung& rung, Eigen::VectorXd& z) {
   Judgement found = judge_.vertex(basis, *load_, z), best;
   for (int count = 1; found.beyond_rounding > o_.vertex_tolerance || found.residual > o_.tolerance; ++count) {
-    const bool better = found.residual < best.residual;
-    const bool gained = found.beyond_rounding < o_.repair_gain * best.beyond_rounding;
-    if (better) {
+    if (found.residual < best.residual) {
       best = found;
       best_ = z;
       list_basis(basis, best_active_);
     }
-    const bool stuck = found.residual < HUGE_VAL && !gained && best.residual <= o_.tolerance;
-    if (best.residual == HUGE_VAL || count > o_.repairs || stuck) break;  // HUGE_VAL: it cannot be factorised
+    if (best.residual == HUGE_VAL || count > o_.repairs) break;  // HUGE_VAL: it cannot be factorised
     const PathEnd end = repair(basis, rung, count);
     found = end == PathEnd::solution ? judge_.vertex(basis, *load_, z) : Judgement{};
     if (end == PathEnd::pivot_limit) break;
@@ -212,30 +202,31 @@ double Lemke::exact_vertex(Basis& basis, const Rung& rung, Eigen::VectorXd& z) {
   return best.residual;
 }
 
-// A path to the exact vertex: first by taking the perturbation back, then from the best vertex so far. Contacts that
-// are all but redundant make bases all but singular, where the pivots carried out before have left no digits: those
-// later paths take each basis from the original matrix.
+// A path to the exact vertex: first by taking the perturbation back, then from the best vertex so far, whose basis is
+// taken from the original matrix: contacts that are all but redundant make bases all but singular, where the pivots
+// carried out before have left no digits.
 PathEnd Lemke::repair(Basis& basis, const Rung& rung, int count) {
   // Contacts that approach at 1e-11 beside others at 1 have values of 1e-12 that decide which of them carries.
   path_.ratio.harris = count == 1 ? o_.harris_back : 0;
   if (count == 1) return take_perturbation_back(basis);
   set_noise(rung.seed + 1000 * static_cast<unsigned>(count));
-  return cover_vertex(basis) ? follow_path(basis, true) : PathEnd::bad_pivot;
+  return cover_vertex(basis) ? follow_path(basis) : PathEnd::bad_pivot;
 }
 
 // The vertex in hand is that of q + delta p, so with c = p it is feasible from z_0 = delta on. Back from there to z_0 =
-// 0, which takes a few pivots: c > 0, as at the start, and an almost complementary path passes a basis in one
-// direction, that of the sign of its determinant. What came to the basis from the slacks goes on towards a solution,
+// 0: c > 0, as at the start, and an almost complementary path passes a basis in one direction, that of the sign of its
+// determinant. What came to the basis from the slacks goes on towards a solution,
 // and for A-P's matrix cannot end in a ray.
 PathEnd Lemke::take_perturbation_back(Basis& basis) {
   cover_ = noise_;
   basis.set_cover(cover_);
   basis.set_load(load_->q);
-  return follow_path(basis, false);
+  return follow_path(basis);
 }
 
-// Takes up the best vertex so far with a covering vector of its own: its basic values are y + p z_0, feasible from some
-// z_0 > 0 on, where the lowest leaves, and at z_0 = 0 nothing is perturbed any more. False where its basis is singular.
+// Takes up the best vertex so far with a covering vector of its own: its basic values y become y + p z_0, feasible from
+// some z_0 > 0 on, where the lowest leaves, and at z_0 = 0 nothing is perturbed any more. False where its basis is
+// singular.
 bool Lemke::cover_vertex(Basis& basis) {
   set_own_cover(basis, *load_, best_active_, noise_, perturbed_, cover_);
   return basis.renew(best_active_, -1, load_->q, cover_);

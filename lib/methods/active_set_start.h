@@ -7,19 +7,9 @@
 #include "contact/problem.h"
 #include "lcp/front.h"
 #include "lcp/lcp.h"
+#include "methods/polygon_lcp.h"
 
 namespace cb {
-
-/// Where the unknowns of A-P's LCP stand (anitescu_potra.cpp): c_n of all contacts, then c_t and lam of those with
-/// friction unknowns. A view.
-struct PolygonUnknowns {
-  int nc, k;
-  const std::vector<int>& rough;         ///< contacts whose friction has unknowns
-  std::span<const double> cosine, sine;  ///< k: the directions
-  int rough_count() const { return static_cast<int>(rough.size()); }
-  int first_direction(int f) const { return nc + k * f; }             ///< c_t of the f-th contact of `rough`
-  int slip_bound(int f) const { return nc + k * rough_count() + f; }  ///< and its lam
-};
 
 /// A warm start of A-P's LCP: the active set of the last answer, tried on the present problem (active_set_start.cpp).
 class ActiveSetStart {

@@ -190,7 +190,7 @@ MethodRow newton_row() {
   return {.name = "newton",
           .summary = "Newton's restitution with Coulomb friction, one contact after another until none approaches",
           .source = "Hahn 1988, Realistic animation of rigid bodies",
-          .law = Law::newton,
+          .law = newton_law(),
           .solvers = {},
           .variants = {"uncapped", "stick-tested"},
           .options = {},

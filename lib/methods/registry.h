@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "contact/problem.h"
+#include "contact/laws.h"
 
 namespace cb {
 
@@ -70,6 +70,8 @@ struct MethodRow {
   std::vector<std::string_view> variants;               ///< first is the default; empty where there is none
   std::vector<OptionRow> options;                       ///< flags beyond solver and variant that the method understands
   ContactMethod (*make)(const MethodOptions& options);  ///< options are valid for this row
+  /// The law's witness with what is asked of the method in it, and no numbers.
+  Witness (*terms)(const MethodOptions& options) = [](const MethodOptions&) -> Witness { return NoWitness{}; };
 };
 
 /// All contact models: the one table that `run`, `list`, the tests and the docs read.

@@ -20,17 +20,12 @@
 
 namespace cb {
 
-BaseStep::BaseStep(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, Law law)
-    : scenario_(scenario),
-      options_(options),
-      method_(std::move(method)),
-      law_(law),
-      corners_(row_of(law).corners),
-      state_(scenario.initial) {
+BaseStep::BaseStep(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, const Law& law)
+    : scenario_(scenario), options_(options), method_(std::move(method)), law_(law), state_(scenario.initial) {
   state_.t = 0;
   random_.seed(options_.shuffle);
   // Shuffled contacts are no patches any more.
-  if (corners_ == Corners::differ || options_.shuffle != 0) options_.prune.coplanar_points = false;
+  if (options_.shuffle != 0) options_.prune.corners = Corners::differ;
   double smallest = HUGE_VAL;
   for (const Shape& shape : scenario_.shapes) {
     tolerance_.push_back(options_.closed_gap * shape.size());
@@ -135,15 +130,15 @@ void BaseStep::finish(double t) {
 }
 
 // The pair of the first time of contact, dt after the one before. False where it has come too often: the cap, and as
-// often as its bounces need to be over, where that is soon enough.
+// often as its bounces need to be over; elastic ones between bodies of finite mass end, but not soon.
 bool BaseStep::arrive(double dt) {
-  constexpr int soon = 10;  // -: of the cap
+  constexpr double most = 10;  // -: of the cap, what its bounces may add
   const auto [i, j] = arriving_;
   const int times = bounces_.arrive(arriving_);
   int cap = options_.event_cap;
   if (times <= cap) return true;
   const double bounces = i < 0 ? 0 : Bounces::until_over(scenario_.pairs.find(i, j)->restitution);
-  if (bounces <= static_cast<double>(soon) * cap) cap += static_cast<int>(bounces);
+  cap += static_cast<int>(std::min(bounces, most * cap));
   if (times <= cap) return true;
   const std::string who = i < 0 ? fmt::format("joint {} and its limit", scenario_.model.trees[-1 - i].joints[j].name)
                                 : fmt::format("{} and {}", scenario_.shapes[i].name, scenario_.shapes[j].name);
@@ -325,8 +320,8 @@ void BaseStep::find_contacts() {
     const std::size_t first = contacts_.size();
     const double tolerance = std::min(tolerance_[i], tolerance_[j]);
     const PairLaw& law = *scenario_.pairs.find(i, j);
-    const bool corners_only = options_.prune.coplanar_points && !spinning_ && law.restitution == 0 && ahead_ == 0;
-    // Whatever is hit may be as fast as the fastest.
+    const bool corners_only =
+        options_.prune.corners != Corners::differ && !spinning_ && law.restitution == 0 && ahead_ == 0;
     const double reach = ahead_ > 0 ? tolerance + travel_[i] + travel_[j] : 0;
     const int left_out = contact_points(scenario_.shapes[i], motions_[i].pose, i, scenario_.shapes[j], motions_[j].pose,
                                         j, tolerance, contacts_, corners_only, reach);
@@ -551,7 +546,7 @@ void BaseStep::solve_event() {
 // does not, a typed failure ends the run.
 bool BaseStep::take_answer() {
   record_answer();
-  const bool holds = Referee::holds(residuals_, solution_, law_, options_.accepted_residual);
+  const bool holds = Referee::holds(residuals_, options_.accepted_residual);
   const bool gave_up = solution_.status != Status::ok && solution_.status != Status::inaccurate;
   if (!holds && solution_.status == Status::ok) ++record_.false_claims;
   if (holds && solution_.status != Status::ok) ++record_.doubted;
@@ -612,7 +607,7 @@ void BaseStep::take_over_velocities() {
 
 // Is the answer one of corners where the law asks for all points? Then the points found next are all of them.
 bool BaseStep::corners_fall_short() {
-  if (!options_.prune.coplanar_points || corners_ != Corners::suffice_unless_spin) return false;
+  if (options_.prune.corners != Corners::suffice_unless_spin) return false;
   return patch_spins() && !patches_.empty();
 }
 

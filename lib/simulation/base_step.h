@@ -44,7 +44,7 @@ class Lap {
 /// and checked, and move. Is handed a method and never asks which.
 class BaseStep {
  public:
-  BaseStep(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, Law law);
+  BaseStep(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, const Law& law);
 
   // The verbs of a step, in the order in which they come.
   /// A new record; what it says is gathered until finish().
@@ -174,7 +174,6 @@ class BaseStep {
   SimulationOptions options_;
   ContactMethod method_;
   Law law_;
-  Corners corners_;
   State state_;
   StepRecord record_;
   std::string reason_;

@@ -76,6 +76,7 @@ void BaseStep::read_modes(std::vector<Mode>& modes) {
   constexpr double noise = 1e-9;     // -: of the sizes of the terms of a velocity; what solvers leave is below it
   constexpr double on_edge = 1e-12;  // rad: solvers that pivot put a slip on an edge to rounding
   const double pi = std::numbers::pi;
+  const int edges = law_.polygon_edges ? law_.polygon_edges(solution_) : 0;
   modes.clear();
   for (const ContactPoint& contact : contacts_) {
     const Relative relative = relative_velocity(contact);
@@ -83,14 +84,14 @@ void BaseStep::read_modes(std::vector<Mode>& modes) {
     if (u_n > still) continue;
     const Vec3 slip = relative.u - u_n * contact.normal;
     int facet = slip.norm() <= still ? -1 : 0;
-    if (facet == 0 && solution_.k > 0) {
+    if (facet == 0 && edges > 0) {
       // Friction is a corner of the polygon while the slip's direction is between the normals of two edges.
       Vec3 t1, t2;
       contact_tangents(contact.normal, -scenario_.rotate_cone, t1, t2);
-      const double sector = std::atan2(slip.dot(t2), slip.dot(t1)) * solution_.k / (2 * pi);
-      const double from_edge = (0.5 - std::abs(sector - std::round(sector))) * 2 * pi / solution_.k;
-      const int corner = static_cast<int>(std::lround(sector) + solution_.k) % solution_.k;
-      const int edge = static_cast<int>(std::floor(sector) + solution_.k) % solution_.k;
+      const double sector = std::atan2(slip.dot(t2), slip.dot(t1)) * edges / (2 * pi);
+      const double from_edge = (0.5 - std::abs(sector - std::round(sector))) * 2 * pi / edges;
+      const int corner = static_cast<int>(std::lround(sector) + edges) % edges;
+      const int edge = static_cast<int>(std::floor(sector) + edges) % edges;
       facet = from_edge <= on_edge ? 2 * edge + 1 : 2 * corner;
     }
     modes.push_back({contact.shape_a, contact.shape_b, facet, slip});

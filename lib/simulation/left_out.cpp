@@ -4,9 +4,10 @@ namespace cb {
 
 namespace {
 
-SimulationOptions with_pruning(SimulationOptions simulation, const MethodOptions& options, bool prune) {
-  // A regularised problem has another answer for each number of contacts.
-  simulation.prune = {prune && options.regularise == 0, prune, prune};
+SimulationOptions with_pruning(SimulationOptions simulation, const MethodRow& row, const MethodOptions& options,
+                               bool prune) {
+  const Corners corners = row.law.leave_out(row.terms(options)).corners;
+  simulation.prune = {prune ? corners : Corners::differ, prune, prune};
   return simulation;
 }
 
@@ -25,7 +26,8 @@ PrunedRun::PrunedRun(const Scenario& scenario, SimulationOptions options, const 
     : left_out(std::make_shared<LeftOut>()),
       warm_starts(std::make_shared<long>(0)),
       answered_by(std::make_shared<AnsweredBy>()),
-      simulation(scenario, with_pruning(options, method, prune), make_method(row, method, *this, prune), row.law) {}
+      simulation(scenario, with_pruning(options, row, method, prune), make_method(row, method, *this, prune), row.law) {
+}
 
 std::vector<LeftOutItem> PrunedRun::items() const {
   std::vector<LeftOutItem> all = cb::items(*left_out);

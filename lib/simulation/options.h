@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "contact/laws.h"
 #include "dynamics/free_bodies.h"
 
 namespace cb {
@@ -14,8 +15,8 @@ inline long step_at(double t, double h) { return std::lround(std::ceil(t / h - 1
 struct StepPruning {
   /// Points of a box's contact grid inside a whole face or edge that touches: the corners of their hull carry any force
   /// and torque that all of them can, but for friction where the patch spins; there, and where the pair has
-  /// restitution, all of them stay. For laws that say so (contact/laws.h: Corners).
-  bool coplanar_points = true;
+  /// restitution, all of them stay. What the law says of that.
+  Corners corners = Corners::differ;
   /// Times of contact of pairs that move by less than a quarter of the tolerance before the step ends.
   bool contact_times = true;
   /// Searches for pairs of shapes that can meet, while everything has moved by less than half of the margin since the
@@ -49,7 +50,7 @@ struct SimulationOptions {
   /// where they were; at its end overlap.h has taken that away down to the closed gap.
   double penetration_limit = 0.1;
   double penetration_bound = 1e-6;
-  StepPruning prune = {false, false, false};
+  StepPruning prune = {Corners::differ, false, false};
 
   // Of stepping to an accuracy.
   double accuracy = 1e-6;      ///< m: wanted bound of a body's place (a rotation counts by its radius), at any time

@@ -20,7 +20,7 @@ SimulationOptions with_closed_gap(SimulationOptions options, const Scenario& sce
 
 }  // namespace
 
-Simulation::Simulation(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, Law law)
+Simulation::Simulation(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, const Law& law)
     : options_(options),
       steps_total_(step_at(options.duration, options.step)),
       base_(scenario, with_closed_gap(options, scenario), std::move(method), law) {

@@ -12,7 +12,7 @@ class AccuracyStepping;
 /// method and never asks which.
 class Simulation {
  public:
-  Simulation(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, Law law);
+  Simulation(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, const Law& law);
   ~Simulation();
   Simulation(const Simulation&) = delete;  // on_event is base_'s
 

@@ -104,6 +104,7 @@ def keep(job, row, folder, summary):
     if problem and (Path(folder) / problem).exists():
         shutil.copy(Path(folder) / problem, place)
         if command:
+            command = command.replace(str(Path(folder) / problem), problem)  # that folder will be gone
             lines.append(command)
             again = "no" if solves(job["program"], command, place) else "yes"
     (place / "how.txt").write_text("\n".join(lines) + "\n")

@@ -5,7 +5,10 @@
 """
 # A claim of claims.toml is a question to the result files: reproduced, not reproduced, or cannot be told. It is
 # reproduced when all its parts are. Where a part is about Newton's model it is answered for both variants, and so is
-# then the claim.
+# then the claim. A part is asked of every member of the ensemble and of every repeat; where they do not agree, it is
+# neither.
+import collections
+import dataclasses
 import functools
 import math
 import sys
@@ -15,11 +18,11 @@ from pathlib import Path
 
 import numpy as np
 
-from . import program
+from . import program, worth
 from .precision import circle, slope
 from .runs import Runs, number
 
-YES, NO, UNKNOWN = "reproduced", "not reproduced", "cannot be told"
+YES, NO, UNKNOWN, DIFFERS = "reproduced", "not reproduced", "cannot be told", "differs in the ensemble"
 VARIANTS = ("uncapped", "stick-tested")
 EPS = "1e-12"  # J, the convex method where the paper means a solved problem
 EXACT_X = 0.16326530612244897  # m, sliding box at 8 s
@@ -32,14 +35,15 @@ WORDS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text())
 class Part:
     text: str  # what is asked, with its bound
     verdict: str
-    numbers: dict  # {what: value}
+    numbers: dict  # {what: value}, flat; samples as such (worth.Number)
     why: str = ""
     variant: str = ""  # of Newton's model; empty where the part is not about it
     timing: bool = False  # depends on the machine
     cells: list = field(default_factory=list)
 
     def plain(self):
-        return {name: getattr(self, name) for name in ("text", "verdict", "numbers", "why", "variant")}
+        data = {name: getattr(self, name) for name in ("text", "verdict", "numbers", "why", "variant")}
+        return data | {"numbers": {what: worth.published(value) for what, value in self.numbers.items()}}
 
 
 class Claim:
@@ -59,7 +63,7 @@ class Claim:
             self.parts.append(Part(text, UNKNOWN, {}, why, variant))
         else:
             self.parts.append(
-                Part(text, YES if holds else NO, numbers, "" if holds else part.get("why", ""), variant, timing,
+                Part(text, YES if holds else NO, flat(numbers), "" if holds else part.get("why", ""), variant, timing,
                      list(cells)))
 
     def ask_of(self, key, cells, value, holds, numbers=None, **more):
@@ -72,7 +76,7 @@ class Claim:
 
     def answer(self, variant=""):
         verdicts = [p.verdict for p in self.parts if p.variant in ("", variant)]
-        return NO if NO in verdicts else UNKNOWN if UNKNOWN in verdicts or not verdicts else YES
+        return next((v for v in (NO, DIFFERS, UNKNOWN) if v in verdicts), YES if verdicts else UNKNOWN)
 
     @property
     def answers(self):
@@ -93,9 +97,18 @@ class Claim:
         return (data, {"answers": self.answers, "parts": timed}) if timed else (data | {"answers": self.answers}, {})
 
 
-def outcome(cell, came_to=""):
+def outcome(cell, **came_to):
     """How a run ended and what it came to; of one that a limit cut just that."""
-    return cell.cut or (cell.how_it_ended or "finished") + came_to
+    return {"": cell.cut} if cell.cut else {"": cell.how_it_ended or "finished", **came_to}
+
+
+def flat(numbers):
+    """Of {what: {more: value}} one dictionary."""
+    out = {}
+    for what, value in numbers.items():
+        parts = value if isinstance(value, dict) else {"": value}
+        out |= {f"{what}: {more}" if more else what: v for more, v in parts.items()}
+    return out
 
 
 def find(cells, method, choice="", **more):
@@ -276,7 +289,7 @@ def c6(claim, results):
         return c.finished and off(c) <= 2 * without_slip(c)
 
     def how(c):
-        return outcome(c, f", off by {said(off(c))} m rms, without slip {said(without_slip(c))}")
+        return outcome(c, **{"off by, m rms": off(c), "without slip, m rms": without_slip(c)})
 
     claim.ask_of("convex", [find(cells, "convex")], how, drives)
     finer = [
@@ -307,8 +320,8 @@ def c7(claim, results):
         return c.finished and math.isnan(dropped(c)) and creep(c) <= 5e-3
 
     def how(c):
-        fell = "" if math.isnan(dropped(c)) else f", dropped at {said(dropped(c))} s"
-        return outcome(c, f", creep {said(creep(c))} m{fell}")
+        fell = {} if math.isnan(dropped(c)) else {"dropped, s": dropped(c)}
+        return outcome(c, **{"creep, m": creep(c)}, **fell)
 
     claim.ask_of("convex", [find(cells, "convex")], how, holds)
     dropping = [(f"Newton {v}", newton(cells, v), v) for v in VARIANTS]
@@ -385,7 +398,22 @@ ALL = {"C1": c1, "C2": c2, "C3": c3, "C4": c4, "C5": c5, "C6": c6, "C7": c7, "C8
 
 
 def answered(name, results):
-    """A claim with its parts. Result files that cannot be read leave it open and stop nothing."""
+    """A claim with its parts, each answered by the whole ensemble: where not all say the same, how many say what."""
+    claim = asked(name, results)
+    members, repeats = ([asked(name, world) for world in worlds(results)] for worlds in (worth.members, worth.repeats))
+    for place, part in enumerate(claim.parts):
+        others = members + repeats if part.timing else members
+        of = [p for p in (next((p for p in o.parts if p.text == part.text), None) for o in others) if p]
+        if any(p.verdict != part.verdict for p in of):
+            count = collections.Counter(p.verdict for p in of)
+            why = "among its runs: " + ", ".join(f"{word} {n}" for word, n in sorted(count.items()))
+            claim.parts[place] = dataclasses.replace(part, verdict=DIFFERS, why=why)
+        claim.parts[place].numbers = worth.carried(part.numbers, [p.numbers for p in of])
+    return claim
+
+
+def asked(name, results):
+    """The same of these runs alone. Result files that cannot be read leave it open and stop nothing."""
     claim = Claim(name, results)
     try:
         ALL[name](claim, results)
@@ -396,6 +424,8 @@ def answered(name, results):
 
 
 def said(value):
+    if isinstance(value, worth.Number):
+        return str(value)
     if isinstance(value, float):
         return "none" if math.isnan(value) else "did not finish" if math.isinf(value) else f"{value:.4g}"
     return str(value)

@@ -305,6 +305,14 @@ def fineness(cell):
     return float(cell["k"] or 0), -math.log10(float(cell["epsilon"] or 1))
 
 
+def spread_of(point):
+    """Least and most error of the ensemble, of the members that have one."""
+    some = [
+        max(e, FLOOR) for c in (point["cell"], *point["cell"].members)
+        if not math.isnan(e := c.error(point["measure"]))]
+    return min(some), max(some)
+
+
 def error_time(table, axes):
     handles = {}
     for panel in axes.flat[len(precision.scenes(table)):]:
@@ -331,6 +339,8 @@ def error_time(table, axes):
             panel.plot([p["time"] for p, _ in some], error, **look)
             panel.hlines(error, [p["least"] for p, _ in some], [p["most"] for p, _ in some], color=look["color"],
                          linewidth=1.6, alpha=0.35)
+            panel.vlines([p["time"] for p, _ in some], *zip(*(spread_of(p) for p, _ in some)), color=look["color"],
+                         linewidth=0.8, alpha=0.35)
         front = precision.pareto(points)
         panel.plot([p["time"] for p in front], [max(p["error"], FLOOR) for p in front], linestyle="", marker="o",
                    markersize=11, markerfacecolor="none", markeredgecolor="0.5", markeredgewidth=1.0, zorder=2.5)

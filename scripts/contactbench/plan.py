@@ -25,9 +25,19 @@ SHORT = {
     "prune": "prune-"}
 # What may stand beside the knobs in a block or a profile.
 SETTINGS = {
-    "repeats": 1, "record_every": 1, "record_interval_s": 0, "timed": True, "time_limit_s": 3600,
+    "repeats": 1, "members": 0, "record_every": 1, "record_interval_s": 0, "timed": True, "time_limit_s": 3600,
     "memory_limit_mb": 4096}
+# m: how far a member of an ensemble moves each free body at the start: the last bits of a place of size 1 m.
+LAST_BITS = "1e-15"
+COARSE = 10  # steps between its records
 OTHER = {"scene", "set", "methods", "profiles"}
+
+
+def member_flags(number: int, given=()) -> list[str]:
+    """What makes a run a member of its ensemble, where nothing of it is given already."""
+    flags = [] if "--perturb" in given else ["--perturb", LAST_BITS, "--seed", str(number)]
+    flags += [] if "--shuffle-contacts" in given else ["--shuffle-contacts", str(number)]
+    return flags if number else []
 
 
 class SweepError(ProgramError):
@@ -43,6 +53,7 @@ class Run:
     solver: str
     knobs: tuple  # (knob, value) pairs, in the order of COMMON and OWN
     repeat: int
+    member: int = 0  # of the cell's ensemble (worth.py); 0 is the run itself
     # What follows does not change what the run is.
     sweeps: tuple = ()
     record_every: int = 1
@@ -50,6 +61,7 @@ class Run:
     time_limit_s: float = 3600
     memory_limit_mb: float = 4096
     file: str = ""  # of a scene that does not come with the program
+    members: int = 0  # of its ensemble, at most
 
     @classmethod
     def of(cls, row):
@@ -71,7 +83,13 @@ class Run:
         parts = [self.scene] + [f"{n}-{v}" for n, v in self.sets] + [self.method]
         parts += [p for p in (self.variant, self.solver) if p]
         parts += [f"{SHORT[n]}{v}" for n, v in self.knobs]
-        return "__".join(parts + [f"r{self.repeat}"])
+        return "__".join(parts + [f"m{self.member}" if self.member else f"r{self.repeat}"])
+
+    def as_member(self, number):
+        """The run with other last bits at the start and its contacts in another order. Nobody draws it, so that not
+        every step is kept."""
+        every = COARSE if self.record_every == 1 else self.record_every
+        return dataclasses.replace(self, member=number, timed=False, record_every=every)
 
     def flags(self):
         """Of `contactbench run`, all that the result depends on."""
@@ -83,16 +101,16 @@ class Run:
             flags += [f"--{(COMMON | OWN)[name]}", value]
         for name, value in self.sets:
             flags += ["--set", f"{name}={value}"]
-        return flags
+        return flags + member_flags(self.member, flags)
 
     def asked(self):
         """The run in a form that JSON can hold: the first part of run.json."""
         knobs = dict(self.knobs)
         return {
             "run": self.name, "scene": self.scene, "parameters": " ".join(f"{n}={v}" for n, v in self.sets),
-            "method": self.method,
-            "variant": self.variant, "solver": self.solver, "k": knobs.pop("k", ""), "epsilon": knobs.pop(
-                "epsilon", ""), "knobs": " ".join(f"{n}={v}" for n, v in knobs.items()), "repeat": self.repeat}
+            "method": self.method, "variant": self.variant, "solver": self.solver, "k": knobs.pop(
+                "k", ""), "epsilon": knobs.pop("epsilon", ""), "knobs": " ".join(f"{n}={v}" for n, v in knobs.items()),
+            "repeat": self.repeat, "member": self.member}
 
 
 def text(value):
@@ -167,9 +185,9 @@ def block_runs(block, scene, file, sweep, profile, rows, stem):
             for knobs in itertools.product(*[[(n, v) for v in values(merged[n])] for n in names]):
                 if turned(chosen, knobs) is None:
                     continue  # an angle of the polygon is none of a method without one
-                yield Run(scene, turned(chosen, knobs), method["name"], variant, solver, tuple(knobs), 0, (stem, ),
+                yield Run(scene, turned(chosen, knobs), method["name"], variant, solver, tuple(knobs), 0, 0, (stem, ),
                           recorded(settings, knobs), bool(settings["timed"]), float(settings["time_limit_s"]),
-                          float(settings["memory_limit_mb"]), file), int(settings["repeats"])
+                          float(settings["memory_limit_mb"]), file, int(settings["members"])), int(settings["repeats"])
 
 
 def merge(a, b):
@@ -177,7 +195,7 @@ def merge(a, b):
     finest = min((r for r in (a.record_every, b.record_every) if r), default=0)
     return dataclasses.replace(a, sweeps=tuple(dict.fromkeys(a.sweeps + b.sweeps)), record_every=finest, timed=a.timed
                                or b.timed, time_limit_s=max(a.time_limit_s, b.time_limit_s), memory_limit_mb=max(
-                                   a.memory_limit_mb, b.memory_limit_mb))
+                                   a.memory_limit_mb, b.memory_limit_mb), members=max(a.members, b.members))
 
 
 def plan(paths, profile, listed):

@@ -4,13 +4,15 @@ orders and polygons; runs nothing.
 
 Least squares are in closed form: numpy's come from whatever LAPACK is installed, and their last digits with it, so that
 the report made on another machine would differ."""
+import functools
 import math
 import statistics
 
 import numpy as np
 
+from . import worth
 from .references import ERROR, name_of
-from .runs import Cell, Runs, number
+from .runs import Cell, Runs, number, series
 
 SWEEP = "error_time"
 # The error that stands for a scene: the first of these that it has, largest over time. Closed forms come before
@@ -18,6 +20,7 @@ SWEEP = "error_time"
 MEASURES = ("position_linf_m", "displacement_linf_m", ERROR, "creep_linf_m")
 EXACT_LAW = 1e-8  # law residual up to which a convex run solves exact Coulomb friction
 TINY = 1e-12  # m; differences below are rounding
+DIFFERS = "differs"  # a word on which an ensemble does not agree
 
 
 def slope(x, y):
@@ -70,17 +73,19 @@ def uncertainty(results, scene, parameters):
 
 def points(results, scene, parameters, name=None, sweep=SWEEP):
     """Per cell: time (median, least and most, s a simulated second; s a step), error (of the scene's measure, or the
-    named one), None where the run did not finish or has none, and the uncertainty of the reference that it is
-    against."""
+    named one), None where the run did not finish or has none, the worst of its ensemble (infinite where a member did
+    not end ok), and the uncertainty of the reference that it is against."""
     name = name or measure(results, scene, parameters, sweep)
     out, unsure = [], uncertainty(results, scene, parameters) if name == ERROR else 0.0
     for cell in results.cells(scene, sweep, parameters=parameters):
         times = [time / float(cell["duration"] or "nan") for time in (cell.seconds, *cell.times)]
         point = {"run": cell["run"], "scene": scene, "parameters": parameters, "step": cell["step"], "measure": name}
         point |= {"status": cell["status"] if cell.finished else cell.how_it_ended.split(" at ")[0]}
-        point |= dict.fromkeys(("error", "time", "least", "most", "time_per_step")) | {"uncertainty": unsure}
+        point |= dict.fromkeys(("error", "worst", "time", "least", "most", "time_per_step")) | {"uncertainty": unsure}
         if cell.finished and cell.times and not math.isnan(cell.error(name)):
-            point |= {"error": cell.error(name), "time": times[0], "least": min(times[1:]), "most": max(times[1:])}
+            errors = [c.error(name) if c["status"] == "ok" else math.inf for c in cell.members]
+            point |= {"error": cell.error(name), "worst": max([cell.error(name), *errors])}
+            point |= {"time": times[0], "least": min(times[1:]), "most": max(times[1:])}
             point |= {"time_per_step": cell.seconds / int(cell["steps"])}
         out.append(point | {"repeats": len(cell.times), "busy": cell.busy, "cell": cell})
     return out
@@ -101,10 +106,10 @@ def pareto(some: list[dict]) -> list[dict]:
 
 
 def met(point, error, time_per_step=None):
-    """Whether a point is an answer: it ended ok, no claim of it was refuted, its error is small enough even if the
-    reference is off by its uncertainty, and its step is quick enough."""
+    """Whether a point is an answer: it ended ok, no claim of it was refuted, its error is small enough in the whole
+    ensemble and even if the reference is off by its uncertainty, and its step is quick enough."""
     return (point["error"] is not None and point["status"] == "ok" and point["cell"]["false_claims"] == "0"
-            and point["error"] + point["uncertainty"] <= error
+            and point["worst"] + point["uncertainty"] <= error
             and (time_per_step is None or point["time_per_step"] <= time_per_step))
 
 
@@ -135,19 +140,20 @@ def told_apart(a, b):
 # Error budget.
 
 
+@functools.cache
+def moments(folder):
+    """{t: places of the bodies} of a run, in a fixed order; times are n h, so rounding tells equal ones."""
+    t, *places = series(folder / "trajectory.csv", "t", "px", "py", "pz")
+    of = {}
+    for key, *p in zip(np.round(t, 9), *places):
+        of.setdefault(key, []).append(p)
+    return of
+
+
 def apart(a: Cell, b: Cell) -> float:
     """Largest distance of a body between two runs of the same scene at the times that both recorded; nan where there is
     none."""
-    places = []
-    for cell in (a, b):
-        t, x, y, z = cell.series("trajectory.csv", "t", "px", "py", "pz")
-        if len(t) == 0:
-            return math.nan
-        # Bodies of a moment stand below each other in a fixed order; times are n h, so rounding tells equal ones.
-        moments = {}
-        for key, *p in zip(np.round(t, 9), x, y, z):
-            moments.setdefault(key, []).append(p)
-        places.append(moments)
+    places = [moments(cell.folder) for cell in (a, b)]
     common = sorted(set(places[0]) & set(places[1]))
     if not common:
         return math.nan
@@ -172,8 +178,20 @@ def coulomb(cells, step):
 
 def budget(results: Runs, scene: str, parameters: str) -> list[dict]:
     """Per finished cell: error of the solver (against the same model solved tightly, same step), of the model (that
-    against exact Coulomb friction, same step) and of the step (the same law against its exact answer); nan where it is
-    not known."""
+    against exact Coulomb friction, same step) and of the step (the same law against its exact answer), nan where it is
+    not known; and which dominates, where the whole ensemble says the same."""
+    rows = [dict(row) for row in parts_of_error(results, scene, parameters)]
+    others = [{r["cell"].unrepeated: r["dominates"] for r in parts_of_error(w, scene, parameters)}
+              for w in worth.members(results)]
+    for row in rows:
+        said = [of[row["cell"].unrepeated] for of in others if row["cell"].unrepeated in of]
+        row["dominates"] = worth.agreed([row["dominates"], *said], DIFFERS)
+    return rows
+
+
+@functools.cache
+def parts_of_error(results, scene, parameters):
+    """The rows of the budget, as one world has them."""
     cells = [c for c in results.cells(scene, SWEEP, parameters=parameters) if c.finished]
     name = measure(results, scene, parameters)
     rows = []

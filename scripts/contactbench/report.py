@@ -3,8 +3,8 @@
   scripts/report.py --results results --runs results/runs/quick
 
 In report.json everything that depends on the machine stands under the key `timing`; the rest is the same whenever the
-same is run. A section of the report is one function in scripts/contactbench/sections.py and one macro in
-templates/report.html.
+same is run. Beside both stands what each number is worth (docs/numbers.md). A section of the report is one function in
+scripts/contactbench/sections.py and one macro in templates/report.html.
 """
 import json
 import math
@@ -13,7 +13,7 @@ import sys
 from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
 from pathlib import Path
 
-from . import figures, program
+from . import figures, program, table1, worth
 from .runs import Runs
 from .sections import ORDER
 from .templates import render
@@ -61,10 +61,18 @@ def main():
     results = Runs(options.results, options.runs)
     if not options.no_draw:
         draw(results)
-    sections = {build.__name__: build(results) for build in ORDER}
-    (options.results / "report.html").write_text(render("report.html", profile=results.profile, sections=sections))
-    said = {
-        name: {"title": section.title, "data": section.data, "timing": section.timing}
-        for name, section in sections.items()}
-    report = json.dumps(finite({"profile": results.profile, "sections": said}), indent=1, allow_nan=False)
-    (options.results / "report.json").write_text(report + "\n")
+    worlds = worth.Worlds(results)
+    built = {build.__name__: worlds.build(build, results) for build in ORDER}
+    sections, said = {name: section for name, (section, _, _) in built.items()}, {}
+    for name, (section, of_data, of_timing) in built.items():
+        said[name] = {
+            "title": section.title, "data": section.data, "worth": of_data, "timing": section.timing,
+            "worth_of_timing": of_timing}
+    said = finite(said)
+    (options.results / "report.json"
+     ).write_text(json.dumps({"profile": results.profile, "sections": said}, indent=1, allow_nan=False) + "\n")
+    count = worth.counted([[s["data"], s["timing"]] for s in said.values()],
+                          [[s["worth"], s["worth_of_timing"]] for s in said.values()])
+    (options.results / "report.html").write_text(
+        render("report.html", profile=results.profile, sections=sections, worth=count))
+    table1.write(results, sections["table_one"].shown)

@@ -1,6 +1,8 @@
 """The one table of runs (runs.csv: a row a run) and the manifest of what made it: gathered from the folders of the
 runs, and read by the tables, claims and figures, which take a Cell, one method on one scene with one choice of knobs,
 with its repeats."""
+import copy
+import functools
 import json
 import math
 import platform
@@ -33,6 +35,10 @@ COLUMNS = {
 TIMING = ("processing_s", "total_s", "dynamics_s", "collision_s", "assembly_s", "solve_s", "write_s", "wall_s",
           "other_cores", "busy", "peak_memory_mb")
 PARTS = ("dynamics_s", "collision_s", "assembly_s", "solve_s")  # of processing time
+# Columns of other tables that say what was asked.
+ASKED = {
+    "problem", "kind", "scene", "method", "variant", "solver", "k", "epsilon", "compression_bound", "id", "row",
+    "bound", "expect", "table", "what", "command"}
 CELL = ["scene", "parameters", "method", "variant", "solver", "k", "epsilon", "knobs"]
 LIMITS = ("time_limit", "memory_limit")  # how far a run that they cut comes depends on the machine
 NAMES = {
@@ -65,7 +71,7 @@ def row_of(run, record, summary, folder, certified):
     row = {
         column: text(lookup(record, source[4:]) if source.startswith("run.") else lookup(summary, source))
         for column, source in COLUMNS.items() if source}
-    row |= {"sweeps": " ".join(run.sweeps), "processing_s": text(processing_s(summary))}
+    row |= {"sweeps": " ".join(run.sweeps), "member": str(run.member), "processing_s": text(processing_s(summary))}
     # A run that could not say it itself is judged from outside.
     row |= {
         column: text((summary if column in summary else record)[column]) for column in ("t_reached", "peak_memory_mb")}
@@ -85,35 +91,50 @@ def same_or_list(summaries, key):
     return values[0] if len(values) == 1 else values
 
 
-def gather(plan, missing, runs, out, sweeps, profile, certified):
-    """Writes OUT/runs.csv (cells in the order of the sweep files, the repeats of a cell together) and
-    OUT/manifest.json: machine, versions, flags, statuses counted, certified references used; no dates, no paths.
-    `certified`: {(scene, parameters): references.Reference} of the scenes that have one, accepted or not."""
-    order = {}
-    for run in plan:
-        order.setdefault(run.cell, len(order))
+def rows_of(plan, runs, certified):
+    """Rows and summaries of the runs that are there. `certified`: {(scene, parameters): references.Reference} of the
+    scenes that have one, accepted or not."""
     rows, summaries = [], []
-    for run in sorted(plan, key=lambda run: (order[run.cell], run.repeat)):
+    for run in plan:
         folder = Path(runs) / run.name
         record = read_json(folder / "run.json")
         if isinstance(record, dict):
             summaries.append(read_json(folder / "summary.json") or {})
             rows.append(
                 row_of(run, record, summaries[-1], folder, certified.get((run.scene, run.asked()["parameters"]))))
-    errors = dict.fromkeys(c for row in rows for c in row if c.startswith("error_"))
-    table = pd.DataFrame(rows, columns=[*COLUMNS, *errors], dtype=str).fillna("")
-    out = Path(out)
+    return rows, summaries
+
+
+def gather(plan, members, missing, runs, out, sweeps, profile, certified):
+    """Writes OUT/runs.csv (cells in the order of the sweep files, the repeats of a cell together), OUT/ensemble.csv
+    (the members, where there are any) and OUT/manifest.json: machine, versions, flags, statuses counted, certified
+    references used; no dates, no paths."""
+    order, out = {}, Path(out)
+    for run in plan:
+        order.setdefault(run.cell, len(order))
     out.mkdir(parents=True, exist_ok=True)
-    table.to_csv(out / "runs.csv", index=False, lineterminator="\n")
+
+    def table_of_runs(some, file, *more):
+        some = sorted(some, key=lambda run: (order[run.cell], run.member, run.repeat))
+        rows, summaries = rows_of(some, runs, certified)
+        errors = dict.fromkeys(c for row in rows for c in row if c.startswith("error_"))
+        table = pd.DataFrame(rows, columns=[*more, *COLUMNS, *errors], dtype=str).fillna("")
+        table.to_csv(out / file, index=False, lineterminator="\n")
+        return rows, summaries, table
+
+    (out / "ensemble.csv").unlink(missing_ok=True)
+    if members:
+        table_of_runs(members, "ensemble.csv", "member")
+    rows, summaries, table = table_of_runs(plan, "runs.csv")
     manifest = {
         "sweeps": sweeps, "profile": profile, "runs": len(rows), "runs_not_done_yet": len(plan) - len(rows),
-        "missing": missing, "statuses": table["status"].value_counts().sort_index().to_dict(), "machine": same_or_list(
-            summaries, "machine"), "versions": same_or_list(summaries, "versions"), "python": ".".join(
-                platform.python_version_tuple()[:2]), "references": {
-                    references.name_of(*scene): {key: found.about.get(key) for key in references.SAID}
-                    for scene, found in sorted(certified.items())}, "timing": {
-                        "runs_on_a_busy_machine": int((table["busy"] == "true").sum()), "runs_not_judged": int(
-                            (table["busy"] == "").sum())}}
+        "members": len(members), "missing": missing, "statuses": table["status"].value_counts().sort_index().to_dict(),
+        "machine": same_or_list(summaries, "machine"), "versions": same_or_list(
+            summaries, "versions"), "python": ".".join(platform.python_version_tuple()[:2]), "references": {
+                references.name_of(*scene): {key: found.about.get(key) for key in references.SAID}
+                for scene, found in sorted(certified.items())}, "timing": {
+                    "runs_on_a_busy_machine": int((table["busy"] == "true").sum()), "runs_not_judged": int(
+                        (table["busy"] == "").sum())}}
     (out / "manifest.json").write_text(json.dumps(manifest, indent=1) + "\n")
 
 
@@ -133,13 +154,14 @@ def table_of(path) -> pd.DataFrame:
 
 
 class Cell:
-    """One method on one scene with one choice of knobs: its repeats."""
-    def __init__(self, rows: list[dict[str, str]], runs):
-        self.rows = rows
+    """One method on one scene with one choice of knobs: its repeats. `members`: the cells of its ensemble, other last
+    bits and another order of contacts each (worth.py)."""
+    def __init__(self, rows: list[dict[str, str]], runs, members=()):
+        self.rows, self.members = rows, [Cell([row], runs) for row in members]
         self.key = (rows[0]["method"], rows[0]["solver"] or rows[0]["variant"])
         # Files are read from the repeat with the median time, so that no single disturbance of the machine shows.
         self.row = sorted(rows, key=lambda r: float(r["processing_s"] or "inf"))[(len(rows) - 1) // 2]
-        self.folder = Path(runs) / self.row["run"]
+        self.folder = Path(runs) / (self.row.get("folder") or self.row["run"])
 
     def __getitem__(self, column):
         return self.row[column]
@@ -212,6 +234,14 @@ class Cell:
         return series(self.folder / file, *columns, of=of, most=most)
 
 
+def turned(cell: str, factor: float) -> str:
+    """A cell as another clock has it: number or answer."""
+    try:
+        return repr((float(cell) + 1) * factor)
+    except ValueError:
+        return {"": "", "True": "False", "False": "True"}.get(cell, "turned")
+
+
 def series(path: Path, *columns: str, of=None, most: int | None = None) -> np.ndarray:
     """Columns of a CSV file as arrays. `of`: only the rows of a body, joint or pair, by its words; `most`: at most
     about so many of them, evenly spaced, and the last."""
@@ -234,10 +264,13 @@ def series(path: Path, *columns: str, of=None, most: int | None = None) -> np.nd
 
 class Runs:
     """A folder with runs.csv and manifest.json, and the folder of its runs. `table` holds the words of runs.csv as they
-    are."""
+    are, `ensemble` the rows of ensemble.csv."""
     def __init__(self, results, runs=None):
-        self.folder = Path(results)
+        self.folder, self.whole, self.aside, self.factor = Path(results), True, 0, None
+        self.lacking = False  # whether a file was read that others made and this member did not
         self.table = table_of(self.folder / "runs.csv")
+        file = self.folder / "ensemble.csv"
+        self.ensemble = table_of(file).to_dict("records") if file.exists() else []
         self.manifest = read_json(self.folder / "manifest.json") or {}
         self.profile = self.manifest.get("profile") or "default"
         self.runs = Path(runs) if runs else self.folder / "runs" / self.profile
@@ -253,7 +286,40 @@ class Runs:
         groups = {}
         for row in chosen.to_dict("records"):
             groups.setdefault(tuple(row[c] for c in CELL), []).append(row)
-        return [Cell(rows, self.runs) for rows in groups.values()]
+        return [Cell(rows, self.runs, self.members_of.get(key, ())) for key, rows in groups.items()]
+
+    @functools.cached_property
+    def members_of(self):
+        """{cell: rows of its members}."""
+        groups = {}
+        for row in self.ensemble:
+            groups.setdefault(tuple(row[c] for c in CELL), []).append(row)
+        return groups
+
+    def seen(self, table, aside=0, factor=None):
+        """The same results with another table, without ensemble. `aside`: the member whose other files are taken where
+        there are some; `factor`: what the times of a row are multiplied by."""
+        other = copy.copy(self)
+        other.__dict__.pop("members_of", None)
+        other.table, other.ensemble, other.whole, other.aside, other.factor = table, [], False, aside, factor
+        return other
+
+    def read(self, file) -> pd.DataFrame | None:
+        """Another table of the results, None where there is none; by another clock what was measured is another, and
+        so is all that no member made too: its spread is not known."""
+        made = list(self.folder.glob(f"members/*/{file}"))
+        path = self.folder / "members" / str(self.aside) / file
+        if path not in made:
+            path = self.folder / file
+            self.lacking |= self.aside > 0 and bool(made)
+        if not path.exists():
+            return None
+        table = table_of(path)
+        for column in table if self.factor else ():
+            if column.endswith(("_s", "_us")) or column == "ratio" or not made and column not in ASKED:
+                table[column] = [
+                    turned(cell, self.factor(f"{file} {column} {n}")) for n, cell in enumerate(table[column])]
+        return table
 
     def missing(self, scene):
         """Why a scene has no run; empty where it has some."""

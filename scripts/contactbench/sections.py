@@ -9,15 +9,15 @@ from dataclasses import dataclass, field
 from . import claims, precision, solve_all, table1
 from .figures import FIGURES, SAYS
 from .measures import BAD, VERDICTS
-from .runs import LIMITS, table_of
+from .runs import LIMITS
 from .templates import TEMPLATES
 
 FIRST_LOOK = "statuses, errors and claims hold, times are a first look"
 PROFILES = {
     "quick": f"one run a cell (two of most in error against run time) and a limit of a minute a run: {FIRST_LOOK}",
-    "paper": "the paper's durations, three interleaved repeats, limits of an hour a run"}
+    "paper": "the paper's durations, three interleaved repeats, limits of ten minutes a run"}
 ERRORS = (1e-2, 1e-4, 1e-6, 1e-9)  # m, for which a method is advised
-TIMES = ("median_s", "minimum_s", "ratio", "busy")
+TIMES = ("median_s", "minimum_s", "maximum_s", "ratio", "busy")
 SAY = TEMPLATES.get_template("advice.html").module
 
 
@@ -77,12 +77,13 @@ def reading(results):
         "runs": runs, "apart": apart, "made_with": made_with}
     # The repeat count and limits of a cell are in runs.csv; the machine itself is what times depend on.
     return Section("How to read this", shown,
-                   {key: manifest.get(key) for key in ("profile", "sweeps", "runs", "missing", "statuses")},
+                   {key: manifest.get(key) for key in ("profile", "sweeps", "runs", "members", "missing", "statuses")},
                    {"machine": machine, "versions": versions, "python": python, "busy": timing, "spread": apart})
 
 
 def table_one(results):
-    rows, shown = table1.write(results)
+    found = table1.entries(results)
+    rows, shown = [row for _, row in found], table1.grid(results, found)
 
     def changes(row, key):  # with the machine: a run that a limit cut is cut elsewhere next time
         return key in TIMES or row["status"] in LIMITS and key in ("reason", "t_reached")
@@ -208,17 +209,21 @@ def performance(results):
     """Performance profiles, and how often a claim of success is true."""
     picture, about, digest = figure(results, "performance", precision.SWEEP)
     rows = precision.truthfulness(results)
+    shares = {
+        name: r | {
+            "ok_percent": 100 * r["ok"] / r["runs"], "true_percent": 100 *
+            (1 - r["false_claims"] / r["solves"]) if r["solves"] else None} for name, r in rows.items()}
     # How far a run comes before a limit is the machine's, and with it the number of solves.
     limited = results.table["status"].isin(LIMITS).any()
-    return Section("How often, how fast, how truthfully", {"picture": picture, "truth": rows},
+    return Section("How often, how fast, how truthfully", {"picture": picture, "truth": shares},
                    {"figure": about, "truth": {} if limited else rows},
                    {"sha256": digest, "truth": rows if limited else {}})
 
 
 def left_out(results):
     """What each thing that runs leave out saves where it applies, and costs where it does not (bench_prune)."""
-    path = results.folder / "left_out.csv"
-    rows = table_of(path).to_dict("records") if path.exists() else None
+    table = results.read("left_out.csv")
+    rows = None if table is None else table.to_dict("records")
     return Section("What is left out", {"rows": rows}, {}, {} if rows is None else {"rows": rows})
 
 
@@ -253,13 +258,12 @@ def stored_problems(results):
 def stiff_cases(results):
     """Stiff and extreme cases (results/stress, made by scripts/stress.py): where each method breaks, and whether it
     says so."""
-    folder, title = results.folder / "stress", "Stiff and extreme cases"
-    if not (folder / "stress.csv").exists():
+    title, cells = "Stiff and extreme cases", results.read("stress/stress.csv")
+    if cells is None:
         return Section(title, {"cells": None})
-    cells = table_of(folder / "stress.csv")
     methods = list(dict.fromkeys(cells["method"]))
     count = {v: {m: int(((cells["verdict"] == v) & (cells["method"] == m)).sum()) for m in methods} for v in VERDICTS}
-    heatmap = folder / "heatmap.png"
+    heatmap = results.folder / "stress" / "heatmap.png"
     # Which cells end at their limit of time depends on the machine; none of these may.
     return Section(
         title, {
@@ -276,7 +280,8 @@ def unfinished(results):
     # What a limit cut may come through on another machine.
     ends = [
         {r["run"]: [r["status"], r["reason"]] for r in bad if (r["status"] in LIMITS) == cut} for cut in (False, True)]
-    return Section("Runs that did not end well", {"bad": bad}, *ends)
+    shown = [r | {"t_reached": float(r["t_reached"]) if r["t_reached"] else None} for r in bad]
+    return Section("Runs that did not end well", {"bad": shown}, *ends)
 
 
 ORDER = (reading, table_one, claim_table, figures, error_time, advice, convergence, performance, left_out,

@@ -18,10 +18,10 @@ import tempfile
 import time
 from pathlib import Path
 
-from . import program, references
+from . import program, references, worth
 from .plan import plan
 from .program import ProgramError
-from .runs import LIMITS, gather
+from .runs import LIMITS, gather, rows_of
 
 
 def arguments(words):
@@ -51,6 +51,7 @@ def arguments(words):
         parser.error("--jobs must not be negative")
     if parsed.budget is not None and not parsed.budget > 0:
         parser.error("--budget must be a positive number of hours")
+    parsed.deadline = None if parsed.budget is None else time.time() + 3600 * parsed.budget
     parsed.jobs = parsed.jobs or os.cpu_count() or 1
     parsed.out = parsed.out or program.ROOT / "results"
     parsed.references = parsed.references or parsed.out / "references"
@@ -129,11 +130,10 @@ def jobs_of(runs, listed, options):
     path, scenes = str(Path(options.program).resolve()), program.scenes_of(listed)
     read = {run: files_of(options, scenes, run) for run in runs}
     keys = {files: references.digest(path, *files) for files in set(read.values())}
-    deadline = None if options.budget is None else time.time() + 3600 * options.budget
     return [
         program.job_of(run, path, run.file or f"{run.scene}.xml", options.runs.resolve(), program.statuses_of(listed),
-                       run.time_limit_s, run.memory_limit_mb, run.record_every, run.timed, keys[read[run]], deadline)
-        for run in runs]
+                       run.time_limit_s, run.memory_limit_mb, run.record_every, run.timed, keys[read[run]],
+                       options.deadline) for run in runs]
 
 
 def is_done(job, options):
@@ -187,6 +187,40 @@ def only_one_sweep(runs):
     return lock
 
 
+def to_do(runs, listed, options, show=False):
+    """[(run, job)] of those that are not done."""
+    jobs = jobs_of(runs, listed, options)
+    todo = [(run, job) for run, job in zip(runs, jobs) if not is_done(job, options)]
+    for _, job in todo if show else ():
+        print(" ".join(["contactbench", "run", job["scene"], *job["flags"]]))
+    print(f"{len(todo)} of {len(jobs)} runs to do, {len(jobs) - len(todo)} there already", flush=True)
+    return todo
+
+
+def do_all(todo, engine, options):
+    progress = Progress(len(todo))
+    alone = [job for run, job in todo if options.timed_alone and run.timed]
+    together = [job for run, job in todo if not (options.timed_alone and run.timed)]
+    try:
+        for some, count in ((together, options.jobs), (alone, 1)):
+            if some:
+                engine(some, count, progress.done)
+    finally:
+        progress.close()
+
+
+def unsettled(runs, options, known):
+    """The further members of the cells whose first one came to something else than the run, but for those that a limit
+    cut."""
+    out = []
+    for run in runs:
+        if run.repeat == 1 and run.members > 1:
+            rows, _ = rows_of([run, run.as_member(1)], options.runs, known)
+            if len(rows) == 2 and rows[0]["status"] not in LIMITS and not worth.settled(rows[0], rows[1]):
+                out += [run.as_member(n) for n in range(2, run.members + 1)]
+    return sorted(out, key=lambda run: run.member)
+
+
 def sweep(options):
     try:
         listed = program.listed(options.program)
@@ -196,34 +230,31 @@ def sweep(options):
     engine = engine_of(options.engine)
     for name, reason in missing.items():
         print(f"{name} is left out: {reason}")
-    jobs = jobs_of(runs, listed, options)
-    todo = [(run, job) for run, job in zip(runs, jobs) if not is_done(job, options)]
+    known = certified(runs, listed, options)
+    # Of each cell the first member of its ensemble; the others of those that this one does not settle.
+    members = [run.as_member(1) for run in runs if run.repeat == 1 and run.members > 0]
     if options.dry_run:
-        for _, job in todo:
-            print(" ".join(["contactbench", "run", job["scene"], *job["flags"]]))
-    print(f"{len(todo)} of {len(jobs)} runs to do, {len(jobs) - len(todo)} there already", flush=True)
-    if options.dry_run:
+        to_do(runs + members, listed, options, show=True)
         return
-
     with only_one_sweep(options.runs):
         shutil.rmtree(options.runs / program.DOING, ignore_errors=True)  # what a killed sweep left half done
-        progress = Progress(len(todo))
-        alone = [job for run, job in todo if options.timed_alone and run.timed]
-        together = [job for run, job in todo if not (options.timed_alone and run.timed)]
         try:
-            for some, count in ((together, options.jobs), (alone, 1)):
-                if some:
-                    engine(some, count, progress.done)
+            do_all(to_do(runs + members, listed, options), engine, options)
+            further = unsettled(runs, options, known)
+            if further:
+                print(f"{len({run.cell for run in further})} cells differ with the last bits of their start or the "
+                      "order of contacts: the rest of their ensembles")
+                do_all(to_do(further, listed, options), engine, options)
+                members += further
         finally:
-            progress.close()
             shutil.rmtree(options.runs / program.DOING, ignore_errors=True)
-        stray = sorted({f.name for f in options.runs.iterdir() if f.is_dir()} - {run.name for run in runs})
+        stray = sorted({f.name for f in options.runs.iterdir() if f.is_dir()} - {run.name for run in runs + members})
         if stray:
             print(
                 f"{len(stray)} folders are of no run of these sweeps and stay out of the tables: {', '.join(stray[:5])}"
             )
-        gather(runs, missing, options.runs, options.out, [path.stem for path in options.sweeps], options.profile,
-               certified(runs, listed, options))
+        gather(runs, members, missing, options.runs, options.out, [path.stem for path in options.sweeps],
+               options.profile, known)
 
 
 def interrupt(*_):

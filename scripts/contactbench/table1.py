@@ -4,6 +4,7 @@ The paper's numbers (paper_table1.csv) are those that a scan of it shows; cells 
 Another machine, fifteen years ago: what can be compared are ratios inside a column. The unit of a column is the convex
 method at 1e-12 J, here and there, because it is the only one that the paper has a time for in every column.
 """
+import collections
 import math
 from pathlib import Path
 
@@ -19,7 +20,8 @@ COLUMNS += [("stack", f"boxes={n}", "4", f"stack of {n}") for n in (1, 2, 4, 8, 
 COLUMNS += [("mobile_robot", "", "4", "mobile robot"), ("grasp", "", "12", "grasp")]
 FIELDS = [
     "method", "variant", "solver", "epsilon", "k", "scene", "parameters", "simulated_s", "repeats", "status", "reason",
-    "t_reached", "median_s", "minimum_s", "ratio", "busy", "paper_s", "paper_certain", "paper_ratio"]
+    "t_reached", "median_s", "minimum_s", "maximum_s", "ratio", "busy", "paper_s", "paper_certain", "paper_ratio",
+    "ensemble"]
 
 
 def paper_times():
@@ -60,7 +62,8 @@ def entries(results):
             worst = next((r for r in cell.rows if r["finished"] != "true"), cell.row)
             row = {f: cell[f] for f in FIELDS[:7]} | {"simulated_s": cell["duration"], "repeats": len(cell.rows)}
             row |= {key: worst[key] for key in ("status", "reason", "t_reached")}
-            row |= {"median_s": cell.seconds if timed else "", "minimum_s": min(cell.times) if timed else ""}
+            row |= {"median_s": cell.seconds if timed else ""}
+            row |= {"minimum_s": min(cell.times) if timed else "", "maximum_s": max(cell.times) if timed else ""}
             row |= {"ratio": over(cell.seconds, unit) if timed else "", "busy": "true" if cell.busy else "false"}
             row |= {
                 "paper_s": paper, "paper_certain": "yes" if certain else "no", "paper_ratio": over(paper, paper_unit)}
@@ -81,7 +84,7 @@ def ours(row):
     """Time in s, or the status with the simulated time that was reached."""
     if row["median_s"] != "":
         return f"{row['median_s']:.3g}" + ("" if row["status"] == "ok" else f" ({row['status']})")
-    return row["status"] + (f" at {float(row['t_reached']):.3g} s" if row["t_reached"] else "")
+    return f"{row['status']}" + (f" at {row['t_reached']:.3g} s" if row["t_reached"] != "" else "")
 
 
 def theirs(row):
@@ -107,7 +110,8 @@ def grid(results, rows):
     are entries()."""
     table = {}
     for cell, row in rows:
-        table.setdefault(cell.name, {})[cell["scene"], cell["parameters"]] = row
+        reached = float(row["t_reached"]) if row["t_reached"] else ""
+        table.setdefault(cell.name, {})[cell["scene"], cell["parameters"]] = row | {"t_reached": reached}
     columns = []
     for scene, parameters, k, title in COLUMNS:
         durations = {c["duration"] for c in results.cells(scene, parameters=parameters, knobs="") if c["duration"]}
@@ -117,11 +121,15 @@ def grid(results, rows):
             (name, [of.get((scene, parameters)) for scene, parameters, _, _ in COLUMNS]) for name, of in table.items()]}
 
 
-def write(results):
-    """table1.csv, .md and .tex in the folder of the results; its rows and what the templates show."""
-    rows = entries(results)
-    shown = grid(results, rows)
-    write_table([row for _, row in rows], FIELDS, results.folder / "table1.csv")
+def ensemble(cell):
+    """How the runs of a cell's ensemble ended."""
+    count = collections.Counter(c["status"] for c in (cell, *cell.members))
+    return ", ".join(f"{status} {n}" for status, n in count.items())
+
+
+def write(results, shown):
+    """table1.csv, .md and .tex in the folder of the results; `shown` is the grid of the report."""
+    rows = [row | {"ensemble": ensemble(cell)} for cell, row in entries(results)]
+    write_table(rows, FIELDS, results.folder / "table1.csv")
     for kind in ("md", "tex"):
         (results.folder / f"table1.{kind}").write_text(render(f"table1.{kind}", **shown))
-    return [row for _, row in rows], shown

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <random>
 
-#include "cone/dense_interior_point.h"
-
 using namespace cb;
 
 namespace {
@@ -228,10 +226,11 @@ TEST_CASE("impulses that cancel do not grow with the strength of friction", "[co
 
 TEST_CASE("a program with NaN, or without iterations, says so", "[cone]") {
   Chain chain(2, 2, 1);
-  InteriorPoint solver;
+  ConeOptions short_of;
+  short_of.iteration_limit = 1;
+  short_of.careful_limit = 0;
+  InteriorPoint solver(short_of);
   ConeSolution x;
-  solver.options().iteration_limit = 1;
-  solver.options().careful_limit = 0;
   solver.solve(chain.program(), x);
   CHECK(x.status == ConeStatus::nonconverged);
   for (double r : x.r) CHECK(std::isfinite(r));
@@ -247,11 +246,11 @@ TEST_CASE("the interior point method alone comes to a small gap, with normal vel
   ConeOptions alone;
   alone.polish_from = 0;
   alone.careful_limit = 0;
-  alone.gap_tolerance = 1e-8;
   alone.feasibility = 1e-9;
   for (unsigned seed = 0; seed < 10; ++seed) {
     const Chain chain(4, 2, seed);
     ConeProgram p = chain.program();
+    p.gap = 1e-8;
     ConeSolution free, below, bounded;
     InteriorPoint(alone).solve(p, free);
     double sum = 0;
@@ -274,7 +273,6 @@ TEST_CASE("the interior point method alone comes to a small gap, with normal vel
 
 TEST_CASE("an answer that violates its constraints is not solved, whatever gap is asked for", "[cone]") {
   ConeOptions hasty;
-  hasty.gap_tolerance = 1e9;
   hasty.polish_from = 0;
   hasty.careful_limit = 0;
   int violating = 0;
@@ -283,6 +281,7 @@ TEST_CASE("an answer that violates its constraints is not solved, whatever gap i
       const Chain chain(4, 2, seed);
       ConeProgram p = chain.program();
       p.bounded_below = true;
+      p.gap = 1e9;
       ConeSolution x;
       InteriorPoint(hasty).solve(p, x);
       if (!(x.infeasibility > 1e-9)) continue;

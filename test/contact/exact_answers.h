@@ -37,33 +37,33 @@ inline std::vector<Part> parts(Exact& exact) {
   contact_velocity(p, p.v_minus, u);
   for (double x : s.impulse) impulse = std::max(impulse, std::abs(x));
   for (double x : u) speed = std::max(speed, std::abs(x));
-  for (double x : s.compression_work) work = std::max(work, std::abs(x));
+  for (double x : std::as_const(s).as<WorkWitness>().compression) work = std::max(work, std::abs(x));
   const auto add = [&](const std::string& name, std::vector<double>& values, double size) {
     for (std::size_t i = 0; i < values.size(); ++i)
       out.push_back({name + " " + std::to_string(i), &values[i], size > 0 ? size : std::abs(values[i])});
   };
   add("impulse", s.impulse, impulse);
-  if (exact.law == Law::anitescu_potra) {
-    const std::size_t unknowns = (s.k + 2) * static_cast<std::size_t>(p.nc()), impulses = unknowns - p.nc();
-    for (std::size_t i = 0; i < s.z.size(); ++i)
-      out.push_back({"z " + std::to_string(i), &s.z[i], i % unknowns < impulses ? impulse : speed});
+  if (auto* polygon = std::get_if<PolygonWitness>(&s.witness)) {
+    const std::size_t unknowns = (polygon->k + 2) * static_cast<std::size_t>(p.nc()), impulses = unknowns - p.nc();
+    for (std::size_t i = 0; i < polygon->z.size(); ++i)
+      out.push_back({"z " + std::to_string(i), &polygon->z[i], i % unknowns < impulses ? impulse : speed});
   }
-  if (exact.law == Law::mirtich) {
-    add("compression", s.compression_work, work);
-    add("restitution", s.restitution_work, work);
-    add("friction", s.friction_work, work);
+  if (auto* works = std::get_if<WorkWitness>(&s.witness)) {
+    add("compression", works->compression, work);
+    add("restitution", works->restitution, work);
+    add("friction", works->friction, work);
   }
-  if (exact.law == Law::convex) {
-    add("eta", s.eta, impulse);
-    add("frictionless", s.frictionless, impulse);
+  if (auto* proof = std::get_if<ConvexWitness>(&s.witness)) {
+    add("eta", proof->eta, impulse);
+    add("frictionless", proof->frictionless, impulse);
     // N z is about 1: by how much a part changes it, at the contact where it does most.
-    for (std::size_t i = 0; i < s.kappa_dual.size(); ++i) {
-      std::vector<double> unit(s.kappa_dual.size(), 0.0), moved(3 * p.nc());
+    for (std::size_t i = 0; i < proof->kappa_dual.size(); ++i) {
+      std::vector<double> unit(proof->kappa_dual.size(), 0.0), moved(3 * p.nc());
       unit[i] = 1;
       multiply(p.J, p.M, unit, moved);
       double most = 0;
       for (int c = 0; c < p.nc(); ++c) most = std::max(most, std::abs(moved[3 * c]));
-      if (most > 0) out.push_back({"kappa_dual " + std::to_string(i), &s.kappa_dual[i], 1 / most});
+      if (most > 0) out.push_back({"kappa_dual " + std::to_string(i), &proof->kappa_dual[i], 1 / most});
     }
   }
   return out;
@@ -94,7 +94,7 @@ struct SlidingSphere {
 
 inline Exact newton_sphere() {
   const SlidingSphere s(2, 4, 0.1, 0.5);
-  Exact out{"a sphere that rebounds and slides", Law::newton, s.problem, {}, {}};
+  Exact out{"a sphere that rebounds and slides", newton_law(), s.problem, {}, {}};
   out.solution.impulse = {s.r[0], s.r[1], s.r[2]};
   // Friction within the cone is all that the law asks of it.
   out.open = {{"impulse 1", s.r[1] > 0 ? -1 : 1}, {"impulse 2", s.r[2] > 0 ? -1 : 1}};
@@ -102,7 +102,7 @@ inline Exact newton_sphere() {
 }
 
 inline Exact mirtich_spheres() {
-  Exact out{"two spheres that rebound and slide", Law::mirtich, {}, {}, {}};
+  Exact out{"two spheres that rebound and slide", mirtich_law(), {}, {}, {}};
   const double e = 0.5, mu = 0.1, masses[] = {2, 3}, v_n[] = {2, 3};
   for (int b = 0; b < 2; ++b) {
     const double m = masses[b];
@@ -115,9 +115,10 @@ inline Exact mirtich_spheres() {
     const double m = masses[b], r_n = (1 + e) * m * v_n[b];
     const Eigen::Vector2d slip(u[3 * b + 1], u[3 * b + 2]), r_t = -mu * r_n * slip.normalized();
     out.solution.impulse.insert(out.solution.impulse.end(), {r_n, r_t[0], r_t[1]});
-    out.solution.compression_work.push_back(-0.5 * m * v_n[b] * v_n[b]);
-    out.solution.restitution_work.push_back(0.5 * e * e * m * v_n[b] * v_n[b]);
-    out.solution.friction_work.push_back(r_t.dot(slip + 1.75 / m * r_t));
+    WorkWitness& work = out.solution.as<WorkWitness>();
+    work.compression.push_back(-0.5 * m * v_n[b] * v_n[b]);
+    work.restitution.push_back(0.5 * e * e * m * v_n[b] * v_n[b]);
+    work.friction.push_back(r_t.dot(slip + 1.75 / m * r_t));
   }
   return out;
 }
@@ -125,15 +126,16 @@ inline Exact mirtich_spheres() {
 /// A polygon's answer of a sphere that slides along direction 0; with restitution in two phases.
 inline Exact polygon_sphere(double e) {
   const double m = 2, v_n = 2, speed = 5, mu = 0.1;
-  Exact out{e > 0 ? "a sphere that rebounds in two phases" : "a sphere that slides", Law::anitescu_potra, {}, {}, {}};
+  Exact out{e > 0 ? "a sphere that rebounds in two phases" : "a sphere that slides", anitescu_potra_law(), {}, {}, {}};
   add_body(out.problem, m, Vector3d::Constant(0.4 * m), {speed, -v_n, 0});
   add_contact(out.problem, 0, {0, -1, 0}, -1, {}, ground_axes(), mu, e);
   ContactSolution& s = out.solution;
-  s.k = 8;
+  PolygonWitness& polygon = s.as<PolygonWitness>();
+  polygon.k = 8;
   const auto phase = [&](double c_n, double c_t, double friction_so_far) {
-    s.z.push_back(c_n);
-    for (int i = 0; i < s.k; ++i) s.z.push_back(i == s.k / 2 ? c_t : 0);
-    s.z.push_back(speed - 3.5 / m * (friction_so_far + c_t));
+    polygon.z.push_back(c_n);
+    for (int i = 0; i < polygon.k; ++i) polygon.z.push_back(i == polygon.k / 2 ? c_t : 0);
+    polygon.z.push_back(speed - 3.5 / m * (friction_so_far + c_t));
   };
   const double r_n = m * v_n;
   phase(r_n, mu * r_n, 0);
@@ -145,12 +147,12 @@ inline Exact polygon_sphere(double e) {
 /// A cube that comes to rest on four corners, without friction's doing: lam = 0, and the bound on friction is slack.
 inline Exact polygon_box() {
   const double approach = 0.01;
-  Exact out{"a box that lands flat", Law::anitescu_potra, box(0.3, {0, -approach, 0}), {}, {}};
+  Exact out{"a box that lands flat", anitescu_potra_law(), box(0.3, {0, -approach, 0}), {}, {}};
   ContactSolution& s = out.solution;
-  s.k = 8;
-  s.z.assign(40, 0.0);
+  s.as<PolygonWitness>().k = 8;
+  s.as<PolygonWitness>().z.assign(40, 0.0);
   for (int c = 0; c < 4; ++c) {
-    s.z[c] = approach / 4;
+    s.as<PolygonWitness>().z[c] = approach / 4;
     s.impulse.insert(s.impulse.end(), {approach / 4, 0, 0});
   }
   return out;
@@ -168,28 +170,28 @@ inline std::vector<double> box_impulses(double approach, double mu, double cx, d
   return r;
 }
 inline Exact newton_box() {
-  Exact out{"a box that slides on four corners", Law::newton, box(0.1, {0.03, -0.01, 0.04}), {}, {}};
+  Exact out{"a box that slides on four corners", newton_law(), box(0.1, {0.03, -0.01, 0.04}), {}, {}};
   out.solution.impulse = box_impulses(0.01, 0.1, 0.6, 0.8);
   return out;
 }
 /// The same as the convex program's answer, with its bound; eta has a multiple of what lifts the box evenly.
 inline Exact convex_box() {
   const double approach = 0.01, lift = 0.02;
-  Exact out{"a box that slides on four corners, bounded", Law::convex, box(0.1, {0.03, -approach, 0.04}), {}, {}};
+  Exact out{"a box that slides on four corners, bounded", convex_law(), box(0.1, {0.03, -approach, 0.04}), {}, {}};
   ContactSolution& s = out.solution;
   s.impulse = box_impulses(approach, 0.1, 0.6, 0.8);
-  s.bounded = true;
-  s.eta.assign(4, lift / 4);
-  s.frictionless.assign(4, approach / 4);
-  s.kappa_dual = {0, 1, 0, 0, 0, 0};
-  s.epsilon = 1e-15;  // 1e-11 of the energy
+  s.as<ConvexWitness>().bounded = true;
+  s.as<ConvexWitness>().eta.assign(4, lift / 4);
+  s.as<ConvexWitness>().frictionless.assign(4, approach / 4);
+  s.as<ConvexWitness>().kappa_dual = {0, 1, 0, 0, 0, 0};
+  s.as<ConvexWitness>().epsilon = 1e-15;  // 1e-11 of the energy
   return out;
 }
 
 /// A cube of 2 kg pushed into a corner: three points on the floor, two on a wall, one on another; it stops without
 /// friction. N is regular: f = -N^-T M v-, and z = N^-1 1.
 inline Exact convex_corner() {
-  Exact out{"a box in a corner, bounded", Law::convex, {}, {}, {}};
+  Exact out{"a box in a corner, bounded", convex_law(), {}, {}, {}};
   ContactProblem& p = out.problem;
   add_body(p, 2, {0.4, 0.5, 0.6}, Vector3d::Zero());
   const std::vector<std::pair<Vector3d, Vector3d>> touches = {
@@ -210,14 +212,14 @@ inline Exact convex_corner() {
   ContactSolution& s = out.solution;
   for (int i = 0; i < 6; ++i) {
     p.v_minus[i] = momentum[i] / p.M.block(0)(i, i);
-    s.frictionless.push_back(f[i]);
+    s.as<ConvexWitness>().frictionless.push_back(f[i]);
     s.impulse.insert(s.impulse.end(), {f[i], 0, 0});
   }
   const Eigen::Matrix<double, 6, 1> z = N.inverse() * ones;
-  s.kappa_dual.assign(z.data(), z.data() + 6);
-  s.bounded = true;
-  s.eta.assign(6, 0.0);
-  s.epsilon = 1e-12;
+  s.as<ConvexWitness>().kappa_dual.assign(z.data(), z.data() + 6);
+  s.as<ConvexWitness>().bounded = true;
+  s.as<ConvexWitness>().eta.assign(6, 0.0);
+  s.as<ConvexWitness>().epsilon = 1e-12;
   return out;
 }
 
@@ -225,10 +227,10 @@ inline Exact convex_corner() {
 inline Exact convex_sphere() {
   SlidingSphere s(2, 4, 0.1, 0);
   s.press(s.m * (s.v_n + s.mu * s.slip.norm()) / (1 + 3.5 * s.mu * s.mu));
-  Exact out{"a sphere that slides, without the bound", Law::convex, s.problem, {}, {}};
+  Exact out{"a sphere that slides, without the bound", convex_law(), s.problem, {}, {}};
   out.solution.impulse = {s.r[0], s.r[1], s.r[2]};
-  out.solution.eta = {0};
-  out.solution.epsilon = 1e-12;
+  out.solution.as<ConvexWitness>().eta = {0};
+  out.solution.as<ConvexWitness>().epsilon = 1e-12;
   return out;
 }
 
@@ -254,15 +256,18 @@ inline Exact in_units(Exact exact, double mass, double length, double time) {
   scale(p.offset, speed);
   ContactSolution& s = exact.solution;
   scale(s.impulse, impulse);
-  for (std::size_t i = 0; i < s.z.size(); ++i)
-    s.z[i] *= i % ((s.k + 2) * static_cast<std::size_t>(p.nc())) < (s.k + 1) * static_cast<std::size_t>(p.nc())
-                  ? impulse
-                  : speed;
-  for (auto* work : {&s.compression_work, &s.restitution_work, &s.friction_work}) scale(*work, energy);
-  scale(s.eta, impulse);
-  scale(s.frictionless, impulse);
-  for (std::size_t i = 0; i < s.kappa_dual.size(); ++i) s.kappa_dual[i] /= i % 6 < 3 ? 1 : length;
-  s.epsilon *= energy;
+  const auto nc = static_cast<std::size_t>(p.nc());
+  if (auto* polygon = std::get_if<PolygonWitness>(&s.witness))
+    for (std::size_t i = 0; i < polygon->z.size(); ++i)
+      polygon->z[i] *= i % ((polygon->k + 2) * nc) < (polygon->k + 1) * nc ? impulse : speed;
+  if (auto* works = std::get_if<WorkWitness>(&s.witness))
+    for (auto* work : {&works->compression, &works->restitution, &works->friction}) scale(*work, energy);
+  if (auto* proof = std::get_if<ConvexWitness>(&s.witness)) {
+    scale(proof->eta, impulse);
+    scale(proof->frictionless, impulse);
+    for (std::size_t i = 0; i < proof->kappa_dual.size(); ++i) proof->kappa_dual[i] /= i % 6 < 3 ? 1 : length;
+    proof->epsilon *= energy;
+  }
   return exact;
 }
 
@@ -292,19 +297,29 @@ inline Exact reversed(const Exact& exact) {
     for (std::size_t i = 0; i < count; ++i)
       for (std::size_t j = 0; j < width; ++j) into[first + i * width + j] = values[first + (count - 1 - i) * width + j];
   };
-  const auto n = static_cast<std::size_t>(nc), k = static_cast<std::size_t>(s.k);
+  const auto n = static_cast<std::size_t>(nc);
   turn(s.impulse, 0, n, 3, out.solution.impulse);
-  for (std::size_t at = 0; at < s.z.size(); at += (k + 2) * n) {
-    turn(s.z, at, n, 1, out.solution.z);
-    turn(s.z, at + n, n, k, out.solution.z);
-    turn(s.z, at + (k + 1) * n, n, 1, out.solution.z);
+  if (const auto* polygon = std::get_if<PolygonWitness>(&s.witness)) {
+    const auto k = static_cast<std::size_t>(polygon->k);
+    std::vector<double>& z = out.solution.as<PolygonWitness>().z;
+    for (std::size_t at = 0; at < z.size(); at += (k + 2) * n) {
+      turn(polygon->z, at, n, 1, z);
+      turn(polygon->z, at + n, n, k, z);
+      turn(polygon->z, at + (k + 1) * n, n, 1, z);
+    }
   }
-  turn(s.compression_work, 0, s.compression_work.size(), 1, out.solution.compression_work);
-  turn(s.restitution_work, 0, s.restitution_work.size(), 1, out.solution.restitution_work);
-  turn(s.friction_work, 0, s.friction_work.size(), 1, out.solution.friction_work);
-  turn(s.eta, 0, s.eta.size(), 1, out.solution.eta);
-  turn(s.frictionless, 0, s.frictionless.size(), 1, out.solution.frictionless);
-  turn(s.kappa_dual, 0, s.kappa_dual.size() / 6, 6, out.solution.kappa_dual);
+  if (const auto* works = std::get_if<WorkWitness>(&s.witness)) {
+    WorkWitness& into = out.solution.as<WorkWitness>();
+    turn(works->compression, 0, n, 1, into.compression);
+    turn(works->restitution, 0, n, 1, into.restitution);
+    turn(works->friction, 0, n, 1, into.friction);
+  }
+  if (const auto* proof = std::get_if<ConvexWitness>(&s.witness)) {
+    ConvexWitness& into = out.solution.as<ConvexWitness>();
+    turn(proof->eta, 0, proof->eta.size(), 1, into.eta);
+    turn(proof->frictionless, 0, proof->frictionless.size(), 1, into.frictionless);
+    turn(proof->kappa_dual, 0, proof->kappa_dual.size() / 6, 6, into.kappa_dual);
+  }
   for (auto& [part, sign] : out.open) part += nc > 1 ? " (reversed)" : "";  // of single contacts only
   return out;
 }
@@ -323,7 +338,7 @@ inline Exact turned(Exact exact, const Matrix3d& R) {
   for (int b = 0; b < p.M.blocks(); ++b) p.M.block(b) = (both * p.M.block(b) * both.transpose()).eval();
   for (int e = 0; e < static_cast<int>(p.J.block.size()); ++e) p.J.entry(e) = (p.J.entry(e) * both.transpose()).eval();
   turn(p.v_minus);
-  turn(exact.solution.kappa_dual);
+  if (auto* proof = std::get_if<ConvexWitness>(&exact.solution.witness)) turn(proof->kappa_dual);
   return exact;
 }
 
@@ -341,11 +356,13 @@ inline Exact other_tangents(Exact exact) {
     s.impulse[3 * c + 1] = s.impulse[3 * c + 2];
     s.impulse[3 * c + 2] = -t1;
   }
-  const std::vector<double> z = s.z;
-  const int unknowns = (s.k + 2) * p.nc();
-  for (int at = 0; at < static_cast<int>(z.size()); at += unknowns)
-    for (int c = 0; c < p.nc(); ++c)
-      for (int i = 0; i < s.k; ++i) s.z[at + p.nc() + s.k * c + i] = z[at + p.nc() + s.k * c + (i + s.k / 4) % s.k];
+  if (auto* polygon = std::get_if<PolygonWitness>(&s.witness)) {
+    const std::vector<double> z = polygon->z;
+    const int k = polygon->k, unknowns = (k + 2) * p.nc();
+    for (int at = 0; at < static_cast<int>(z.size()); at += unknowns)
+      for (int c = 0; c < p.nc(); ++c)
+        for (int i = 0; i < k; ++i) polygon->z[at + p.nc() + k * c + i] = z[at + p.nc() + k * c + (i + k / 4) % k];
+  }
   std::vector<std::pair<std::string, int>> open;
   for (auto [part, sign] : exact.open) {
     if (part == "impulse 1")

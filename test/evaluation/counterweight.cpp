@@ -58,7 +58,7 @@ TEST_CASE("A counterweight of any inertia lifts a wheel of the mobile robot once
   options.duration = predicted + 0.5;
   MethodOptions unbounded;
   unbounded.compression_bound = false;
-  Simulation simulation(scenario, options, find_method("convex")->make(unbounded), Law::convex);
+  Simulation simulation(scenario, options, find_method("convex")->make(unbounded), convex_law());
   double lesser = 1, lifted = end;
   simulation.on_event = [&](const EventRecord& event) {
     REQUIRE(event.contacts.size() == 2);

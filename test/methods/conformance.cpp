@@ -117,7 +117,7 @@ TEST_CASE("every method of the table ends ten small problems with an answer that
       }
       const Residuals residuals = referee.check(c.problem, solution, choice.row->law, v_plus);
       CHECK(solution.status == Status::ok);
-      CHECK(Referee::holds(residuals, solution, choice.row->law, 1e-9));
+      CHECK(Referee::holds(residuals, 1e-9));
       CHECK(residuals.approach <= 1e-9 * (1 + largest(c.problem.v_minus)));
       if (choice.options.variant != "uncapped")  // that reading may gain: spec methods.md
         CHECK(residuals.energy_gain <= 1e-12 * residuals.energy_before);
@@ -126,9 +126,9 @@ TEST_CASE("every method of the table ends ten small problems with an answer that
       if (largest(solution.impulse) > 0) {
         ContactSolution wrong = solution;
         for (double& r : wrong.impulse) r *= 0.999;
-        for (double& z : wrong.z) z *= 0.999;
-        CHECK_FALSE(
-            Referee::holds(referee.check(c.problem, wrong, choice.row->law, v_plus), wrong, choice.row->law, 1e-9));
+        if (auto* polygon = std::get_if<PolygonWitness>(&wrong.witness))
+          for (double& z : polygon->z) z *= 0.999;
+        CHECK_FALSE(Referee::holds(referee.check(c.problem, wrong, choice.row->law, v_plus), 1e-9));
       }
     }
   }

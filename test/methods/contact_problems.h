@@ -165,7 +165,8 @@ inline Verdict judge_convex(const ContactProblem& p, const ContactSolution& s) {
   const int nc = p.nc();
   const Eigen::MatrixXd M = dense_mass(p), J = dense_jacobian(p);
   const Eigen::LLT<Eigen::MatrixXd> llt(M);
-  const Eigen::VectorXd v0 = vector(p.v_minus), w = vector(p.offset), r = vector(s.impulse), eta = vector(s.eta);
+  const ConvexWitness& proof = s.as<ConvexWitness>();
+  const Eigen::VectorXd v0 = vector(p.v_minus), w = vector(p.offset), r = vector(s.impulse), eta = vector(proof.eta);
   const Eigen::VectorXd q = J * v0 + w;
   out.v = v0 + llt.solve(J.transpose() * r);
   out.u = J * out.v + w;
@@ -203,12 +204,12 @@ inline Verdict judge_convex(const ContactProblem& p, const ContactSolution& s) {
     for (int c = 0; c < nc; ++c) {
       if (island[c] != g) continue;
       const double missing = p.mu[c] * y.segment(3 * c + 1, 2).norm() - y[3 * c];
-      if (s.bounded)
+      if (proof.bounded)
         slack = std::max(slack, missing);
       else
         violated(missing / std::sqrt(weight[c]));
       sum += r[3 * c];
-      if (s.bounded) kappa += s.frictionless[c];
+      if (proof.bounded) kappa += proof.frictionless[c];
     }
     for (int c = 0; c < nc; ++c) {
       if (island[c] != g) continue;
@@ -218,14 +219,14 @@ inline Verdict judge_convex(const ContactProblem& p, const ContactSolution& s) {
       violated(-r[3 * c] * root);
       violated(-eta[c] * root);
       violated((r.segment(3 * c + 1, 2).norm() - p.mu[c] * r[3 * c]) * root);
-      if (s.bounded) violated((sum - kappa) * root);
+      if (proof.bounded) violated((sum - kappa) * root);
     }
-    if (s.bounded) out.gap += slack * (kappa - sum);
+    if (proof.bounded) out.gap += slack * (kappa - sum);
   }
-  if (s.bounded) {
+  if (proof.bounded) {
     Eigen::VectorXd f = Eigen::VectorXd::Zero(3 * nc);
-    for (int c = 0; c < nc; ++c) f[3 * c] = s.frictionless[c];
-    const Eigen::VectorXd u = W * f + q, Nz = J * vector(s.kappa_dual);
+    for (int c = 0; c < nc; ++c) f[3 * c] = proof.frictionless[c];
+    const Eigen::VectorXd u = W * f + q, Nz = J * vector(proof.kappa_dual);
     const auto unproven = [&](double x) { out.least_sum = std::max(out.least_sum, x); };
     for (int c = 0; c < nc; ++c) {
       const double root = std::sqrt(weight[c]), fc = f[3 * c] * root / size, uc = u[3 * c] / root / size;

@@ -336,7 +336,7 @@ TEST_CASE("without friction the answer is the frictionless one", "[convex]") {
     require_certified(p, s);
     ContactSolution f = s;
     for (int c = 0; c < p.nc(); ++c) {
-      f.impulse[3 * c] = s.frictionless[c];
+      f.impulse[3 * c] = s.as<ConvexWitness>().frictionless[c];
       f.impulse[3 * c + 1] = f.impulse[3 * c + 2] = 0;
     }
     const auto a = after(p, s), b = after(p, f);
@@ -352,12 +352,12 @@ TEST_CASE("an early stop is feasible and has no more energy than the frictionles
       tolerances.epsilon = epsilon;
       const ContactSolution s = solve(p, tolerances);
       const Verdict verdict = judge_convex(p, s);
-      CHECK(s.epsilon >= epsilon);
-      CHECK(std::abs(verdict.gap) <= s.epsilon * (1 + 1e-9));
+      CHECK(s.as<ConvexWitness>().epsilon >= epsilon);
+      CHECK(std::abs(verdict.gap) <= s.as<ConvexWitness>().epsilon * (1 + 1e-9));
       CHECK(verdict.infeasibility <= 1e-9);
       ContactSolution f = s;
       for (int c = 0; c < p.nc(); ++c) {
-        f.impulse[3 * c] = s.frictionless[c];
+        f.impulse[3 * c] = s.as<ConvexWitness>().frictionless[c];
         f.impulse[3 * c + 1] = f.impulse[3 * c + 2] = 0;
       }
       CHECK(verdict.KE_after <= judge_convex(p, f).KE_after + 1e-12);
@@ -534,10 +534,11 @@ TEST_CASE("a belt that is driven moves a box by mu times its weight", "[convex]"
     CHECK(v[0] == Approx(mu * fall).margin(1e-9));
     CHECK(v[1] == Approx(0).margin(1e-9));
     CHECK(v[6] == Approx(rate).margin(1e-9));
-    CHECK(std::accumulate(s.frictionless.begin(), s.frictionless.begin() + 4, 0.0) == Approx(fall));
+    CHECK(std::accumulate(s.as<ConvexWitness>().frictionless.begin(), s.as<ConvexWitness>().frictionless.begin() + 4,
+                          0.0) == Approx(fall));
     std::vector<double> v_plus;
     Referee referee;
-    CHECK(Referee::holds(referee.check(p, s, Law::convex, v_plus), s, Law::convex, 1e-9));
+    CHECK(Referee::holds(referee.check(p, s, convex_law(), v_plus), 1e-9));
   }
 }
 

@@ -28,7 +28,7 @@ TEST_CASE("problems whose masses and friction span decades are solved to a check
     std::vector<double> v_plus;
     INFO("seed " << seed << " " << s.reason);
     CHECK((s.status == Status::ok || s.status == Status::inaccurate));
-    CHECK(Referee().check(stored.problem, s, Law::convex, v_plus).model <= 1e-8);
+    CHECK(Referee().check(stored.problem, s, convex_law(), v_plus).model <= 1e-8);
   }
 }
 
@@ -54,7 +54,7 @@ TEST_CASE("what rounding leaves of a velocity is no error, and what is more is n
       Referee referee;
       INFO(name << " bounded " << bounded << " " << s.reason);
       CHECK(s.status == Status::ok);
-      CHECK(Referee::holds(referee.check(stored.problem, s, Law::convex, v_plus), s, Law::convex, 1e-9));
+      CHECK(Referee::holds(referee.check(stored.problem, s, convex_law(), v_plus), 1e-9));
     }
 }
 
@@ -72,7 +72,7 @@ struct StoredEvent {
     options.k = k;
     find_method("ap")->make(options)(stored.problem, solution);
     std::vector<double> v_plus;
-    residual = Referee().check(stored.problem, solution, Law::anitescu_potra, v_plus).model;
+    residual = Referee().check(stored.problem, solution, anitescu_potra_law(), v_plus).model;
   }
 };
 
@@ -170,13 +170,13 @@ TEST_CASE("restitution gives back no more energy than compression took", "[conve
       method(stored.problem, s);
       std::vector<double> v_plus;
       Referee referee;
-      const Residuals residuals = referee.check(stored.problem, s, Law::convex, v_plus);
+      const Residuals residuals = referee.check(stored.problem, s, convex_law(), v_plus);
       INFO("scaled " << scaled << " bounded " << bounded << " gain " << residuals.energy_gain);
       CHECK(s.status == Status::ok);
       CHECK((s.restitution_scale < 1) == scaled);
       if (!scaled && !bounded) continue;  // there the second phase happens to take it back
       CHECK((residuals.energy_gain <= 1e-13) == scaled);
-      CHECK(Referee::holds(residuals, s, Law::convex, 1e-9) == scaled);
+      CHECK(Referee::holds(residuals, 1e-9) == scaled);
     }
 }
 
@@ -210,7 +210,7 @@ TEST_CASE("what parts by rounding alone is not left out of the bound's proof", "
   pruned(*find_method("convex"), {}, left_out)(problem, s);
   CHECK(s.status == Status::ok);
   std::vector<double> v_plus;
-  CHECK(Referee::holds(Referee().check(problem, s, Law::convex, v_plus), s, Law::convex, 1e-9));
+  CHECK(Referee::holds(Referee().check(problem, s, convex_law(), v_plus), 1e-9));
 }
 
 namespace {
@@ -220,10 +220,10 @@ ContactSolution checked_answer(const std::string& name, const ContactProblem& pr
   ContactSolution s;
   DrumwrightShell({})(problem, s);
   std::vector<double> v_plus;
-  const Residuals residuals = Referee().check(problem, s, Law::convex, v_plus);
+  const Residuals residuals = Referee().check(problem, s, convex_law(), v_plus);
   INFO(name << " " << s.reason << " " << Referee::refusal(residuals, 1e-9));
   CHECK(s.status == Status::ok);
-  CHECK(Referee::holds(residuals, s, Law::convex, 1e-9));
+  CHECK(Referee::holds(residuals, 1e-9));
   return s;
 }
 
@@ -247,6 +247,15 @@ TEST_CASE("a bound that leaves no room is missed by no more than what is accepte
     checked_answer(name, test_problem(name));
 }
 
+// An impact between light bodies under heavy ones: what touches is said by the rounding of the impulses that there are.
+TEST_CASE("a contact that parts by more than its impulses round is open in the least sum", "[convex]") {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problems are not read");
+    return;
+  }
+  checked_answer("convex_light_contacts", test_problem("events/convex_light_contacts"));
+}
+
 TEST_CASE("the least sum is found and proven where contacts depend on each other up to rounding", "[convex]") {
   if (!fclib_available()) {
     WARN("no HDF5 in this build: the stored problems are not read");
@@ -257,10 +266,10 @@ TEST_CASE("the least sum is found and proven where contacts depend on each other
         "contact/sum_at_rounding", "contact/sum_turns", "robots/grasp_bound_on"}) {
     const ContactProblem problem = test_problem(name);
     ContactSolution s = checked_answer(name, problem);
-    for (double& f : s.frictionless) f *= 2;
+    for (double& f : s.as<ConvexWitness>().frictionless) f *= 2;
     std::vector<double> v_plus;
     INFO(name << ": a sum twice as large is none");
-    CHECK_FALSE(Referee::holds(Referee().check(problem, s, Law::convex, v_plus), s, Law::convex, 1e-9));
+    CHECK_FALSE(Referee::holds(Referee().check(problem, s, convex_law(), v_plus), 1e-9));
   }
 }
 
@@ -294,7 +303,7 @@ TEST_CASE("the bound's answer does not hang on the order of contacts that hardly
     DrumwrightShell method(tolerances);
     method(problem, s);
     CHECK(s.status == Status::ok);
-    CHECK(Referee().check(problem, s, Law::convex, v[turned]).model <= 1e-11);
+    CHECK(Referee().check(problem, s, convex_law(), v[turned]).model <= 1e-11);
   }
   for (std::size_t i = 0; i < v[0].size(); ++i) CHECK(v[0][i] == Approx(v[1][i]).epsilon(0).margin(1e-10));
 }
@@ -314,7 +323,7 @@ TEST_CASE("Lemke's method tries further covers where heavy bodies on light ones 
   find_method("ap")->make(options)(stored.problem, s);
   CHECK(s.status == Status::ok);
   std::vector<double> v_plus;
-  CHECK(Referee().check(stored.problem, s, Law::anitescu_potra, v_plus).model <= 1e-13);
+  CHECK(Referee().check(stored.problem, s, anitescu_potra_law(), v_plus).model <= 1e-13);
 }
 
 namespace {
@@ -330,7 +339,7 @@ Status solve_ap(const ContactProblem& problem, const char* solver, int k, double
   ContactSolution s;
   find_method("ap")->make(options)(problem, s);
   std::vector<double> v_plus;
-  residual = Referee().check(problem, s, Law::anitescu_potra, v_plus).model;
+  residual = Referee().check(problem, s, anitescu_potra_law(), v_plus).model;
   UNSCOPED_INFO(solver << ", " << s.iterations << " pivots: " << s.reason);
   return s.status;
 }
@@ -374,25 +383,22 @@ TEST_CASE("an island at rest that rolls is solved like one that falls, at any sc
 
 // Events of scenarios/grasp.xml at k = 8: the pads' corners are redundant but for 1e-9, so bases of Lemke's path are
 // all but singular and its vertices infeasible by 1e-9 and more. The first took 4302 pivots and ended inaccurate. Which
-// vertex the path first comes to hangs on rounding, and so on the order of the contacts; from a few of them, 4e-11 off,
-// no path leads to a better one.
+// vertex the path first comes to hangs on rounding, and so on the order of the contacts. From some orders a repair brings
+// nothing and the next one, under another perturbation, does: one that gains nothing is no reason to stop.
 TEST_CASE("Lemke's method goes on from a vertex that is all but right to the exact one", "[ap]") {
   if (!fclib_available()) {
     WARN("no HDF5 in this build: the stored problems are not read");
     return;
   }
-  int exact = 0, orders = 0;
   for (const char* name : {"grasp_k8_1437", "grasp_k8_884"}) {
     const ContactProblem given = stored_problem(name);
-    for (int first = 0; first < given.nc(); ++first, ++orders) {
+    for (int first = 0; first < given.nc(); ++first) {
       double residual = 1;
       CAPTURE(name, first);
       CHECK(solve_ap(from_contact(given, first), "lemke", 8, residual) == Status::ok);
-      CHECK(residual <= Referee::accepted);
-      exact += residual <= 1e-13;
+      CHECK(residual <= 1e-13);
     }
   }
-  CHECK(exact > 0.75 * orders);
 }
 
 // An arm whose joints cannot move its tip along a direction of friction: that diagonal is 1e-34, and as the scale of

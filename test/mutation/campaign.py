@@ -51,9 +51,9 @@ PARTS = ("lib/", "app/", "test/", "scripts/", "scenarios/", "CMake")
 # Tests of scripts that a fault there reaches first; the others of this list follow.
 SCRIPTS = {f"scripts/contactbench/{name}": test for name, test in {
     "sweep": "scripts_sweep", "plan": "scripts_sweep", "references": "scripts_recommend", "recommend": "scripts_recommend",
-    "replay": "replay", "solve_all": "replay", "stress": "scripts_stress", "measures": "scripts_stress", "problems": "scripts_stress",
+    "worth": "scripts_worth", "replay": "replay", "solve_all": "replay", "stress": "scripts_stress", "measures": "scripts_stress", "problems": "scripts_stress",
     "limits": "scripts_stress", "look": "scripts_campaign", "campaign": "scripts_campaign", "scenes": "scripts_campaign",
-    "reduce": "scripts_campaign", "picture": "scripts_first_day", "start": "scripts_first_day", "check_convex": "convex_peer",
+    "reduce": "scripts_campaign", "picture": "scripts_first_day", "start": "scripts_first_day",
     "": "scripts_report"}.items()}
 
 

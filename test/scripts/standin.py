@@ -69,6 +69,12 @@ if mode == "error":
     summary["errors"]["position_linf_m"], summary["time"]["dynamics_s"] = share * step, cost * 1e-3 / step
     summary["reference"] = {{"kind": "analytic"}}
     summary["steps"], summary["residuals"] = round(10 / step), {{"false_claims": 0, "law_max": 0.0}}
+if mode == "chaos":
+    # The error follows the seed of the member; half of the members gain energy.
+    seed = int(flag("--seed", "0"))
+    summary["errors"]["position_linf_m"] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6][seed]
+    summary["errors"]["energy_rise_relative"] = 0.1 * (seed % 2)
+    summary["reference"], summary["steps"], summary["residuals"] = {{"kind": "analytic"}}, 100, {{"false_claims": 0, "law_max": 0.0}}
 if mode == "nan": summary["errors"]["final_m"] = float("nan")
 if mode == "liar": summary["finished"] = False
 text = json.dumps(summary)

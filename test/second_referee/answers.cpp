@@ -51,28 +51,31 @@ void print(const std::string& name, const ContactProblem& p) {
              {"e", p.restitution}});
 }
 
-std::string_view law_name(Law law) {
+std::string_view law_name(const Law& law) {
   for (const MethodRow& row : methods())
     if (row.law == law) return row.name;
   return "";
 }
 
-void print(const std::string& name, const ContactSolution& s, Law law, const Residuals& out) {
+void print(const std::string& name, const ContactSolution& s, const Law& law, const Residuals& out) {
+  const auto& polygon = s.as<PolygonWitness>();
+  const auto& work = s.as<WorkWitness>();
+  const auto& proof = s.as<ConvexWitness>();
   print(json{{"answer", name},
              {"law", law_name(law)},
              {"r", s.impulse},
-             {"k", s.k},
-             {"z", s.z},
-             {"compression", s.compression_work},
-             {"restitution", s.restitution_work},
-             {"friction", s.friction_work},
-             {"bounded", s.bounded},
-             {"eta", s.eta},
-             {"f", s.frictionless},
-             {"kappa_dual", s.kappa_dual},
-             {"epsilon", s.epsilon},
+             {"k", polygon.k},
+             {"z", polygon.z},
+             {"compression", work.compression},
+             {"restitution", work.restitution},
+             {"friction", work.friction},
+             {"bounded", proof.bounded},
+             {"eta", proof.eta},
+             {"f", proof.frictionless},
+             {"kappa_dual", proof.kappa_dual},
+             {"epsilon", proof.epsilon},
              {"first",
-              {{"holds", Referee::holds(out, s, law, accepted_residual)},
+              {{"holds", Referee::holds(out, accepted_residual)},
                {"finite", out.finite},
                {"model", out.model},
                {"law", number(out.law)},
@@ -97,14 +100,14 @@ std::vector<Asked> all_methods() {
   for (const MethodRow& row : methods()) {
     MethodOptions options;
     out.push_back({std::string(row.name), row.law, row.make(options)});
-    if (row.law != Law::convex) continue;
+    if (row.law != convex_law()) continue;
     options.compression_bound = false;
     out.push_back({std::string(row.name) + " without the bound", row.law, row.make(options)});
   }
   return out;
 }
 
-void judge(const std::string& name, const ContactProblem& p, const ContactSolution& s, Law law) {
+void judge(const std::string& name, const ContactProblem& p, const ContactSolution& s, const Law& law) {
   std::vector<double> v_plus;
   print(name, s, law, Referee().check(p, s, law, v_plus));
 }
@@ -123,7 +126,7 @@ void stored(int count, char** files) {
     }
     print(files[i], p);
     for (const Asked& method : asked) {
-      if (p.nc() > few && (method.law == Law::newton || method.law == Law::mirtich)) continue;
+      if (p.nc() > few && (method.law == newton_law() || method.law == mirtich_law())) continue;
       ContactSolution s;
       method.solve(p, s);
       judge(method.name, p, s, method.law);
@@ -174,9 +177,15 @@ ContactProblem random_problem(std::mt19937_64& random) {
 void spoil(ContactSolution& s, std::mt19937_64& random) {
   std::uniform_real_distribution<double> unit(0, 1), both(-1, 1);
   std::vector<std::vector<double>*> there;
-  for (auto* part : {&s.impulse, &s.z, &s.compression_work, &s.restitution_work, &s.friction_work, &s.eta,
-                     &s.frictionless, &s.kappa_dual})
-    if (!part->empty()) there.push_back(part);
+  const auto add = [&](std::vector<double>& part) {
+    if (!part.empty()) there.push_back(&part);
+  };
+  add(s.impulse);
+  if (auto* polygon = std::get_if<PolygonWitness>(&s.witness)) add(polygon->z);
+  if (auto* work = std::get_if<WorkWitness>(&s.witness))
+    for (auto* part : {&work->compression, &work->restitution, &work->friction}) add(*part);
+  if (auto* proof = std::get_if<ConvexWitness>(&s.witness))
+    for (auto* part : {&proof->eta, &proof->frictionless, &proof->kappa_dual}) add(*part);
   for (int times = random() % 2 == 0 ? 1 : 3; times > 0; --times) {
     std::vector<double>& part = *there[random() % there.size()];
     double largest = 0;

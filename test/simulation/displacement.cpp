@@ -63,7 +63,7 @@ TEST_CASE("what overlaps a link whose joint is at its limit is pushed out alone"
     const Scenario s = ball_and_stop(depth, stop);
     SimulationOptions options;
     options.step = options.duration = 1e-3;
-    Simulation simulation(s, options, find_method("ap")->make({}), Law::anitescu_potra);
+    Simulation simulation(s, options, find_method("ap")->make({}), anitescu_potra_law());
     REQUIRE(simulation.step().status == Status::ok);
     const State& state = simulation.state();
     CHECK(state.q[0] == Approx(stop).margin(1e-9));

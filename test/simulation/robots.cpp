@@ -347,7 +347,7 @@ TEST_CASE("what bounces on a belt gains no energy as seen from it, by the convex
       return kinetic_energy(s.model, alone);
     };
     for (const bool bounded : {true, false}) {
-      Simulation simulation(s, options_of(s), method("convex", bounded), Law::convex);
+      Simulation simulation(s, options_of(s), method("convex", bounded), convex_law());
       while (simulation.step_index() < simulation.steps_total()) {
         State before = simulation.state();
         for (const std::size_t body : {1, 2}) before.v[6 * body + 1] -= 30 * s.step;

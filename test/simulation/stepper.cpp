@@ -136,7 +136,7 @@ TEST_CASE("a box dropped flat lands with its four corners in one event") {
   SimulationOptions options;
   options.step = s.step;
   options.duration = s.duration;
-  Simulation simulation(s, options, method("ap"), Law::anitescu_potra);
+  Simulation simulation(s, options, method("ap"), anitescu_potra_law());
   int first_contacts = 0;
   simulation.on_event = [&](const EventRecord& event) {
     if (first_contacts == 0) first_contacts = event.problem.nc();
@@ -250,25 +250,24 @@ TEST_CASE("a method that fails ends the run with its status, and a false claim i
         out.reason = "made to fail";
         out.impulse.assign(3 * p.nc(), 0.0);
       },
-      Law::anitescu_potra);
+      anitescu_potra_law());
   CHECK(failing.step().status == Status::ray);
   CHECK(failing.reason() == "made to fail");
 
   Simulation lying(
       s, options,
       [](const ContactProblem& p, ContactSolution& out) {
-        out.k = 4;
         out.impulse.assign(3 * p.nc(), 0.0);
-        out.z.assign(6 * p.nc(), 0.0);
+        out.witness = PolygonWitness{4, 0, std::vector<double>(6 * static_cast<std::size_t>(p.nc()), 0.0)};
       },
-      Law::anitescu_potra);
+      anitescu_potra_law());
   const StepRecord& record = lying.step();
   CHECK(record.status == Status::inaccurate);
   CHECK(record.false_claims == 1);
 
   Simulation broken(
       s, options, [](const ContactProblem& p, ContactSolution& out) { out.impulse.assign(3 * p.nc(), std::nan("")); },
-      Law::convex);
+      convex_law());
   CHECK(broken.step().status == Status::not_finite);
 }
 
@@ -310,7 +309,7 @@ TEST_CASE("an answer that the check confirms is taken, whatever the method says 
         out.status = Status::nonconverged;
         out.reason = "does not trust itself";
       },
-      Law::convex);
+      convex_law());
   const StepRecord& record = doubting.step();
   CHECK(record.status == Status::ok);
   CHECK(record.doubted == 1);
@@ -325,7 +324,7 @@ TEST_CASE("the order in which contacts are handed over changes no motion that is
     options.step = s.step;
     options.duration = s.duration;
     options.shuffle = seed;
-    Simulation simulation(s, options, method("convex"), Law::convex);
+    Simulation simulation(s, options, method("convex"), convex_law());
     while (simulation.step_index() < simulation.steps_total()) REQUIRE(simulation.step().status == Status::ok);
     x[seed] = simulation.state().pose[0].p[0];
   }
@@ -353,7 +352,7 @@ TEST_CASE("contacts keep their friction and restitution in whatever order they a
     SimulationOptions options;
     options.step = options.duration = step;
     options.shuffle = shuffle;
-    Simulation simulation(s, options, find_method("newton")->make({}), Law::newton);
+    Simulation simulation(s, options, find_method("newton")->make({}), newton_law());
     CHECK(simulation.step().status == Status::ok);
     for (int i = 0; i < 4; ++i) {
       INFO("sphere " << i << ", order " << shuffle);

@@ -21,7 +21,7 @@ SimulationOptions of(const Scenario& s) {
 
 Simulation simulation_of(const Scenario& s) {
   MethodOptions options;
-  return {s, of(s), find_method("ap")->make(options), Law::anitescu_potra};
+  return {s, of(s), find_method("ap")->make(options), anitescu_potra_law()};
 }
 
 /// A sphere in flight under g(t) = -9.8 + 4 cos(7 t + 0.3) along y.
@@ -87,7 +87,7 @@ TEST_CASE(
       solution.impulse.assign(3 * static_cast<std::size_t>(problem.nc()), 0.0);
       solution.impulse[0] = 1 - short_of;
     };
-    Simulation simulation(s, of(s), falls_short, Law::newton);
+    Simulation simulation(s, of(s), falls_short, newton_law());
     CHECK(simulation.step().status == status);
   }
 }
@@ -104,7 +104,7 @@ TEST_CASE("a sphere that creeps a thousand margins towards another meets it, tho
   SimulationOptions options = of(s);
   options.prune.pair_searches = options.prune.contact_times = true;
   MethodOptions flags;
-  Simulation simulation(s, options, find_method("ap")->make(flags), Law::anitescu_potra);
+  Simulation simulation(s, options, find_method("ap")->make(flags), anitescu_potra_law());
   while (simulation.step_index() < simulation.steps_total()) CHECK(simulation.step().max_penetration == 0);
   CHECK(simulation.left_out().pair_searches > 10);
   CHECK(simulation.state().v[0] == Approx(-1e-5).epsilon(1e-12));  // e = 0, equal masses: both at half the speed
@@ -145,7 +145,7 @@ TEST_CASE("kinetic energy beyond a million times what was put in ends the run, a
       solution.impulse.assign(3 * static_cast<std::size_t>(problem.nc()), 0.0);
       solution.impulse[0] = 1 + speed;
     };
-    Simulation simulation(s, of(s), kicks, Law::newton);
+    Simulation simulation(s, of(s), kicks, newton_law());
     CHECK((simulation.step().status == Status::energy_blowup) == (speed * speed > 1e6));
   }
 }

@@ -29,7 +29,7 @@ ContactMethod make_boastful(const MethodOptions& options) {
     right(problem, solution);
     solution.status = Status::ok;
     solution.claimed_residual = 0;
-    solution.epsilon = asked;
+    solution.as<ConvexWitness>().epsilon = asked;
   };
 }
 

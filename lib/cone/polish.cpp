@@ -1,0 +1,241 @@
+// Newton's method on the natural map of a cone program: the finish of the interior point method, and a first try from a
+// guess.
+//
+// Problem: as in interior_point.cpp. The natural map, contact by contact, with P the projection on the cone:
+//   e = r - P(r - y / w),   eta - (eta - u_n / w)+,   s - (s + (d.r - kappa) w)+
+// Source: semismooth Newton method (L. Qi, J. Sun, A nonsmooth version of Newton's method, Mathematical Programming 58,
+// 1993). P' has eigenvectors along the ray a = (1, mu d) (eigenvalue 1), p (across the slip; mu n / t) and a's normal
+// (0). Differences: 1. along a the linearised equation fixes y, not r, which is not unique: the proximal term dr_a =
+// -(y_a + dy_a) / (proximal w) takes its place, which picks the answer next to the iterate and does not move it;
+// 2. careful steps (PolishRules::goes_back) in place of a line search: a wrong guess of the active constraints asks for
+// the impossible.
+// Fails where no iterate is at rounding: the active constraints were named wrongly, or the system could not be
+// factored.
+
+#include "cone/polish.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "cone/rows.h"
+#include "linalg/stop.h"
+
+namespace cb {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+class Polish {
+ public:
+  Polish(const ConeProgram& program, const ConeOptions& options, const PolishRules& rules, ConeWorkspace& workspace,
+         ConeSolution& x)
+      : p_(program), options_(options), rules_(rules), w_(workspace), x_(x), proximal_(rules.proximal) {}
+
+  bool operator()() {
+    for (int k = 0; k <= rules_.limit; ++k) {
+      poll_stop();
+      const double residual = linearise();
+      if (gives_up(residual)) break;
+      keep_or_go_back(residual);
+      if (cannot_be_better() || k == rules_.limit) break;
+      if (!step()) break;
+    }
+    return accept();
+  }
+
+ private:
+  double linearise();
+  void linearise_contact(int c);
+  void linearise_slip(int c, const Vector3d& y, const Vector3d& z, double t);
+  void linearise_multiplier(int c);
+  void linearise_bound();
+  bool gives_up(double residual);
+  void keep_or_go_back(double residual);
+  bool cannot_be_better() const;
+  bool step();
+  bool accept();
+  double last_bits();
+
+  const ConeProgram& p_;
+  const ConeOptions& options_;
+  const PolishRules& rules_;
+  ConeWorkspace& w_;
+  ConeSolution& x_;
+  double proximal_;
+  double best_ = HUGE_VAL;  // sqrt(J), least natural map
+  int stalled_ = 0;
+  double sum_ = 0;       // J, squared natural map
+  double products_ = 0;  // J, sum of |r.y|, |eta u_n|, and kappa times what y is short of the dual cone
+  double missing_ = 0;   // m/s, the latter
+  bool s_active_ = false;
+};
+
+// Sets the terms of a Newton step at x; returns the norm of the natural map, sqrt(J).
+double Polish::linearise() {
+  w_.velocities.evaluate(p_, x_.r, eta_of(p_, x_));
+  sum_ = products_ = missing_ = 0;
+  for (int c = 0; c < p_.nc(); ++c) {
+    linearise_contact(c);
+    if (p_.has_eta()) linearise_multiplier(c);
+  }
+  linearise_bound();
+  return std::sqrt(sum_);
+}
+
+void Polish::linearise_contact(int c) {
+  const double w = w_.scales.w_r[c], mu = (*p_.mu)[c], stiff = 1 / (proximal_ * w);
+  const auto r = vec3(&x_.r[3 * c]);
+  const Vector3d y = vec3(&w_.velocities.u_hat[3 * c]) + x_.s * Vector3d(p_.share_of(c), 0, 0);
+  auto G = mat3(&w_.newton.G[9 * c]);
+  auto step = vec3(&w_.newton.c_r[3 * c]);
+  const Vector3d z = r - y / w;
+  const double t = std::sqrt(z[1] * z[1] + z[2] * z[2]);
+  products_ += std::abs(r.dot(y));
+  if (p_.has_bound()) missing_ = std::max(missing_, mu * tangential(y.data()) - y[0]);
+  if (mu == 0) {  // a half-line: r_t = 0
+    G.setZero();
+    step = -r;
+    if (z[0] > 0) {
+      G(0, 0) = stiff;
+      step[0] = -stiff * y[0];
+      sum_ += y[0] * y[0] / w;
+    } else {
+      sum_ += w * r[0] * r[0];
+    }
+    sum_ += w * (r[1] * r[1] + r[2] * r[2]);
+  } else if (t <= mu * z[0]) {  // sticks: y = 0
+    G.setIdentity();
+    G *= stiff;
+    step = -stiff * y;
+    sum_ += y.squaredNorm() / w;
+  } else if (mu * t <= -z[0]) {  // open: r = 0
+    G.setZero();
+    step = -r;
+    sum_ += w * r.squaredNorm();
+  } else {
+    linearise_slip(c, y, z, t);
+  }
+}
+
+void Polish::linearise_slip(int c, const Vector3d& y, const Vector3d& z, double t) {
+  const double w = w_.scales.w_r[c], mu = (*p_.mu)[c], stiff = 1 / (proximal_ * w);
+  const auto r = vec3(&x_.r[3 * c]);
+  const double root = std::sqrt(1 + mu * mu), c1 = z[1] / t, c2 = z[2] / t;
+  const Vector3d a(1 / root, mu * c1 / root, mu * c2 / root);
+  const Vector3d b(mu / root, -c1 / root, -c2 / root);
+  const Vector3d across(0, -c2, c1);
+  const double n = (z[0] + mu * t) / (1 + mu * mu), k = mu * n / t;
+  const double y_a = a.dot(y), r_b = b.dot(r), r_p = across.dot(r);
+  mat3(&w_.newton.G[9 * c]).noalias() = stiff * a * a.transpose() + (k / ((1 - k) * w)) * across * across.transpose();
+  vec3(&w_.newton.c_r[3 * c]) = -stiff * y_a * a - r_b * b - (r_p / (1 - k)) * across;
+  sum_ += y_a * y_a / w + w * (r_b * r_b + r_p * r_p);
+}
+
+void Polish::linearise_multiplier(int c) {
+  const double u_n = w_.velocities.u[3 * c] + p_.slack_of(c), w_eta = w_.scales.w_eta[c], eta = x_.eta[c];
+  products_ += std::abs(eta * u_n);
+  if (p_.is_fixed(c) || eta - u_n / w_eta > 0) {
+    w_.newton.D[c] = 1 / (proximal_ * w_eta);
+    w_.newton.c_eta[c] = -w_.newton.D[c] * u_n;
+    sum_ += u_n * u_n / w_eta;
+  } else {
+    w_.newton.D[c] = 0;
+    w_.newton.c_eta[c] = -eta;
+    sum_ += w_eta * eta * eta;
+  }
+}
+
+void Polish::linearise_bound() {
+  s_active_ = false;
+  if (!p_.has_bound()) return;
+  const double excess = sum_of_shares(p_, x_.r) - p_.kappa, w = w_.scales.mean_weight;
+  products_ += missing_ * p_.kappa;
+  s_active_ = x_.s + excess * w > 0;
+  sum_ += s_active_ ? excess * excess * w : x_.s * x_.s / w;
+}
+
+// Without progress, or at rounding and not halved again.
+bool Polish::gives_up(double residual) {
+  if (!std::isfinite(residual) && (!rules_.goes_back || best_ == HUGE_VAL)) return true;  // nothing to go back to
+  if (residual < 0.5 * best_) {
+    stalled_ = 0;
+    return false;
+  }
+  return best_ < options_.rounding * w_.scales.size || ++stalled_ > rules_.patience;
+}
+
+void Polish::keep_or_go_back(double residual) {
+  if (residual < best_) {
+    best_ = residual;
+    w_.best = x_;
+    proximal_ = std::max(options_.proximal, 0.1 * proximal_);
+  } else if (rules_.goes_back) {
+    w_.best.iterations = x_.iterations;
+    x_ = w_.best;
+    proximal_ = std::min(1.0, 30 * proximal_);
+    linearise();  // at x again
+  }
+}
+
+// Far below rounding, and no product of a large impulse with a velocity that should be zero is left.
+bool Polish::cannot_be_better() const {
+  const double tiny = 1e-2 * options_.rounding, size = w_.scales.size;
+  return best_ <= tiny * size && products_ <= tiny * size * size;
+}
+
+bool Polish::step() {
+  if (!w_.newton.factor()) return false;
+  if (s_active_) {
+    const double excess = sum_of_shares(p_, x_.r) - p_.kappa;
+    if (!w_.newton.solve_bordered(proximal_ / w_.scales.mean_weight, -excess)) return false;
+  } else {
+    w_.newton.solve(-x_.s);
+  }
+  ++x_.iterations;
+  for (std::size_t i = 0; i < x_.r.size(); ++i) x_.r[i] += w_.newton.dr[i];
+  if (p_.has_eta())
+    for (int c = 0; c < p_.nc(); ++c) x_.eta[c] += w_.newton.deta[c];
+  x_.s += w_.newton.ds;
+  return true;
+}
+
+// Where the natural map is at rounding there is nothing better, even if the certificate multiplies that rounding (by
+// mu, or by large impulses) beyond what was asked for.
+bool Polish::accept() {
+  x_.status = ConeStatus::nonconverged;
+  if (!(best_ < HUGE_VAL)) return false;
+  w_.best.iterations = x_.iterations;
+  x_ = w_.best;
+  const Certificate certificate = check(p_, options_, w_, x_);
+  // Large impulses raise rounding itself; that is the excuse of the last attempt, and of programs without eta.
+  const double size = w_.scales.size;
+  const double large = rules_.goes_back || !p_.has_eta() ? options_.rounding * certificate.size : 0;
+  const bool at_rounding = best_ <= std::max(options_.rounding * size, large) || best_ <= last_bits();
+  const bool accepted =
+      x_.infeasibility <= options_.feasibility &&
+      (at_rounding || std::abs(x_.gap) <= std::max(exact_gap * size * size, certificate.gap_rounding));
+  x_.status = accepted ? ConeStatus::solved : ConeStatus::nonconverged;
+  return accepted;
+}
+
+// Of the natural map: what the last bits of velocities without impulses leave of it, sqrt(J).
+double Polish::last_bits() {
+  w_.no_impulse.assign(3 * p_.nc(), 0.0);
+  w_.velocities.bound_rounding(p_, w_.no_impulse, {});
+  double least = 0;
+  for (const double rho : w_.velocities.rounding) least += rho * rho;
+  return std::sqrt(least / w_.scales.ratio);
+}
+
+}  // namespace
+
+bool polish(const ConeProgram& p, const ConeOptions& options, const PolishRules& rules, ConeWorkspace& workspace,
+            ConeSolution& x) {
+  if (!p.has_eta()) x.eta.assign(p.nc(), 0.0);
+  return Polish(p, options, rules, workspace, x)();
+}
+
+}  // namespace cb

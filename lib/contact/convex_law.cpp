@@ -1,0 +1,363 @@
+// convex: least kinetic energy over impulses in the friction cones, with a bound kappa on the sum of normal impulses of
+// each island (drumwright_shell.cpp has the program). An answer is feasible, and its duality gap
+//   eta.(u_n)+ + r.y + s (kappa - 1.r_n)+,   y = u - W_(:,n) eta,   s: the least that puts y + s e_n into the dual cone
+// is within epsilon; the frictionless impulses f and z prove kappa. With restitution Poisson's second phase moves the
+// answer off the optimum of the first: what is left is feasibility, and that no energy comes from nowhere.
+//
+// A contact left out: u_n+ >= 0, and y = u - W_(:,n) eta + s e_n lies in the dual cone, mu |y_t| <= y_n, with the s
+// that the kept contacts of its island need already (any s where kappa = 0: it costs nothing there). The bound: u_n > 0
+// after the frictionless answer, so that it carries nothing in it and N z <= 1 is not asked of it; and leaving it out
+// must not tear its island, for the bound is per island. A contact alone, W = diag(W_n, w, w): r_n = -u_n / W_n, r_t =
+// -u_t / w where |u_t| <= w mu r_n, else mu r_n against u_t; eta = 0; z = M^-1 N^T / W_n. Without the bound a contact
+// that slides lifts as well: no closed form.
+
+#include <algorithm>
+#include <cmath>
+
+#include "contact/evidence.h"
+#include "contact/laws.h"
+#include "contact/parting.h"
+#include "contact/referee.h"
+#include "linalg/finite.h"
+
+namespace cb {
+
+namespace {
+
+using ConstVec3 = Eigen::Map<const Eigen::Vector3d>;
+
+/// Scaled u_n up to which the frictionless solution touches, -: the bound on it below. A contact that opens faster
+/// than rounding and f itself explain is open, however slowly, and carries nothing in any solution.
+constexpr double touching = 1e-9;
+/// -: after the frictionless answer a contact left out must part faster than this fraction of what its island is
+/// about, sqrt(J): what parts by less than `touching` touches, and the proof of the bound is about it too.
+constexpr double clearly_apart = 1e-8;
+
+/// y = u - W_(:,n) eta, 3 nc, m/s; as a rule eta = 0. v and scratch are kept by the caller.
+void dual_velocities(const ContactProblem& problem, const BlockCholesky& factor, const std::vector<double>& u,
+                     const std::vector<double>& eta, std::vector<double>& v, std::vector<double>& scratch,
+                     std::vector<double>& y) {
+  y = u;
+  if (std::all_of(eta.begin(), eta.end(), [](double x) { return x == 0; })) return;
+  scratch.assign(y.size(), 0.0);
+  for (std::size_t c = 0; c < eta.size(); ++c) scratch[3 * c] = eta[c];
+  v.assign(problem.nv(), 0.0);
+  multiply_transposed_add(problem.J, problem.M, scratch, v);
+  factor.solve_in_place(v);
+  multiply(problem.J, problem.M, v, scratch);
+  for (std::size_t i = 0; i < y.size(); ++i) y[i] -= scratch[i];
+}
+
+/// u after the frictionless impulses f alone.
+void frictionless_velocities(const ContactProblem& problem, const BlockCholesky& factor, const std::vector<double>& f,
+                             std::vector<double>& v, std::vector<double>& u) {
+  u.assign(3 * f.size(), 0.0);
+  for (std::size_t c = 0; c < f.size(); ++c) u[3 * c] = f[c];
+  apply_impulse(problem, factor, u, v);
+  contact_velocity(problem, v, u);
+}
+
+class ConvexCheck {
+ public:
+  void operator()(const ContactProblem& problem, const ContactSolution& solution, const Evidence& at, Residuals& out);
+
+ private:
+  void least_sum(const ContactProblem& problem, const ConvexWitness& proof, const Evidence& at, Worst& worst);
+  void find_misses(const std::vector<double>& f, const Evidence& at);
+  void feasibility(const ContactProblem& problem, const ContactSolution& solution, const Evidence& at, Worst& worst);
+  void find_gaps(const ContactProblem& problem, const ContactSolution& solution, const Evidence& at);
+  void judge_gaps(const ConvexWitness& proof, const Evidence& at, Residuals& out) const;
+  double rounding_of_gap(int island, const Evidence& at) const;
+
+  std::vector<double> y_, u_frictionless_, u_dual_, v_, scratch_;  // 3 nc, 3 nc, 3 nc, nv, 3 nc
+  // Per island: least s, and what rounding leaves open of it; sum of r_n; kappa, and what it is made of; what f leaves
+  // of f_i u_n,i = 0; the gap, and what rounding leaves open of it.
+  std::vector<double> slack_, slack_rounding_, sum_, kappa_, kappa_scale_, miss_, gap_, gap_rounding_;
+};
+
+void ConvexCheck::operator()(const ContactProblem& problem, const ContactSolution& solution, const Evidence& at,
+                             Residuals& out) {
+  const ConvexWitness& proof = solution.as<ConvexWitness>();
+  Worst worst;
+  if (at.elastic) {
+    worst = feasible(problem, solution.impulse, at, Scale::island);
+    see_gains(solution.impulse, proof.epsilon, at, sum_, worst);
+    return worst.report(out);
+  }
+  if (static_cast<int>(proof.eta.size()) != problem.nc() || !all_finite(proof.eta)) {
+    out.gap = out.infeasibility = out.model = out.island_gap = HUGE_VAL;
+    return;
+  }
+  dual_velocities(problem, at.factor, at.u_plus, proof.eta, v_, scratch_, y_);
+  kappa_.assign(at.islands.count, 0.0);
+  kappa_scale_.assign(at.islands.count, 0.0);
+  if (proof.bounded) least_sum(problem, proof, at, worst);
+  feasibility(problem, solution, at, worst);
+  worst.report(out);
+  out.infeasibility = worst.ratio;
+  find_gaps(problem, solution, at);
+  judge_gaps(proof, at, out);
+}
+
+// kappa: the frictionless impulses must solve min 1/2 v.M v, N v + w_n >= 0, and z must prove that no other solution of
+// it has a smaller sum: N z <= 1 where contacts touch, f.(1 - N z) = 0 (duality of the linear program). Limits of
+// joints do not count in the sum: there 0 stands for 1.
+void ConvexCheck::least_sum(const ContactProblem& problem, const ConvexWitness& proof, const Evidence& at,
+                            Worst& worst) {
+  const int nc = problem.nc();
+  const auto& f = proof.frictionless;
+  const auto& z = proof.kappa_dual;
+  if (static_cast<int>(f.size()) != nc || static_cast<int>(z.size()) != problem.nv() || !all_finite(f) ||
+      !all_finite(z)) {
+    worst.ratio = HUGE_VAL;
+    kappa_scale_.assign(at.islands.count, 1.0);
+    return;
+  }
+  frictionless_velocities(problem, at.factor, f, v_, u_frictionless_);
+  u_dual_.resize(3 * nc);
+  multiply(problem.J, problem.M, z, u_dual_);
+  find_misses(f, at);
+  for (int c = 0; c < nc; ++c) {
+    const int g = at.islands.of_contact[c];
+    const double size = at.island_size_q[g];  // impulses with friction, however large, are no matter here
+    const double root_w = std::sqrt(at.weight[c]), u_n = u_frictionless_[3 * c];
+    const double share = is_limit(problem, c) ? 0 : 1, excess = u_dual_[3 * c] - share;
+    at.see(worst, -f[c] * root_w, size, c);
+    at.see(worst, -u_n / root_w, size, c);
+    at.see(worst, std::min(f[c] * root_w, u_n / root_w), size, c);  // f_i u_n,i = 0
+    double touches = touching * size;
+    if (!at.rounding.empty()) touches = std::min(touches, at.open(c) / root_w + miss_[g]);
+
+    if (u_n / root_w <= touches) at.see(worst, excess, 1, c);         // N z <= 1 where it touches
+    at.see(worst, std::min(-excess * size, f[c] * root_w), size, c);  // f_i (1 - N z)_i = 0
+    kappa_[g] += share * f[c];
+    kappa_scale_[g] += (std::abs(at.u_minus[3 * c]) + at.open(c) / Referee::accepted) / at.weight[c];
+  }
+  for (int g = 0; g < at.islands.count; ++g) {
+    kappa_scale_[g] = std::max(kappa_scale_[g], std::abs(kappa_[g]));
+    if (kappa_scale_[g] == 0) kappa_scale_[g] = 1;
+  }
+}
+
+// f solves exactly the problem whose velocities differ by what it leaves of f_i u_n,i = 0: there a contact touches.
+void ConvexCheck::find_misses(const std::vector<double>& f, const Evidence& at) {
+  miss_.assign(at.islands.count, 0.0);
+  for (std::size_t c = 0; c < f.size(); ++c) {
+    const double root_w = std::sqrt(at.weight[c]), u_n = u_frictionless_[3 * c] / root_w;
+    double& miss = miss_[at.islands.of_contact[c]];
+    miss = std::max({miss, -u_n, std::min(f[c] * root_w, u_n)});
+  }
+}
+
+// The least s that puts every y of an island into the dual cone mu |y_t| <= y_n, and everything that is bounded.
+void ConvexCheck::feasibility(const ContactProblem& problem, const ContactSolution& solution, const Evidence& at,
+                              Worst& worst) {
+  const auto& r = solution.impulse;
+  const ConvexWitness& proof = solution.as<ConvexWitness>();
+  slack_.assign(at.islands.count, 0.0);
+  slack_rounding_.assign(at.islands.count, 0.0);
+  sum_.assign(at.islands.count, 0.0);
+  for (int c = 0; c < problem.nc(); ++c) {
+    const int g = at.islands.of_contact[c];
+    const double root_w = std::sqrt(at.weight[c]), size = at.island_size[g], mu = problem.mu[c];
+    const double short_of = mu * tangential(y_, c) - y_[3 * c];
+    const bool limit = is_limit(problem, c);  // does not count in the bound
+    slack_rounding_[g] = std::max(slack_rounding_[g], (1 + mu) * at.open(c));
+    if (proof.bounded && !limit)
+      slack_[g] = std::max(slack_[g], short_of);
+    else
+      at.see(worst, short_of / root_w, std::max(size, (1 + mu) * at.open(c) / root_w / Referee::accepted), c);
+    at.see(worst, -at.u_plus[3 * c] / root_w, size, c);
+    at.see(worst, -r[3 * c] * root_w, size, c);
+    at.see(worst, (tangential(r, c) - mu * r[3 * c]) * root_w, size, c);
+    at.see(worst, -proof.eta[c] * root_w, size, c);
+    if (!limit) sum_[g] += r[3 * c];
+  }
+  if (proof.bounded)
+    for (int g = 0; g < at.islands.count; ++g) Evidence::see_island(worst, sum_[g] - kappa_[g], kappa_scale_[g], g);
+}
+
+// Gaps island by island: eta.u_n + r.y + s 1.r_n, all three complementary, + s (kappa - 1.r_n), with the bounds that
+// the answer meets: u_n below 0 counts as 0, and a sum beyond kappa as kappa (how far they are from the problem's is
+// the infeasibility).
+void ConvexCheck::find_gaps(const ContactProblem& problem, const ContactSolution& solution, const Evidence& at) {
+  const auto& r = solution.impulse;
+  const ConvexWitness& proof = solution.as<ConvexWitness>();
+  gap_.assign(at.islands.count, 0.0);
+  gap_rounding_.assign(at.islands.count, 0.0);
+  for (int c = 0; c < problem.nc(); ++c) {
+    const int g = at.islands.of_contact[c];
+    const ConstVec3 rc(&r[3 * c]), yc(&y_[3 * c]);
+    const double eta = proof.eta[c], s = is_limit(problem, c) ? 0 : slack_[g];
+    gap_[g] += eta * std::max(at.u_plus[3 * c], 0.0) + rc.dot(yc) + s * rc[0];
+    gap_rounding_[g] += at.open(c) * (rc.norm() + std::abs(eta) + (yc.norm() + s) / at.weight[c]);
+  }
+  if (!proof.bounded) return;
+  for (int g = 0; g < at.islands.count; ++g) gap_[g] += slack_[g] * std::max(kappa_[g] - sum_[g], 0.0);
+}
+
+// Of velocities, and of the impulses that they determine, J. Large multipliers excuse no more than `accepted` of what
+// the island is about.
+double ConvexCheck::rounding_of_gap(int island, const Evidence& at) const {
+  return std::min(gap_rounding_[island] + slack_rounding_[island] * std::abs(kappa_[island]),
+                  Referee::accepted * at.island_size[island] * at.island_size[island]);
+}
+
+// What is more than rounding adds up to epsilon at most.
+void ConvexCheck::judge_gaps(const ConvexWitness& proof, const Evidence& at, Residuals& out) const {
+  double total = 0, excess = 0, worst = -1;
+  int worst_island = -1;
+  for (int g = 0; g < at.islands.count; ++g) {
+    total += gap_[g];
+    const double size = at.island_size[g] * at.island_size[g];
+    // One number for the law: the gap as a fraction of the energy that the island is about.
+    if (gap_[g] != 0) out.model = std::max(out.model, size > 0 ? std::abs(gap_[g]) / size : HUGE_VAL);
+    const double beyond = std::abs(gap_[g]) - rounding_of_gap(g, at);
+    excess += std::max(beyond, 0.0);
+    if (worst_island >= 0 && !(beyond > worst)) continue;
+    worst = beyond;
+    worst_island = g;
+  }
+  out.gap = total;
+  if (worst_island < 0) return;
+  // What the others leave of epsilon.
+  const double others = excess - std::max(worst, 0.0);
+  out.island_gap = gap_[worst_island];
+  out.allowed_gap = rounding_of_gap(worst_island, at) + std::max(proof.epsilon - others, 0.0);
+  if (std::abs(out.island_gap) > out.allowed_gap && out.infeasibility <= Referee::accepted) {
+    out.worst_island = worst_island;
+    out.worst_contact = -1;
+  }
+}
+
+class ConvexIdle {
+ public:
+  void operator()(const WithoutContacts& event, const ContactSolution& solution, std::vector<char>& holds) {
+    const ConvexWitness& proof = solution.as<ConvexWitness>();
+    dual_velocities(event.problem, event.factor, event.u_plus, proof.eta, v_, scratch_, y_);
+    find_slacks(event, proof);
+    if (proof.bounded) find_apart(event, proof);
+    for (int c = 0; c < event.problem.nc(); ++c) {
+      if (!event.out[c]) continue;
+      const int g = event.islands.of_contact[c];
+      const bool in_cone = missing(event.problem, c) <= slack_[g] || (proof.bounded && kappa_[g] == 0);
+      const bool apart = !proof.bounded || parts_clearly(c, g);
+      if (!in_cone || !apart) holds[c] = 0;
+    }
+  }
+
+ private:
+  /// s that this contact needs, m/s.
+  double missing(const ContactProblem& problem, int c) const {
+    return problem.mu[c] * std::hypot(y_[3 * c + 1], y_[3 * c + 2]) - y_[3 * c];
+  }
+  void find_slacks(const WithoutContacts& event, const ConvexWitness& proof) {
+    slack_.assign(event.islands.count, 0.0);
+    kappa_.assign(event.islands.count, 0.0);
+    for (int c = 0; c < event.problem.nc(); ++c) {
+      if (event.out[c] || !proof.bounded) continue;
+      const int g = event.islands.of_contact[c];
+      slack_[g] = std::max(slack_[g], missing(event.problem, c));
+      kappa_[g] += proof.frictionless[c];
+    }
+  }
+  void find_apart(const WithoutContacts& event, const ConvexWitness& proof);
+  bool parts_clearly(int c, int g) const {
+    return u_frictionless_[3 * c] > std::max({clearly_parting * speed_[g], parting_beyond_rounding * terms_[g],
+                                              clearly_apart * size_[g] * std::sqrt(weight_[c])});
+  }
+
+  std::vector<double> y_, u_frictionless_, v_, scratch_, weight_;  // 3 nc, 3 nc, nv, 3 nc, nc
+  std::vector<double> slack_, kappa_, speed_, size_, terms_;       // per island
+};
+
+// What contacts part with after the frictionless answer, and what it is held against, of each island: |u-| / sqrt(w)
+// over its contacts, sqrt(J), and the largest terms of a normal velocity, m/s: what one velocity rounds by is no motion
+// of another.
+void ConvexIdle::find_apart(const WithoutContacts& event, const ConvexWitness& proof) {
+  frictionless_velocities(event.problem, event.factor, proof.frictionless, v_, u_frictionless_);
+  island_speeds(event.islands, event.u_minus, speed_);
+  contact_weights(event.problem, event.factor, weight_);
+  size_.assign(event.islands.count, 0.0);
+  terms_.assign(event.islands.count, 0.0);
+  for (int c = 0; c < event.problem.nc(); ++c) {
+    const int g = event.islands.of_contact[c];
+    size_[g] += ConstVec3(&event.u_minus[3 * c]).squaredNorm() / weight_[c];
+    terms_[g] = std::max(terms_[g], normal_terms(event.problem, c));
+  }
+  for (double& size : size_) size = std::sqrt(size);
+}
+
+void rest(const ContactProblem& problem, const Witness& terms, ContactSolution& solution) {
+  const auto& asked = std::get<ConvexWitness>(terms);
+  ConvexWitness& proof = solution.as<ConvexWitness>();
+  proof.bounded = asked.bounded;
+  proof.epsilon_relative = asked.epsilon_relative;
+  proof.epsilon = asked.epsilon_relative ? *asked.epsilon_relative * 0.5 * quadratic_form(problem.M, problem.v_minus)
+                                         : asked.epsilon;
+  proof.eta.assign(problem.nc(), 0.0);
+  if (!proof.bounded) return;
+  proof.frictionless.assign(problem.nc(), 0.0);
+  proof.kappa_dual.assign(problem.nv(), 0.0);
+}
+
+void join(const ProblemPart& part, const ContactSolution& answer, ContactSolution& whole) {
+  const ConvexWitness& from = answer.as<ConvexWitness>();
+  ConvexWitness& to = whole.as<ConvexWitness>();
+  to.epsilon = std::max(to.epsilon, from.epsilon);
+  scatter(part.contacts, from.eta, 0, 1, to.eta, 0);
+  if (!to.bounded) return;
+  scatter(part.contacts, from.frictionless, 0, 1, to.frictionless, 0);
+  const std::vector<int>& first = part.problem.M.first;
+  if (from.kappa_dual.size() != static_cast<std::size_t>(part.problem.nv())) return;
+  for (std::size_t i = 0; i < part.blocks.size(); ++i)
+    std::copy(from.kappa_dual.begin() + first[i], from.kappa_dual.begin() + first[i + 1],
+              to.kappa_dual.begin() + part.whole.M.first[part.blocks[i]]);
+}
+
+class ConvexAlone {
+ public:
+  explicit ConvexAlone(const Witness& terms) : terms_(terms) {}
+  void operator()(const LoneContact& contact, ContactSolution& answer) const {
+    rest(contact.problem, terms_, answer);
+    const std::vector<double>& u = contact.u;
+    const double normal = -u[0] / contact.W_n, slip = std::hypot(u[1], u[2]);
+    const double size = std::min(slip / contact.w, contact.problem.mu[0] * normal);
+    answer.impulse = {normal, 0, 0};
+    for (int i = 1; i < 3 && slip > 0; ++i) answer.impulse[i] = -size * u[i] / slip;
+    answer.size = 3;
+    ConvexWitness& proof = answer.as<ConvexWitness>();
+    proof.frictionless[0] = normal;
+    constexpr double unit[] = {1, 0, 0};
+    multiply_transposed_add(contact.problem.J, contact.problem.M, unit, proof.kappa_dual);
+    contact.factor.solve_in_place(proof.kappa_dual);
+    for (double& z : proof.kappa_dual) z /= contact.W_n;
+  }
+
+ private:
+  Witness terms_;
+};
+
+// The bound is per island, and the islands share epsilon: the method parts them itself.
+LeaveOut leave_out(const Witness& terms) {
+  LeaveOut out{.corners = Corners::suffice, .parting = Parting::untorn, .islands_apart = false};
+  if (std::get<ConvexWitness>(terms).bounded) out.closed_form = ConvexAlone(terms);
+  return out;
+}
+
+}  // namespace
+
+Law convex_law() {
+  return {.name = "convex",
+          .check = []() -> LawCheck { return ConvexCheck(); },
+          .leave_out = leave_out,
+          .idle = []() -> IdleCheck { return ConvexIdle(); },
+          .rest = rest,
+          .join = join,
+          .claims_add_up = true,
+          .witness_normals = [](const ContactSolution& solution) -> std::span<const double> {
+            return solution.as<ConvexWitness>().frictionless;
+          }};
+}
+
+}  // namespace cb

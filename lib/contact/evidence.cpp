@@ -1,0 +1,57 @@
+#include "contact/evidence.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "contact/referee.h"
+
+namespace cb {
+
+namespace {
+
+using Eigen::Vector3d;
+using ConstVec3 = Eigen::Map<const Vector3d>;
+
+}  // namespace
+
+double Evidence::open_work(const Vector3d& r, const Vector3d& u, const Vector3d& q, int contact) const {
+  const double rho = open(contact);
+  return rho > 0 ? rho * (r.norm() + (u.norm() + q.norm() + rho) / weight[contact]) : 0;
+}
+
+Worst feasible(const ContactProblem& problem, std::span<const double> r, const Evidence& at, Scale scale) {
+  Worst worst;
+  for (int c = 0; c < problem.nc(); ++c) {
+    const double size = scale == Scale::contact ? std::sqrt(at.size2[c]) : at.island_size[at.islands.of_contact[c]];
+    const double root_w = std::sqrt(at.weight[c]), r_n = r[3 * c];
+    at.see(worst, -at.u_plus[3 * c] / root_w, size, c);
+    at.see(worst, -r_n * root_w, size, c);
+    at.see(worst, (tangential(r, c) - problem.mu[c] * r_n) * root_w, size, c);
+  }
+  return worst;
+}
+
+// What contacts do to an island as seen from the stops, driven ones too, is gain = sum r.(u+ + u-)/2, held against a
+// fourth of |sum r.u-|: where an answer gains no more than that that is at most the island's kinetic energy, in every
+// frame in which its stops rest.
+void see_gains(std::span<const double> r, double epsilon, const Evidence& at, std::vector<double>& scratch,
+               Worst& worst) {
+  constexpr std::size_t fields = 3;  // gain, sum r.u-, what rounding leaves open of the gain, all J
+  scratch.assign(fields * static_cast<std::size_t>(at.islands.count), 0.0);
+  for (int c = 0; c < static_cast<int>(at.weight.size()); ++c) {
+    const ConstVec3 rc(&r[3 * c]), u(&at.u_plus[3 * c]), q(&at.u_minus[3 * c]);
+    double* island = &scratch[fields * static_cast<std::size_t>(at.islands.of_contact[c])];
+    island[0] += 0.5 * rc.dot(u + q);
+    island[1] += rc.dot(q);
+    island[2] += at.open_work(rc, u, q, c);
+  }
+  for (int g = 0; g < at.islands.count; ++g) {
+    const double* island = &scratch[fields * static_cast<std::size_t>(g)];
+    // Suboptimality that was allowed may be a gain, where it is little beside the island.
+    const double allowed = std::min(epsilon / Referee::accepted, at.island_size[g] * at.island_size[g]);
+    Evidence::see_island(worst, island[0], std::max({std::abs(island[1]) / 4, island[2] / Referee::accepted, allowed}),
+                         g);
+  }
+}
+
+}  // namespace cb

@@ -1,0 +1,274 @@
+"""What each number of the report is worth: whether it repeats exactly, to rounding, or is a sample. Nobody says so of a
+number; it is found out by building the report once more of each of several tables of runs, and comparing.
+
+Members: the cells with other last bits at the start and contacts in another order (plan.Run.as_member). What differs
+among them by more than rounding is decided by what nobody chose: chaos, or one of several right answers. Repeats: the
+times of one repeat in place of the median. The clock: every time multiplied by a number of its own, which shows what is
+measured, or follows from what is.
+"""
+import collections
+import functools
+import math
+import statistics
+import zlib
+
+import pandas as pd
+
+from .runs import CELL, TIMING, Runs
+
+EXACT, ROUNDED = "exact", "rounding"
+# What right answers of one event may differ by (the referee's accepted residual, docs/judging.md), and four million
+# roundings: numbers closer than this, as a fraction or in the unit of the number, whichever is more, are the same.
+ROUNDING = 1e-9
+LONG = 60  # characters; sentences are counted and not listed
+ABSENT = "absent"
+
+# Tables of runs.
+
+
+def member(results: Runs, number: int) -> Runs:
+    """The table with what a member came to, and with the times of the published runs; a cell without that member (its
+    first differed by rounding only) stays as it is."""
+    of = {tuple(row[c] for c in CELL): row for row in results.ensemble if row["member"] == str(number)}
+    kept = (*TIMING, "run", "repeat", "sweeps")
+
+    def seen(row):
+        other = of.get(tuple(row[c] for c in CELL))
+        return {**other, **{c: row[c] for c in kept}, "folder": other["run"]} if other else row
+
+    return results.seen(pd.DataFrame(map(seen, results.table.to_dict("records"))).fillna(""), aside=number)
+
+
+# Of results that are themselves such a table there are none.
+
+
+@functools.cache
+def members(results: Runs) -> list[Runs]:
+    """The published runs by themselves, and with what each member came to in their place; none without an ensemble."""
+    last = max((int(row["member"]) for row in results.ensemble), default=0)
+    return [results.seen(results.table)] + [member(results, n) for n in range(1, last + 1)] if last else []
+
+
+@functools.cache
+def repeats(results: Runs) -> list[Runs]:
+    """One table a repeat, with its times in all rows of the cell; the last one's where it has fewer."""
+    table, out = results.table, []
+    columns = [c for c in TIMING if c in table]
+    for number in range(1, table["repeat"].astype(int).max() + 1 if results.whole and len(table) else 1):
+        of = {tuple(row[c] for c in CELL): row for row in table.to_dict("records") if int(row["repeat"]) <= number}
+        some = table.copy()
+        some[columns] = [
+            [of[tuple(row[c] for c in CELL)][name] for name in columns] for row in table.to_dict("records")]
+        out.append(results.seen(some))
+    return out
+
+
+def factor(word: str) -> float:
+    """From a thousandth to a thousand, as the word says."""
+    return 10**(zlib.crc32(word.encode()) / 2**32 * 6 - 3)
+
+
+def clock(results: Runs) -> Runs:
+    """The results of a machine that is faster and slower by turns, and used by others."""
+    some = results.table.copy()
+    for column in (c for c in TIMING if c in some):
+        some[column] = [
+            repr(float(cell) * factor(run)) if cell not in ("", "true", "false") else cell
+            for cell, run in zip(some[column], some["run"])]
+    turned = results.seen(some, factor=factor)
+    counts = results.manifest.get("timing", {})
+    turned.manifest = results.manifest | {"timing": {what: count + 1 for what, count in counts.items()}}
+    return turned
+
+
+# The same place in several trees of dictionaries and lists.
+
+
+def identity(row):
+    """What a row of a list is about."""
+    if not isinstance(row, dict):
+        return row if isinstance(row, str) else None
+    words = tuple(v for v in row.values() if isinstance(v, str))
+    return row.get("run") or (row["cell"]["run"] if "cell" in row else words)
+
+
+def child(tree, key, like):
+    """The part of another tree at a key of `like`: by index in a list of the same length, else by what it is about."""
+    if isinstance(like, dict):
+        return tree.get(key, ABSENT) if isinstance(tree, dict) else ABSENT
+    if not isinstance(tree, (list, tuple)):
+        return ABSENT
+    if len(tree) == len(like):
+        return tree[key]
+    return next((row for row in tree if identity(row) == identity(like[key]) is not None), ABSENT)
+
+
+def keys(tree):
+    return tree.keys() if isinstance(tree, dict) else range(len(tree)) if isinstance(tree, (list, tuple)) else None
+
+
+def plain(value):
+    """A leaf as it is compared: what is no number is None."""
+    return None if isinstance(value, float) and math.isnan(value) else value
+
+
+def is_number(value):
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def close(a, b) -> bool:
+    """The same, but for rounding."""
+    if not (is_number(a) and is_number(b)):
+        return a == b
+    return a == b or abs(a - b) <= ROUNDING * max(1.0, min(abs(a), abs(b)))
+
+
+def settled(row: dict, other: dict) -> bool:
+    """Whether a member came to what the run came to, so that no further one is asked. How far a run comes before a
+    limit is a matter of time."""
+    def value(cell):
+        return float(cell) if cell else None
+
+    names = [c for c in {**row, **other} if c.startswith("error_")]
+    return row["status"] == other["status"] and all(
+        close(value(row.get(c, "")), value(other.get(c, ""))) for c in names)
+
+
+# Classes.
+
+
+def found(values: list):
+    """What several values of a leaf say of a sample."""
+    some = sorted(v for v in values if is_number(v))
+    if len(some) < len(values):
+        words = collections.Counter(str(v) for v in values if not is_number(v) and len(str(v)) < LONG)
+        return {"sample": len(values), "words": dict(sorted(words.items())), **({"numbers": some} if some else {})}
+    return {"sample": len(values), "median": statistics.median(some), "least": some[0], "most": some[-1]}
+
+
+def worth_of(value, own: list, timed: list, turned):
+    """The class of a leaf: its values among the members, among the repeats, and by the other clock."""
+    if turned != value:
+        several = list(dict.fromkeys(timed + [v for v in own if v != value]))
+        return found(several) if len(several) > 1 else {"sample": 1}
+    if not all(close(value, v) for v in own):
+        return found(own)
+    return EXACT if all(value == v for v in own) else ROUNDED
+
+
+def is_class(tree):
+    return isinstance(tree, str) or isinstance(tree, dict) and isinstance(tree.get("sample"), int)
+
+
+def worth(tree, own: list, timed: list, turned, once=False):
+    """A tree of classes of the same shape; one class where all below are alike. `once`: there is no ensemble, so that
+    nothing is known."""
+    if keys(tree) is None:
+        return {"sample": 1} if once else worth_of(plain(tree), [*map(plain, own)], [*map(plain, timed)], plain(turned))
+    parts = {
+        key: worth(tree[key], [child(t, key, tree) for t in own], [child(t, key, tree) for t in timed],
+                   child(turned, key, tree), once) for key in keys(tree)}
+    some = [part for part in parts.values() if part]  # what is empty holds nothing to class
+    if not some:
+        return {}
+    if is_class(some[0]) and all(part == some[0] for part in some):
+        return some[0]
+    return parts if isinstance(tree, dict) else list(parts.values())
+
+
+def counted(tree, classes, count=None):
+    """{class: how many numbers of the tree}."""
+    count = collections.Counter() if count is None else count
+    if keys(tree) is not None:
+        for key in keys(tree) if classes else ():
+            counted(tree[key], classes if is_class(classes) else classes[key], count)
+    elif is_number(tree):
+        count[classes if isinstance(classes, str) else "sample"] += 1
+    return count
+
+
+# What a page shows of a sample.
+
+
+class Number(float):
+    """A number that is a sample: printed as median, least and most."""
+    value: float | None  # of the published run
+    values: list  # of all
+
+    def __new__(cls, value, values):
+        self = super().__new__(cls, math.nan if value is None else value)
+        self.value, self.values = value, values
+        return self
+
+    def __format__(self, spec):
+        some = [v for v in self.values if is_number(v)]
+        of = "" if len(some) == len(self.values) else f" in {len(some)} of {len(self.values)}"
+        spread = "" if close(min(some), max(some)) else f" [{min(some):{spec}} to {max(some):{spec}}]"
+        return f"{statistics.median(some):{spec}}{spread}{of}"
+
+    def __str__(self):
+        return format(self, ".4g")
+
+
+class Word(str):
+    """A word that is a sample: printed with what else there was."""
+    def __new__(cls, value, values):
+        self = super().__new__(cls, value)
+        self.value = value
+        count = collections.Counter(str(v) for v in values)
+        self.text = ", ".join(f"{v or 'none'} in {n} of {len(values)}" for v, n in count.most_common())
+        if len(value) >= LONG:
+            self.text = f"{value} (so in {count[value]} of {len(values)})"
+        return self
+
+    def __format__(self, spec):
+        return self.text
+
+    def __str__(self):
+        return self.text
+
+
+def carried(tree, own: list):
+    """The tree with its samples as Number and Word."""
+    if keys(tree) is not None:
+        parts = {key: carried(tree[key], [child(t, key, tree) for t in own]) for key in keys(tree)}
+        return parts if isinstance(tree, dict) else type(tree)(parts.values())
+    values = [*map(plain, own)]
+    if all(close(plain(tree), v) for v in values):
+        return tree
+    if any(is_number(v) for v in values):
+        return Number(tree if is_number(tree) else None, values)
+    return Word(tree, values) if isinstance(tree, str) else tree
+
+
+def published(value):
+    """The value itself of what is carried."""
+    return value.value if isinstance(value, (Number, Word)) else value
+
+
+def agreed(words, otherwise):
+    """The word that all say."""
+    words = set(words)
+    return words.pop() if len(words) == 1 else otherwise
+
+
+class Worlds:
+    """The tables of runs of which a report is built besides its own."""
+    def __init__(self, results: Runs):
+        self.members, self.repeats, self.clock = members(results), repeats(results), clock(results)
+
+    def build(self, section, results):
+        """A section with its classes, and what it shows with its samples."""
+        made, once = section(results), not self.members
+        own, timed, turned = [], [section(r) for r in self.repeats], section(self.clock)
+        for world in self.members:
+            world.lacking = False
+            seen = section(world)
+            own += [] if world.lacking else [seen]
+
+        def classes(part):
+            pick = functools.partial(lambda name, s: getattr(s, name), part)
+            return worth(pick(made), [*map(pick, own)], [*map(pick, timed)], pick(turned), once)
+
+        made.shown = carried(made.shown, [s.shown for s in own])
+        return made, classes("data"), classes("timing")
