@@ -71,9 +71,7 @@ Json options(const RunSummary& run) {
           {"memory_limit_mb", maybe(run.memory_limit_mb)}};
 }
 
-/// Null where the run did not step to an accuracy.
 Json accuracy(const RunSummary& run) {
-  if (!run.accuracy) return {};
   const AccuracyTally& tally = *run.accuracy;
   return {{"wanted_m", run.simulation.accuracy},
           {"order", tally.order},
@@ -172,7 +170,6 @@ std::string to_json(const RunSummary& run) {
                                                  {"largest_stable_step", *run.largest_stable_step},
                                                  {"stable", run.simulation.step <= *run.largest_stable_step}}
                                           : Json()},
-      {"accuracy", accuracy(run)},
       {"max_penetration", tally.penetration_max},
       {"penetration",
        {{"inside_steps_m", tally.penetration_inside_max},
@@ -195,6 +192,15 @@ std::string to_json(const RunSummary& run) {
         {"eigen", run.versions.eigen},
         {"suitesparse", run.versions.suitesparse}}},
       {"machine", {{"cpu", run.machine.cpu}, {"cores", run.machine.cores}, {"os", run.machine.os}}}};
+  if (run.accuracy) json["accuracy"] = accuracy(run);
+  if (run.simulation.stepping != Stepping::events) {
+    json["options"]["stepping"] = run.simulation.stepping == Stepping::steps ? "steps" : "accuracy";
+    if (run.simulation.stepping == Stepping::accuracy) {
+      json["options"]["step"] = nullptr;
+      json["options"]["accuracy"] = run.simulation.accuracy;
+      json["options"]["record_interval"] = run.simulation.record_interval;
+    }
+  }
   // A file name may hold bytes that are no UTF-8; the summary must not fail over it.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
@@ -206,9 +212,15 @@ std::string to_text(const RunSummary& run) {
   for (const std::string& part : {run.used.solver, run.used.variant})
     if (!part.empty()) out += ", " + part;
   out += fmt::format(": {}{}{}\n", name(run.status), run.reason.empty() ? "" : ": ", run.reason);
-  out += fmt::format("  reached     {:g} of {:g} s in {} steps of {:g} s, {} events, at most {} contacts\n",
-                     tally.t_reached, run.simulation.duration, tally.steps, run.simulation.step, tally.events,
-                     tally.contacts_max);
+  out +=
+      fmt::format("  reached     {:g} of {:g} s in {} steps{}, {} events, at most {} contacts\n", tally.t_reached,
+                  run.simulation.duration, tally.steps,
+                  run.accuracy ? "" : fmt::format(" of {:g} s", run.simulation.step), tally.events, tally.contacts_max);
+  if (run.accuracy)
+    out += fmt::format(
+        "  accuracy    {:g} m wanted, {:.3g} m estimated; order {}, {} base solves, {} switches, {} impacts\n",
+        run.simulation.accuracy, run.accuracy->estimated_error, run.accuracy->order, run.accuracy->base_solves,
+        run.accuracy->switches, run.accuracy->impacts);
   out += fmt::format("  time        {:.3g} s simulating ({:.3g} s solving), {:.3g} s writing", tally.times.step_s,
                      tally.times.solve_s, run.write_s);
   if (tally.steps > 0)
