@@ -122,8 +122,8 @@ def own_knobs(method):
 
 
 def read(path, listed):
-    """A sweep file, for the program whose `list --json` this is; numbers stay as they are written, so that 1e-2 is 1e-2 in
-    names and tables."""
+    """A sweep file, for the program whose `list --json` this is; numbers stay as they are written, so that 1e-2 is 1e-2
+    in names and tables."""
     try:
         with open(path, "rb") as file:
             sweep = tomllib.load(file, parse_float=str)
