@@ -7,7 +7,7 @@
 
 #include "commands.h"
 #include "contact/problem.h"
-#include "evaluation/scene_errors.h"
+#include "evaluation/references.h"
 #include "flags.h"
 #include "lcp/lcp.h"
 #include "output/summary.h"

@@ -322,10 +322,10 @@ void print_text(const Json& json) {
     const Json& value = item.value();
     if (value.is_null() || (value.is_string() && value.get<std::string>().empty())) continue;
     if (value.is_array()) {
-      for (const Json& line : value) fmt::print("  {:<18}{}\n", "note", line.get<std::string>());
+      for (const Json& line : value) fmt::print("  {:<20} {}\n", "note", line.get<std::string>());
       continue;
     }
-    fmt::print("  {:<18}{}\n", item.key(), value.is_string() ? value.get<std::string>() : value.dump());
+    fmt::print("  {:<20} {}\n", item.key(), value.is_string() ? value.get<std::string>() : value.dump());
   }
 }
 

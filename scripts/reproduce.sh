@@ -2,7 +2,7 @@
 # Installs what is missing, builds, runs the paper's scenes with every method that is built, and writes the report: Table I,
 # figures, claims. A run that fails is a row with its status and stops nothing; what is finished is not done again.
 #   scripts/reproduce.sh                   minutes on two cores: one run a cell
-#   scripts/reproduce.sh --profile paper   three repeats, limits of an hour a run and of 7.5 hours for all; again: goes on
+#   scripts/reproduce.sh --profile paper   an hour and a half: three repeats, all steps, all stiff cases; again: goes on (docs/sweeps.md)
 #   scripts/reproduce.sh --out DIR         where report, figures and tables go (default: results)
 #   scripts/reproduce.sh --keep            keep finished runs although program or scenes have changed since
 #   scripts/reproduce.sh --jobs N          N runs at a time [one a core]; those whose times count still go alone
@@ -29,14 +29,17 @@ out=$(cd "$out" && pwd)
 "$root/scripts/build.sh" "${build[@]}"
 python=$(find_python)
 
+# What two cores have not done by then is a row `time_limit`; the same command goes on with it.
 budget=()
-[ "$profile" != paper ] || budget=(--budget 7.5)
+[ "$profile" != paper ] || budget=(--budget 1.25)
 runs=$out/runs/$profile
 "$python" "$root/scripts/references.py" --program "$root/build/bin/contactbench" --out "$out/references"
 "$python" "$root/scripts/sweep.py" "$root"/scenarios/sweeps/{paper,robots,claims,error_time,orders,polygons}.toml --profile "$profile" \
   --program "$root/build/bin/contactbench" --runs "$runs" --out "$out" --jobs "$jobs" --timed-alone "${keep[@]}" "${budget[@]}"
 "$python" "$root/scripts/solve_all.py" --program "$root/build/bin/contactbench" --out "$out/solve_all"
 "$python" "$root/scripts/replay.py" --program "$root/build/bin/contactbench" --out "$out/replay"
+# The same as a member of the runs' ensembles has it: which of its numbers stay (docs/numbers.md).
+"$python" "$root/scripts/replay.py" --program "$root/build/bin/contactbench" --member 1 --out "$out/members/1/replay"
 # What leaving out saves and costs, where bench/ is built.
 if build_preset release bench_prune >/dev/null 2>&1; then
   (cd "$root" && build/bin/bench_prune "$out/left_out.csv")
@@ -47,8 +50,9 @@ fi
 quick=()
 [ "$profile" != quick ] || quick=(--quick --time-limit 2)
 "$python" "$root/scripts/stress.py" --program "$root/build/bin/contactbench" --out "$out/stress" --jobs 2 "${quick[@]}" || true
-# Scenes that nobody has tuned for: in the quick profile each family once tame and once wild, by two methods, in half a minute.
-random=(--random 100 --time-limit 60)
+"$python" "$root/scripts/stress.py" --program "$root/build/bin/contactbench" --out "$out/members/1/stress" --jobs 2 --member 1 "${quick[@]}" || true
+# Scenes that nobody has tuned for, each family twice tame and twice wild; in the quick profile once, by two methods, in half a minute.
+random=(--random 52 --time-limit 10)
 [ "$profile" != quick ] || random=(--random 26 --method ap/lemke --method convex/bound-on --prune on --time-limit 5)
 "$python" "$root/scripts/stress.py" --program "$root/build/bin/contactbench" --out "$out/stress" --jobs 2 --seed 1 "${random[@]}" || true
 "$python" "$root/scripts/report.py" --results "$out" --runs "$runs"

@@ -6,7 +6,7 @@ namespace cb {
 
 namespace {
 
-void find_scales(const ConeProgram& p, const std::vector<double>& q, Scales<double>& scales) {
+void find_scales(const ConeProgram& p, const std::vector<double>& q, ConeScales<double>& scales) {
   const int nc = p.nc();
   double speed = 0, weight = 0;
   for (int c = 0; c < nc; ++c) {

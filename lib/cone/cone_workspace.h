@@ -3,15 +3,15 @@
 #include <vector>
 
 #include "cone/certificate.h"
+#include "cone/cone_scales.h"
 #include "cone/newton_system.h"
-#include "cone/scales.h"
 
 namespace cb {
 
 /// What the methods in double know of a program, and their scratch, which is kept between programs.
 struct ConeWorkspace {
   std::vector<double> q;  ///< 3 nc, m/s: J v0 + w
-  Scales<double> scales;
+  ConeScales<double> scales;
   NewtonSystem newton;
   ConeVelocities velocities;
   ConeSolution best;               ///< of one polish

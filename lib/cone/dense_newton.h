@@ -1,57 +1,50 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
-#include "cone/contact_columns.h"
+#include "cone/central_path.h"
+#include "cone/dense_system.h"
 
 namespace cb {
 
-/// The Newton systems of dense_interior_point.cpp, which says what its letters mean:
-///   [ c W + G^-1 + P   -W_n       d  ] [dx]
-///   [ W_n'             D^-1 + P   0  ] [de]
-///   [ -d'              0        b / s] [ds]
-/// solved in velocities: with W = A' A, H = (G^-1 + P)^-1, E = (D^-1 + P)^-1, v = A dx and w = c v - A_n de (how the
-/// velocities of u and of y change, over U / R),
-///   (c + A_n E A_n') v - w = A_n E rhs_e,   v + A H A' w = A H (rhs_x - d ds)
-/// which has the size of two velocities and not of all impulses, and whose pivots do not grow with G D.
+/// The linear systems of the interior point method in DoubleDouble: dense, in scaled units (dense_newton.cpp), for
+/// small programs whose masses or friction coefficients differ by so many decades that the sparse method ends far off.
 class DenseNewton {
  public:
   using Real = DoubleDouble;
-  using Vector = ContactColumns::Vector;
-  using Matrix3 = Eigen::Matrix<Real, 3, 3>;
 
-  /// `d`: scale of each contact (nc); `share`: d where the bound counts the contact, else 0; `ratio`: c. `below`: are
-  /// there multipliers e? `bound`: is there a multiplier s?
-  void form(const ConeProgram& program, const Vector& d, const Vector& share, Real ratio, bool below, bool bound);
-  const ContactColumns& columns() const { return columns_; }
-  /// Of a contact: G and its inverse (contacts without friction: their first entries alone), D^-1.
-  void set(int contact, const Matrix3& G, const Matrix3& G_inverse, Real D_inverse);
-  /// `diagonal`: b / s. False where a pivot fails.
-  bool factor(Real diagonal);
-  /// `rhs`, `z`: 3 nc, then nc where there are e, then 1 where there is s. With one refinement.
-  void solve(const Vector& rhs, Vector& z);
-  int unknowns() const { return at_s() + (bound_ ? 1 : 0); }
-  int at_e() const { return 3 * columns_.contacts(); }
-  int at_s() const { return at_e() + (below_ ? columns_.contacts() : 0); }
+  explicit DenseNewton(const ConeProgram& program);
+
+  /// Fills cones, scales and a_free of `path`.
+  void describe(CentralPath<Real>& path) const;
+  /// As SparseNewton's.
+  void slacks(const ConePoint<Real>& at, RealVector<Real>& y, RealVector<Real>& a);
+  bool factor(const CentralPath<Real>& path);
+  void add(const CentralPath<Real>& path);
+  bool solve(const CentralPath<Real>& path, ConePoint<Real>& step);
+
+  /// r, eta and s of a point, rounded to doubles, in the program's units.
+  void round_off(const ConePoint<Real>& at, ConeSolution& x) const;
+  /// J v0 + w, 3 nc, rounded.
+  const std::vector<double>& q() const { return rounded_q_; }
+  /// U, sqrt(J).
+  double size() const { return static_cast<double>(size_); }
 
  private:
-  // P, of 1, the contacts' mobility. It does not move the answer; larger: slower at the end.
-  static constexpr double proximal = 1e-28;
+  void form_velocities();
+  void velocities(const ConePoint<Real>& at, RealVector<Real>& y, RealVector<Real>& a);
+  bool slides(int c) const { return (*p_.mu)[c] > 0; }
 
-  void multiply(const Vector& z, Vector& out);
-  void solve_once(const Vector& rhs, Vector& z);
-  void solve_unbounded(const Vector& rhs, Vector& z);
-
-  ContactColumns columns_;
-  bool below_ = false, bound_ = false;
-  Real ratio_ = 1, diagonal_ = 0;
-  Vector share_, D_inverse_, E_, response_;
-  std::vector<Matrix3> G_inverse_, H_;
-  DoubleDoubleLu lu_;
-  // Scratch.
-  DoubleDoubleVector first_, second_, both_;
-  Vector off_, more_, x_, e_, u_, y_;
+  const ConeProgram& p_;
+  DenseSystem system_;
+  RealVector<Real> q_, d_, share_;  // q over U; share_: d where the bound counts the contact, else 0
+  double mean_log_weight_ = 0;      // d = exp(-half of it), in the geometric mean
+  Real size_ = 0, ratio_ = 1;       // U, R / U
+  std::vector<double> rounded_q_;
+  // Right-hand sides of complementarity, in units of y, a and b.
+  RealVector<Real> c_r_, c_eta_, rhs_, z_, u_, load_;
+  Real c_s_ = 0;
+  DoubleDoubleVector momentum_;
 };
 
 }  // namespace cb

@@ -11,8 +11,8 @@
 //      the squared constraint (L. Vandenberghe, The CVXOPT linear and quadratic cone program solvers, 2010, sec. 4-6);
 //   2. a finish by Newton's method (polish.h), because a barrier method ends at the square root of rounding on
 //      degenerate problems (r is not unique, strict feasibility may fail).
-// One loop, over the numbers, the linear system and what is kept of the iterates: in double a sparse system
-// (sparse_newton.h), iterates that are polished.
+// One loop, over the numbers, the linear system and what is kept of the iterates (iterates.h): in double, with a sparse
+// system (sparse_newton.h) and iterates that are polished; in DoubleDouble, with a dense one (dense_newton.h).
 // Fails with `nonconverged` (iteration limit or step length), `singular`, `not_finite`; r is then the best iterate met.
 
 #include "cone/interior_point.h"
@@ -31,6 +31,10 @@ namespace {
 /// -: steps shorter than this get nowhere.
 constexpr double least_step = 1e-10;
 
+/// -: complementarity that the dense method aims at, of the present, at least. Never to the edge itself: products that
+/// fall far behind the others leave no room for the path's turns.
+constexpr double dense_centre = 1e-2;
+
 /// How far each step goes.
 struct StepRules {
   int iteration_limit;
@@ -42,18 +46,18 @@ struct StepRules {
 template <class Real, class System, class Iterates>
 class PrimalDual {
  public:
-  PrimalDual(const StepRules& rules, System& system, Iterates& iterates, Path<Real>& path)
+  PrimalDual(const StepRules& rules, System& system, Iterates& iterates, CentralPath<Real>& path)
       : rules_(rules), system_(system), iterates_(iterates), path_(path) {}
 
   void operator()() {
     start();
-    Next next = Next::stop;
+    ConeNext next = ConeNext::stop;
     ConeStatus ending = ConeStatus::nonconverged;
     for (int k = 0; k < rules_.iteration_limit; ++k) {
       poll_stop();
       find_residuals();
       next = iterates_.look(path_);
-      if (next != Next::step) break;
+      if (next != ConeNext::step) break;
       find_scaling();
       if (!system_.factor(path_) || !predict() || !correct()) {
         ending = ConeStatus::singular;
@@ -71,9 +75,9 @@ class PrimalDual {
   // On the axis of each cone, at the scale of the problem.
   void start() {
     const Cones<Real>& cones = path_.cones;
-    const Scales<Real>& scales = path_.scales;
+    const ConeScales<Real>& scales = path_.scales;
     const Real start = scales.size / sqrt(static_cast<Real>(cones.nc()));
-    Point<Real>& x = path_.at;
+    ConePoint<Real>& x = path_.at;
     x.set_zero(cones.nc());
     for (int c = 0; c < cones.nc(); ++c) {
       x.r[3 * c] = start / sqrt(scales.w_r[c]);
@@ -96,9 +100,9 @@ class PrimalDual {
 
   void find_residuals() {
     const Cones<Real>& cones = path_.cones;
-    const Scales<Real>& scales = path_.scales;
-    const Point<Real>& x = path_.at;
-    PathResiduals<Real>& off = path_.off;
+    const ConeScales<Real>& scales = path_.scales;
+    const ConePoint<Real>& x = path_.at;
+    ConeResiduals<Real>& off = path_.off;
     off.y.resize(3 * cones.nc());
     off.a.resize(cones.nc());
     system_.slacks(x, off.y, off.a);
@@ -133,7 +137,7 @@ class PrimalDual {
   // Towards the centre by as much as the predicted step falls short, with the second order of that step.
   bool correct() {
     const Cones<Real>& cones = path_.cones;
-    const Point<Real>&x = path_.at, &step = path_.step;
+    const ConePoint<Real>&x = path_.at, &step = path_.step;
     SecondOrder<Real>& second = path_.second;
     const Real affine = std::min<Real>(1, longest());
     const Real sigma = std::max<Real>(rules_.least_centre, cube(1 - affine));
@@ -165,10 +169,10 @@ class PrimalDual {
   }
 
   bool solve() {
-    Point<Real>& step = path_.step;
+    ConePoint<Real>& step = path_.step;
     if (!system_.solve(path_, step)) return false;
     // From the complementarity row: b may be far smaller than the rounding of the sum, which goes into its residual.
-    const Point<Real>& x = path_.at;
+    const ConePoint<Real>& x = path_.at;
     step.b = path_.cones.bound ? -x.b - x.b / x.s * step.s + path_.second.b : 0;
     return true;
   }
@@ -176,7 +180,7 @@ class PrimalDual {
   // Step to the edge of the first cone.
   Real longest() const {
     const Cones<Real>& cones = path_.cones;
-    const Point<Real>&x = path_.at, &d = path_.step;
+    const ConePoint<Real>&x = path_.at, &d = path_.step;
     Real alpha = HUGE_VAL;
     for (int c = 0; c < cones.nc(); ++c) {
       const Real mu = cones.mu[c];
@@ -195,8 +199,8 @@ class PrimalDual {
   // False where there is no way to go.
   bool move() {
     const Real alpha = std::min<Real>(1, rules_.step_fraction * longest());
-    Point<Real>& x = path_.at;
-    const Point<Real>& d = path_.step;
+    ConePoint<Real>& x = path_.at;
+    const ConePoint<Real>& d = path_.step;
     x.r += alpha * d.r;
     x.y += alpha * d.y;
     x.eta += alpha * d.eta;
@@ -220,7 +224,7 @@ class PrimalDual {
   const StepRules rules_;
   System& system_;
   Iterates& iterates_;
-  Path<Real>& path_;
+  CentralPath<Real>& path_;
 };
 
 // Answers of programs that need no iteration: true where there is one.
@@ -254,6 +258,23 @@ void InteriorPoint::solve(const ConeProgram& program, ConeSolution& solution) {
 bool InteriorPoint::polish(const ConeProgram& program, ConeSolution& solution, const PolishRules& rules) {
   workspace_.prepare(program, options_);
   return cb::polish(program, options_, rules, workspace_, solution);
+}
+
+void solve_dense(const ConeProgram& program, const ConeOptions& options, ConeSolution& solution) {
+  solution = {};
+  solution.r.assign(3 * program.nc(), 0.0);
+  solution.eta.assign(program.nc(), 0.0);
+  DenseNewton system(program);
+  if (program.nc() == 0 || system.size() == 0) {
+    solution.status = ConeStatus::solved;
+    solution.gap = solution.infeasibility = 0;
+    return;
+  }
+  RoundedIterates iterates(program, options, system, solution);
+  CentralPath<DoubleDouble> path;
+  system.describe(path);
+  PrimalDual(StepRules{options.iteration_limit, options.step_fraction, dense_centre, least_step}, system, iterates,
+             path)();
 }
 
 }  // namespace cb

@@ -1,9 +1,9 @@
 #pragma once
 
+#include "cone/central_path.h"
 #include "cone/certificate.h"
 #include "cone/cone_workspace.h"
 #include "cone/iterates.h"
-#include "cone/path.h"
 #include "cone/polish.h"
 #include "cone/sparse_newton.h"
 
@@ -28,7 +28,13 @@ class InteriorPoint {
   ConeWorkspace workspace_;
   SparseNewtonScratch newton_;
   IteratesScratch iterates_;
-  Path<double> path_;
+  CentralPath<double> path_;
 };
+
+/// Solves a small cone program whose masses or friction coefficients differ by so many decades that the sparse method
+/// ends far off: the same iteration, dense and in DoubleDouble. Cost: (2 nv)^3 / 3 an iteration; allocates. Uses
+/// iteration_limit, step_fraction and feasibility of the options. Fills `solution` with the best iterate in every
+/// ending, its gap and infeasibility as certify() finds them. Status: `solved` where the iteration ended at rounding.
+void solve_dense(const ConeProgram& program, const ConeOptions& options, ConeSolution& solution);
 
 }  // namespace cb

@@ -2,13 +2,14 @@
 
 #include <cmath>
 
+#include "cone/central_path.h"
 #include "cone/cone_workspace.h"
-#include "cone/path.h"
+#include "cone/dense_newton.h"
 
 namespace cb {
 
 /// What an interior point method does after it has looked at an iterate.
-enum class Next { step, stop, solved };
+enum class ConeNext { step, stop, solved };
 
 /// Scratch of PolishedIterates.
 struct IteratesScratch {
@@ -28,13 +29,13 @@ class PolishedIterates {
         x_(solution),
         next_polish_(options.polish_from) {}
 
-  Next look(Path<double>& path);
+  ConeNext look(CentralPath<double>& path);
   /// Fills the solution, which ends as `ending` unless it is solved. `next`: what look() said last.
-  void finish(Path<double>& path, Next next, ConeStatus ending);
+  void finish(CentralPath<double>& path, ConeNext next, ConeStatus ending);
 
  private:
-  bool keep(const Path<double>& path);
-  bool try_polish(Path<double>& path);
+  bool keep(const CentralPath<double>& path);
+  bool try_polish(CentralPath<double>& path);
   void last_word(ConeStatus ending);
 
   const ConeProgram& p_;
@@ -44,6 +45,32 @@ class PolishedIterates {
   ConeSolution& x_;
   double next_polish_, best_merit_ = HUGE_VAL;
   int since_best_ = 0;
+};
+
+/// Keeps the iterate whose answer, rounded to doubles, has the best certificate: it multiplies by mu what impulses lose
+/// as doubles, and each loses something else. As long as there is no certificate, the merit decides.
+class RoundedIterates {
+ public:
+  RoundedIterates(const ConeProgram& program, const ConeOptions& options, const DenseNewton& newton,
+                  ConeSolution& solution)
+      : p_(program), options_(options), newton_(newton), x_(solution) {}
+
+  ConeNext look(CentralPath<DoubleDouble>& path);
+  void finish(CentralPath<DoubleDouble>& path, ConeNext next, ConeStatus ending);
+
+ private:
+  void round_off(const CentralPath<DoubleDouble>& path);
+  double worth(const ConeSolution& x) const;
+
+  const ConeProgram& p_;
+  const ConeOptions& options_;
+  const DenseNewton& newton_;
+  ConeSolution& x_;
+  ConeSolution rounded_;
+  ConeVelocities velocities_;
+  DoubleDouble best_merit_ = HUGE_VAL;
+  int since_best_ = 0;
+  bool finite_ = true;
 };
 
 }  // namespace cb

@@ -17,7 +17,7 @@ namespace cb {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-void SparseNewton::describe(Path<double>& path) const {
+void SparseNewton::describe(CentralPath<double>& path) const {
   const int nc = p_.nc();
   Cones<double>& cones = path.cones;
   cones.mu.assign(p_.mu->begin(), p_.mu->end());
@@ -38,14 +38,14 @@ void SparseNewton::describe(Path<double>& path) const {
   damping_.resize(9 * nc);
 }
 
-void SparseNewton::slacks(const Point<double>& at, RealVector<double>& y, RealVector<double>& a) {
+void SparseNewton::slacks(const ConePoint<double>& at, RealVector<double>& y, RealVector<double>& a) {
   const std::span<const double> r(at.r.data(), at.r.size()), eta(at.eta.data(), at.eta.size());
   velocities_.evaluate(p_, r, p_.has_eta() ? eta : std::span<const double>());
   y = Eigen::Map<const Eigen::VectorXd>(velocities_.u_hat.data(), 3 * p_.nc());
   for (int c = 0; c < p_.nc(); ++c) a[c] = velocities_.u[3 * c] + p_.slack_of(c);
 }
 
-bool SparseNewton::factor(const Path<double>& path) {
+bool SparseNewton::factor(const CentralPath<double>& path) {
   for (int c = 0; c < p_.nc(); ++c) {
     linearise_contact(path, c);
     if (p_.has_eta()) linearise_multiplier(path, c);
@@ -54,7 +54,7 @@ bool SparseNewton::factor(const Path<double>& path) {
   return w_.newton.factor();
 }
 
-void SparseNewton::linearise_contact(const Path<double>& path, int c) {
+void SparseNewton::linearise_contact(const CentralPath<double>& path, int c) {
   const double mu = path.cones.mu[c], delta = options_.regularisation;
   const double *r = &path.at.r[3 * c], *y = &path.at.y[3 * c];
   auto G = mat3(&w_.newton.G[9 * c]);
@@ -78,7 +78,7 @@ void SparseNewton::linearise_contact(const Path<double>& path, int c) {
   G = (damping * G).eval();
 }
 
-void SparseNewton::linearise_multiplier(const Path<double>& path, int c) {
+void SparseNewton::linearise_multiplier(const CentralPath<double>& path, int c) {
   const double eta = path.at.eta[c];
   if (p_.is_fixed(c)) {
     w_.newton.D[c] = 1 / (options_.proximal * path.scales.w_eta[c]);
@@ -90,7 +90,7 @@ void SparseNewton::linearise_multiplier(const Path<double>& path, int c) {
   }
 }
 
-void SparseNewton::add(const Path<double>& path) {
+void SparseNewton::add(const CentralPath<double>& path) {
   for (int c = 0; c < p_.nc(); ++c) {
     const double mu = path.cones.mu[c];
     auto aim = vec3(&w_.newton.c_r[3 * c]);
@@ -107,7 +107,7 @@ void SparseNewton::add(const Path<double>& path) {
   border_rhs_ -= path.second.b;
 }
 
-bool SparseNewton::solve(const Path<double>& path, Point<double>& step) {
+bool SparseNewton::solve(const CentralPath<double>& path, ConePoint<double>& step) {
   const NewtonSystem& newton = w_.newton;
   const int nc = p_.nc();
   if (!p_.has_bound())

@@ -2,8 +2,8 @@
 
 #include <vector>
 
+#include "cone/central_path.h"
 #include "cone/cone_workspace.h"
-#include "cone/path.h"
 
 namespace cb {
 
@@ -22,19 +22,19 @@ class SparseNewton {
       : p_(program), options_(options), w_(workspace), damping_(scratch.damping), velocities_(scratch.velocities) {}
 
   /// Fills cones, scales and a_free of `path`. The workspace is prepared.
-  void describe(Path<double>& path) const;
+  void describe(CentralPath<double>& path) const;
   /// What the slacks of a point should be for its impulses and multipliers, but for s d: u_hat and u_n.
-  void slacks(const Point<double>& at, RealVector<double>& y, RealVector<double>& a);
+  void slacks(const ConePoint<double>& at, RealVector<double>& y, RealVector<double>& a);
   /// Linearises at path.at and factors. False where a pivot fails.
-  bool factor(const Path<double>& path);
+  bool factor(const CentralPath<double>& path);
   /// Adds path.second to what the next step aims at.
-  void add(const Path<double>& path);
+  void add(const CentralPath<double>& path);
   /// The step, all but its b. False where a pivot fails.
-  bool solve(const Path<double>& path, Point<double>& step);
+  bool solve(const CentralPath<double>& path, ConePoint<double>& step);
 
  private:
-  void linearise_contact(const Path<double>& path, int c);
-  void linearise_multiplier(const Path<double>& path, int c);
+  void linearise_contact(const CentralPath<double>& path, int c);
+  void linearise_multiplier(const CentralPath<double>& path, int c);
 
   const ConeProgram& p_;
   const ConeOptions& options_;

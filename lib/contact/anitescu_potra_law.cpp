@@ -15,6 +15,7 @@
 
 #include "contact/evidence.h"
 #include "contact/laws.h"
+#include "contact/polygon.h"
 #include "contact/referee.h"
 #include "linalg/finite.h"
 
@@ -24,27 +25,6 @@ namespace {
 
 using Eigen::Vector2d;
 using ConstVec3 = Eigen::Map<const Eigen::Vector3d>;
-
-/// cos and sin of the polygon's directions, kept while k is the same.
-struct Directions {
-  std::vector<double> cosine, sine;  // k
-
-  void set(int k) {
-    if (static_cast<int>(cosine.size()) == k) return;
-    cosine.resize(k);
-    sine.resize(k);
-    for (int i = 0; i < k; ++i) {
-      cosine[i] = std::cos(2 * M_PI * i / k);
-      sine[i] = std::sin(2 * M_PI * i / k);
-    }
-  }
-  /// The least lam that lets a contact slip with u (n, t1, t2) without friction, m/s.
-  double least_slip_bound(const double* u) const {
-    double lam = 0;
-    for (std::size_t i = 0; i < cosine.size(); ++i) lam = std::max(lam, -(cosine[i] * u[1] + sine[i] * u[2]));
-    return lam;
-  }
-};
 
 class PolygonCheck {
  public:
@@ -61,7 +41,7 @@ class PolygonCheck {
   void restitution(const ContactProblem& problem, const ContactSolution& solution, const Evidence& at, Worst& worst);
   double asked_share(const double* island) const { return island[0] > 0 ? island[1] / island[0] : 1; }
 
-  Directions direction_;
+  FrictionPolygon direction_;
   std::vector<double> given_back_, phase_, between_, error_;  // nc, 3 nc, 3 nc, nc
   std::vector<double> v_, u_, sum_;
 };
@@ -203,7 +183,7 @@ class PolygonIdle {
   }
 
  private:
-  Directions direction_;
+  FrictionPolygon direction_;
 };
 
 // The point of the polygon `reach` conv{d_i} nearest to `wanted` (t1, t2; N s): ca d_first + cb d_second.
@@ -212,7 +192,7 @@ struct OnPolygon {
   double ca, cb;
   bool slides;  // at its rim, as `wanted` is beyond it
 };
-OnPolygon nearest(const Directions& d, int k, const Vector2d& wanted, double reach) {
+OnPolygon nearest(const FrictionPolygon& d, int k, const Vector2d& wanted, double reach) {
   const double sector = 2 * M_PI / k, half_angle = sector / 2;
   double angle = std::atan2(wanted.y(), wanted.x());
   if (angle < 0) angle += 2 * M_PI;
@@ -257,7 +237,7 @@ class PolygonAlone {
 
  private:
   Witness terms_;
-  Directions direction_;
+  FrictionPolygon direction_;
 };
 
 // A regularised problem is another one, with another answer for each number of contacts, of which nothing is known but

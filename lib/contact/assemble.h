@@ -38,10 +38,30 @@ class Assembler {
                 ContactProblem& problem, std::vector<BlockOwner>& owners, const std::vector<char>& driven = {});
 
  private:
-  void add_tree_rows(const Model& model, const State& state, int body, const Vec3& position, double sign,
-                     const Mat3& axes, Eigen::Ref<Eigen::Matrix3Xd> J);
+  /// What an event is assembled from.
+  struct Scene {
+    const Model& model;
+    const State& state;
+    const std::vector<Shape>& shapes;
+    const std::vector<char>& driven;
+    bool is_driven(int body) const {
+      return !driven.empty() && model.bodies[body].tree >= 0 && driven[model.bodies[body].tree] != 0;
+    }
+  };
+  void mark_blocks(const Scene& scene, const std::vector<ContactPoint>& contacts,
+                   const std::vector<LimitContact>& limits);
+  void add_bodies(const Scene& scene, ContactProblem& problem, std::vector<BlockOwner>& owners);
+  void add_trees(const Scene& scene, ContactProblem& problem, std::vector<BlockOwner>& owners);
+  int block_of(const Scene& scene, int body) const;
+  void add_contact(const Scene& scene, const ContactPoint& contact, double turn, double* offset,
+                   ContactProblem& problem);
+  void add_rows(const Scene& scene, int body, int block, const Vec3& position, double sign, const Mat3& axes,
+                ContactProblem& problem);
+  void add_tree_rows(const Scene& scene, int body, const Vec3& position, double sign, const Mat3& axes,
+                     Eigen::Ref<Eigen::Matrix3Xd> J);
+  void add_limit(const Scene& scene, const LimitContact& limit, double* offset, ContactProblem& problem) const;
 
-  std::vector<int> block_of_body_, block_of_tree_;
+  std::vector<int> block_of_body_, block_of_tree_;  // -1 where there is none
   CompositeBody composite_body_;
   Eigen::Matrix3Xd point_;  // Jacobian of one point
 };

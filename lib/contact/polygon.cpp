@@ -1,5 +1,6 @@
 #include "contact/polygon.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace cb {
@@ -13,6 +14,12 @@ FrictionPolygon::FrictionPolygon(int edges) {
     cosine.push_back(c);
     sine.push_back(s);
   }
+}
+
+double FrictionPolygon::least_slip_bound(const double* u) const {
+  double lam = 0;
+  for (std::size_t i = 0; i < cosine.size(); ++i) lam = std::max(lam, -(cosine[i] * u[1] + sine[i] * u[2]));
+  return lam;
 }
 
 }  // namespace cb

@@ -10,6 +10,12 @@ struct FrictionPolygon {
   FrictionPolygon() = default;
   explicit FrictionPolygon(int edges);
   int k() const { return static_cast<int>(cosine.size()); }
+  /// Becomes one of so many edges; free where it is that already.
+  void set(int edges) {
+    if (k() != edges) *this = FrictionPolygon(edges);
+  }
+  /// The least lam that lets a contact slip with u (n, t1, t2) without friction, m/s.
+  double least_slip_bound(const double* u) const;
 
   std::vector<double> cosine, sine;  ///< k
 };

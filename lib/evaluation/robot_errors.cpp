@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "evaluation/references.h"
+
 namespace cb {
 
 namespace {
@@ -17,10 +19,6 @@ namespace {
 constexpr double started = 5;          // s: after that the cross-track error counts
 constexpr double unloaded = 1e-6;      // fraction of both wheels' load below which one has none
 constexpr double drop_fraction = 0.5;  // of the object's size
-
-double angle(const Quat& from, const Quat& to) {
-  return 2 * std::asin(std::min(1.0, (from.conjugate() * to).vec().norm()));
-}
 
 }  // namespace
 
@@ -50,7 +48,7 @@ void DriveErrors::observe_event(const EventRecord& event) {
   }
 }
 
-void DriveErrors::observe_step(const State& state) {
+void DriveErrors::observe_step(const State& state, const StepRecord& /*record*/) {
   t_ = state.t;
   const WheeledRobot::State now = robot_.state_of(state);
   const WheeledRobot::State& exact = no_slip_.at(t_);
@@ -88,7 +86,7 @@ void DriveErrors::observe_step(const State& state) {
   }
 }
 
-void DriveErrors::report(std::vector<std::pair<std::string, double>>& out) const {
+void DriveErrors::report(Values& out) const {
   if (cross_.samples > 0) {
     out.emplace_back("cross_track_rms_m", cross_.rms());
     out.emplace_back("cross_track_linf_m", cross_.largest);
@@ -157,7 +155,7 @@ GraspErrors::InFinger GraspErrors::in_finger(const State& state, int finger) con
   return {f.q.conjugate() * (o.p - f.p), f.q.conjugate() * o.q};
 }
 
-void GraspErrors::observe_step(const State& state) {
+void GraspErrors::observe_step(const State& state, const StepRecord& /*record*/) {
   t_ = state.t;
   ++steps_;
   double sum2 = 0, least = size_;
@@ -166,7 +164,7 @@ void GraspErrors::observe_step(const State& state) {
     const double moved = (now_[i].p - start_[i].p).norm();
     sum2 += moved * moved;
     least = std::min(least, moved);
-    rotation_ = std::max(rotation_, angle(start_[i].q, now_[i].q));
+    rotation_ = std::max(rotation_, turned(start_[i].q, now_[i].q));
     if (!half_[i] && t_ >= duration_ / 2 - step_ / 2) half_[i] = now_[i];
   }
   creep_ = std::sqrt(sum2);
@@ -180,7 +178,7 @@ void GraspErrors::observe_step(const State& state) {
   }
 }
 
-void GraspErrors::report(std::vector<std::pair<std::string, double>>& out) const {
+void GraspErrors::report(Values& out) const {
   const bool ended = t_ >= duration_ - step_ / 2;
   if (ended) out.emplace_back("creep_final_m", creep_);
   out.emplace_back("creep_linf_m", creep_largest_);
@@ -195,6 +193,65 @@ void GraspErrors::report(std::vector<std::pair<std::string, double>>& out) const
     out.emplace_back(name + "_rms_rad", std::sqrt(tracked_[i].sum2 / static_cast<double>(std::max(1L, steps_))));
     out.emplace_back(name + "_linf_rad", tracked_[i].largest);
   }
+}
+
+ReferenceRow mobile_robot_row() {
+  return {
+      "mobile_robot",
+      "a robot on two wheels that never slip, with the same mass, motors and law: rolling in the plane, integrated by "
+      "Runge and Kutta's method to 1e-12 m",
+      {{"cross_track_rms_m", "m; distance from the figure eight, root mean square from 5 s on"},
+       {"cross_track_linf_m", "m; the same, largest"},
+       {"no_slip_cross_track_rms_m", "m; cross_track_rms_m of the robot that never slips"},
+       {"no_slip_cross_track_linf_m", "m; cross_track_linf_m of the robot that never slips"},
+       {"cross_track_rms_difference_m", "m; |cross_track_rms_m - no_slip_cross_track_rms_m|"},
+       {"position_final_m", "m; distance of the axle's middle from that of the robot that never slips, at the end"},
+       {"position_linf_m", "m; the same, largest over time"},
+       {"position_l2_m", "m; the same, root mean square over time"},
+       {"slip_left_along_rms_m_per_s",
+        "m/s; speed of the left wheel's lowest point along the heading, root mean "
+        "square over time, loaded or not"},
+       {"slip_left_along_linf_m_per_s", "m/s; the same, largest"},
+       {"slip_left_across_rms_m_per_s", "m/s; level, across the heading, root mean square"},
+       {"slip_left_across_linf_m_per_s", "m/s; the same, largest"},
+       {"slip_right_along_rms_m_per_s", "m/s; the right wheel's"},
+       {"slip_right_along_linf_m_per_s", "m/s; the right wheel's"},
+       {"slip_right_across_rms_m_per_s", "m/s; the right wheel's"},
+       {"slip_right_across_linf_m_per_s", "m/s; the right wheel's"},
+       {"load_asymmetry_mean_relative",
+        "-; |N_L - N_R| / (N_L + N_R) of the wheels' normal impulses of a step, mean over "
+        "the steps with a load"},
+       {"load_asymmetry_linf_relative", "-; the same, largest"},
+       {"unloaded_left_relative",
+        "-; share of steps in which the left wheel has less than 1e-6 of the load, or "
+        "neither has any"},
+       {"unloaded_right_relative", "-; the same of the right wheel"}},
+      [](const Scenario& scenario, const SimulationOptions& options, int) -> std::unique_ptr<Measure> {
+        const auto robot = wheeled_robot(scenario);
+        return robot ? std::make_unique<DriveErrors>(scenario, options, *robot) : nullptr;
+      }};
+}
+
+ReferenceRow grasp_row() {
+  return {"grasp",
+          "what two fingers hold does not move in their frames; joints are where their wanted sinusoids are",
+          {{"creep_final_m",
+            "m; root sum of squares of the held body's displacement in both fingers' frames, at the "
+            "end"},
+           {"creep_linf_m", "m; the same, largest over time"},
+           {"creep_rate_m_per_s", "m/s; the same from T/2 to T, over T/2"},
+           {"rotation_linf_rad", "rad; largest angle turned in a finger's frame"},
+           {"dropped_s",
+            "s; first time at which the body is more than half its size from its start in both fingers' "
+            "frames"},
+           {"tracking_shoulder1_rms_rad", "rad; first joint on a sinusoid against it, root mean square over time"},
+           {"tracking_shoulder1_linf_rad", "rad; the same, largest"},
+           {"tracking_shoulder2_rms_rad", "rad; second joint on a sinusoid"},
+           {"tracking_shoulder2_linf_rad", "rad; the same, largest"}},
+          [](const Scenario& scenario, const SimulationOptions& options, int) -> std::unique_ptr<Measure> {
+            auto grasp = GraspErrors::of(scenario, options);
+            return grasp ? std::make_unique<GraspErrors>(std::move(*grasp)) : nullptr;
+          }};
 }
 
 }  // namespace cb

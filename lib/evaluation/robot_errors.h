@@ -3,22 +3,21 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
+#include "evaluation/measure.h"
 #include "evaluation/no_slip_drive.h"
-#include "simulation/simulation.h"
 
 namespace cb {
 
 /// How well a robot on two wheels drives its figure eight, against the same robot on wheels that never slip.
 /// Cross-track errors count from 5 s on, when the start is over; slip and loads from the beginning.
-class DriveErrors {
+class DriveErrors : public Measure {
  public:
   DriveErrors(const Scenario& scenario, const SimulationOptions& options, const WheeledRobot& robot);
-  void observe_event(const EventRecord& event);
-  void observe_step(const State& state);
-  void report(std::vector<std::pair<std::string, double>>& out) const;
+  void observe_event(const EventRecord& event) override;
+  void observe_step(const State& state, const StepRecord& record) override;
+  void report(Values& out) const override;
 
  private:
   struct Mean {
@@ -39,12 +38,12 @@ class DriveErrors {
 };
 
 /// How well two fingers hold a body: its motion in the fingers' frames, and the arm's on its wanted path.
-class GraspErrors {
+class GraspErrors : public Measure {
  public:
   /// None where the scene is another: a computed_torque controller that closes two joints, and one free body.
   static std::optional<GraspErrors> of(const Scenario& scenario, const SimulationOptions& options);
-  void observe_step(const State& state);
-  void report(std::vector<std::pair<std::string, double>>& out) const;
+  void observe_step(const State& state, const StepRecord& record) override;
+  void report(Values& out) const override;
 
  private:
   GraspErrors() = default;

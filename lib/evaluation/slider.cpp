@@ -19,6 +19,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "linalg/dormand_prince.h"
+
 namespace cb {
 
 namespace {
@@ -33,6 +35,11 @@ constexpr double zero_slack = 1e-13;
 constexpr double steps_per_period = 400;
 /// Bracketing step where the drive is piecewise constant (events are then found in any step), s.
 constexpr double long_scan = 10;
+/// Of the disk's integrator: error of a step, m and m/s; longest step, s, which keeps the quintic exact to round-off;
+/// first step from rest, s.
+constexpr double tolerance = 1e-13;
+constexpr double longest = 0.01;
+constexpr double setting_off = 1e-6;
 /// Segments without progress in time before the rest is taken at face value.
 constexpr int max_segments = 1000;
 
@@ -254,94 +261,91 @@ SliderState DiskSlider::at(double t) {
 
 // One step of the integrator, or of rest.
 void DiskSlider::advance() {
-  constexpr double tolerance = 1e-13;   // error of a step, m and m/s
-  constexpr double longest = 0.01;      // s, keeps the quintic exact to round-off
-  constexpr double setting_off = 1e-6;  // s, first step from rest
-  const auto finish = [this](double h) {
-    t1_ = t0_ + h;
-    fastest_ = std::max(fastest_, s1_.v.norm());
-    a1_ = acceleration(t1_, s1_.v);
-  };
   t0_ = t1_;
   s0_ = s1_;
-  const double change = drive_.next_change(t0_);
+  const double room = drive_.next_change(t0_) - t0_;
   // The drive after a change is another one: take the acceleration from its right.
   a0_ = acceleration(t0_, s0_.v);
-  const double room = change - t0_;
+  if (s0_.v.norm() > zero_speed * fastest_) return slide(room);
+  s0_.v = s1_.v = Vec2::Zero();
+  if (drive_.at(t0_).norm() <= friction_ * (1 + zero_slack))
+    rest(room);
+  else
+    set_off(room);
+}
 
-  if (s0_.v.norm() <= zero_speed * fastest_) {
-    s0_.v = s1_.v = Vec2::Zero();
-    const Vec2 a = drive_.at(t0_);
-    const double strength = a.norm();
-    if (strength <= friction_ * (1 + zero_slack)) {
-      trial_ = setting_off;
-      a0_.setZero();
-      // Rest: up to where the drive may have overcome friction.
-      double h = std::min(longest, room);
-      if (!drive_.harmonics.empty()) {
-        double low = 0, high = h;
-        if (drive_.at(t0_ + h).norm() > friction_) {
-          for (int i = 0; i < 60; ++i)
-            (drive_.at(t0_ + 0.5 * (low + high)).norm() > friction_ ? high : low) = 0.5 * (low + high);
-          h = high;
-        }
-      }
-      finish(h);
-      a1_.setZero();
-      return;
+void DiskSlider::end_step(double h) {
+  t1_ = t0_ + h;
+  fastest_ = std::max(fastest_, s1_.v.norm());
+  a1_ = acceleration(t1_, s1_.v);
+}
+
+// Up to where the drive may have overcome friction.
+void DiskSlider::rest(double room) {
+  trial_ = setting_off;
+  a0_.setZero();
+  double h = std::min(longest, room);
+  if (!drive_.harmonics.empty()) {
+    double low = 0, high = h;
+    if (drive_.at(t0_ + h).norm() > friction_) {
+      for (int i = 0; i < 60; ++i)
+        (drive_.at(t0_ + 0.5 * (low + high)).norm() > friction_ ? high : low) = 0.5 * (low + high);
+      h = high;
     }
-    const double h = std::min(setting_off, room);
-    const Vec2 later = drive_.at(t0_ + h / 2);
-    const double turned = std::atan2(cross(a, later), a.dot(later)) * 2 * strength / (2 * strength - friction_);
-    const Vec2 along = a / strength;
-    const Vec2 heading = std::cos(turned) * along + std::sin(turned) * left_of(along);
-    a0_ = (strength - friction_) * along;
-    s1_.v = (h * (strength - friction_)) * heading;
-    s1_.p = s0_.p + (h / 2) * s1_.v;
-    trial_ = h / 2;
-    finish(h);
-    return;
   }
+  end_step(h);
+  a1_.setZero();
+}
 
-  // Dormand-Prince 5(4) in the velocity; the way is integrated beside it.
+void DiskSlider::set_off(double room) {
+  const Vec2 a = drive_.at(t0_);
+  const double strength = a.norm(), h = std::min(setting_off, room);
+  const Vec2 later = drive_.at(t0_ + h / 2);
+  const double turned = std::atan2(cross(a, later), a.dot(later)) * 2 * strength / (2 * strength - friction_);
+  const Vec2 along = a / strength;
+  const Vec2 heading = std::cos(turned) * along + std::sin(turned) * left_of(along);
+  a0_ = (strength - friction_) * along;
+  s1_.v = (h * (strength - friction_)) * heading;
+  s1_.p = s0_.p + (h / 2) * s1_.v;
+  trial_ = h / 2;
+  end_step(h);
+}
+
+// Dormand and Prince's method in the velocity, which does not see the way; the way has the mean velocity of its stages.
+void DiskSlider::slide(double room) {
+  using namespace dormand_prince;
   while (true) {
     const double h = std::min({trial_, longest, room});
     const Vec2& v = s0_.v;
     const Vec2 k1 = a0_;
-    const Vec2 v2 = v + h * (1.0 / 5) * k1;
-    const Vec2 k2 = acceleration(t0_ + h / 5, v2);
-    const Vec2 v3 = v + h * (3.0 / 40 * k1 + 9.0 / 40 * k2);
-    const Vec2 k3 = acceleration(t0_ + 3 * h / 10, v3);
-    const Vec2 v4 = v + h * (44.0 / 45 * k1 - 56.0 / 15 * k2 + 32.0 / 9 * k3);
-    const Vec2 k4 = acceleration(t0_ + 4 * h / 5, v4);
-    const Vec2 v5 = v + h * (19372.0 / 6561 * k1 - 25360.0 / 2187 * k2 + 64448.0 / 6561 * k3 - 212.0 / 729 * k4);
-    const Vec2 k5 = acceleration(t0_ + 8 * h / 9, v5);
+    const Vec2 v2 = v + h * second(k1);
+    const Vec2 k2 = acceleration(t0_ + c2 * h, v2);
+    const Vec2 v3 = v + h * third(k1, k2);
+    const Vec2 k3 = acceleration(t0_ + c3 * h, v3);
+    const Vec2 v4 = v + h * fourth(k1, k2, k3);
+    const Vec2 k4 = acceleration(t0_ + c4 * h, v4);
+    const Vec2 v5 = v + h * fifth(k1, k2, k3, k4);
+    const Vec2 k5 = acceleration(t0_ + c5 * h, v5);
     // The right end belongs to this window: a push that starts there must not be seen.
     const double end = std::nextafter(t0_ + h, t0_);
-    const Vec2 v6 =
-        v + h * (9017.0 / 3168 * k1 - 355.0 / 33 * k2 + 46732.0 / 5247 * k3 + 49.0 / 176 * k4 - 5103.0 / 18656 * k5);
+    const Vec2 v6 = v + h * sixth(k1, k2, k3, k4, k5);
     const Vec2 k6 = acceleration(end, v6);
-    const Vec2 v7 =
-        v + h * (35.0 / 384 * k1 + 500.0 / 1113 * k3 + 125.0 / 192 * k4 - 2187.0 / 6784 * k5 + 11.0 / 84 * k6);
+    const Vec2 v7 = v + h * whole(k1, k3, k4, k5, k6);
     const Vec2 k7 = acceleration(end, v7);
-    const Vec2 error = h * (71.0 / 57600 * k1 - 71.0 / 16695 * k3 + 71.0 / 1920 * k4 - 17253.0 / 339200 * k5 +
-                            22.0 / 525 * k6 - 1.0 / 40 * k7);
-    const double ratio = error.norm() / tolerance;
+    const double ratio = (h * error(k1, k3, k4, k5, k6, k7)).norm() / tolerance;
     const double factor = std::clamp(0.9 * std::pow(std::max(ratio, 1e-10), -0.2), 0.2, 5.0);
+    trial_ = factor * h;
     if (ratio <= 1) {
       s1_.v = v7;
-      s1_.p = s0_.p + h * (35.0 / 384 * v + 500.0 / 1113 * v3 + 125.0 / 192 * v4 - 2187.0 / 6784 * v5 + 11.0 / 84 * v6);
-      trial_ = factor * h;
-      finish(h);
+      s1_.p = s0_.p + h * whole(v, v3, v4, v5, v6);
+      end_step(h);
       a1_ = k7;
       return;
     }
-    trial_ = factor * h;
     // Steps that shrink to nothing: the velocity is about to vanish.
     if (trial_ < 1e-13 * std::max(1.0, t0_)) {
       s1_.v.setZero();
-      finish(0);
-      return;
+      return end_step(0);
     }
   }
 }

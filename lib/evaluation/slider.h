@@ -82,7 +82,12 @@ class DiskSlider {
   SliderState at(double t);
 
  private:
+  // Each to `room` (s) beyond t0_ at most.
+  void rest(double room);
+  void set_off(double room);
+  void slide(double room);
   void advance();
+  void end_step(double h);
   Vec2 acceleration(double t, const Vec2& v) const;
 
   Drive drive_;

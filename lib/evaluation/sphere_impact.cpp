@@ -1,4 +1,4 @@
-// Impact of a sphere on a plane, and its motion before and after, in closed form.
+// SphereImpact of a sphere on a plane, and its motion before and after, in closed form.
 //
 // Problem: sphere (m in kg, I, r), velocity v, spin w, plane with unit normal n, friction mu, restitution e.
 // Normal impulse j = (1 + e) m v_n: the tangential impulse acts through the contact point along the plane and has no
@@ -20,9 +20,9 @@ namespace cb {
 
 namespace {
 
-Impact apply(const SphereBody& sphere, const Vec3& v, const Vec3& w, const Vec3& n, double normal,
-             const Vec3& tangential, bool sticks) {
-  Impact impact;
+SphereImpact apply(const SphereBody& sphere, const Vec3& v, const Vec3& w, const Vec3& n, double normal,
+                   const Vec3& tangential, bool sticks) {
+  SphereImpact impact;
   impact.impulse = normal * n + tangential;
   impact.v = v + impact.impulse / sphere.mass;
   impact.w = w + (-sphere.radius * n).cross(tangential) / sphere.inertia;
@@ -37,7 +37,7 @@ Vec3 SphereBody::slip(const Vec3& v, const Vec3& w, const Vec3& n) const {
   return u - n.dot(u) * n;
 }
 
-Impact sphere_impact(const SphereBody& sphere, const Vec3& v, const Vec3& w, const Vec3& n, double mu, double e) {
+SphereImpact sphere_impact(const SphereBody& sphere, const Vec3& v, const Vec3& w, const Vec3& n, double mu, double e) {
   const double normal = (1 + e) * sphere.mass * -n.dot(v);
   const Vec3 slip = sphere.slip(v, w, n);
   const double size = slip.norm(), stop = size / sphere.slip_per_impulse();
@@ -46,8 +46,8 @@ Impact sphere_impact(const SphereBody& sphere, const Vec3& v, const Vec3& w, con
   return apply(sphere, v, w, n, normal, tangential, sticks);
 }
 
-Impact sphere_impact_polygon(const SphereBody& sphere, const Vec3& v, const Vec3& w, const Vec3& n, double mu, int k,
-                             double rotate_cone) {
+SphereImpact sphere_impact_polygon(const SphereBody& sphere, const Vec3& v, const Vec3& w, const Vec3& n, double mu,
+                                   int k, double rotate_cone) {
   using std::numbers::pi;
   const double normal = sphere.mass * -n.dot(v), half_angle = pi / k;
   Vec3 t1, t2;
@@ -78,7 +78,7 @@ SphereFlight::SphereFlight(const SphereBody& sphere, const Pose& start, const Ve
   if (!std::isfinite(t_impact)) return;
 
   const Vec3 before = v - g * t_impact * n;
-  const Impact impact = sphere_impact(sphere, before, w, n, mu, 0);
+  const SphereImpact impact = sphere_impact(sphere, before, w, n, mu, 0);
   p_impact_ = p0_ + t_impact * v0_ - (g / 2 * t_impact * t_impact) * n;
   v_impact_ = impact.v - n.dot(impact.v) * n;
   const Vec3 slip = sphere.slip(impact.v, impact.w, n);

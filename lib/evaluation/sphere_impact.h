@@ -17,19 +17,19 @@ struct SphereBody {
 };
 
 /// State of the sphere after its impact.
-struct Impact {
+struct SphereImpact {
   Vec3 v, w;     ///< m/s, rad/s
   Vec3 impulse;  ///< N s, total
   bool sticks = false;
 };
 
-/// Impact of a sphere on a plane with normal n (unit, away from the plane): restitution e, Coulomb friction mu.
-Impact sphere_impact(const SphereBody& sphere, const Vec3& v, const Vec3& w, const Vec3& n, double mu, double e);
+/// SphereImpact of a sphere on a plane with normal n (unit, away from the plane): restitution e, Coulomb friction mu.
+SphereImpact sphere_impact(const SphereBody& sphere, const Vec3& v, const Vec3& w, const Vec3& n, double mu, double e);
 
 /// The same with the friction polygon of k vertices at `rotate_cone` from t1 (contact_tangents), as A-P has it for e =
 /// 0.
-Impact sphere_impact_polygon(const SphereBody& sphere, const Vec3& v, const Vec3& w, const Vec3& n, double mu, int k,
-                             double rotate_cone);
+SphereImpact sphere_impact_polygon(const SphereBody& sphere, const Vec3& v, const Vec3& w, const Vec3& n, double mu,
+                                   int k, double rotate_cone);
 
 /// The sphere's exact way from flight over impact (e = 0) and sliding to rolling, under constant gravity along -n.
 struct SphereFlight {

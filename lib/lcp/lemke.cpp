@@ -3,25 +3,27 @@
 // Problem: z >= 0, w = M z + q >= 0, z.w = 0 (n unknowns; lcp.h has the expanded form with free unknowns). The covering
 // vector c > 0 and the artificial z_0 make w = M z + q + c z_0 feasible; from there, whatever variable left the basis
 // last, its complement enters, until z_0 leaves (a solution) or nothing blocks (a ray). A rung of the ladder (attempt)
-// is that path for a perturbed q, from the basis of all w, and further ones from the vertex it ends at to that of q.
+// is that path for a perturbed q, from the slack basis (all w_i, which are variables i; z_i is n + i), and further ones
+// from the vertex it ends at to that of q.
 //
 // Sources: C. E. Lemke, Management Science 11 (1965); R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity
 // Problem (1992), sec. 4.4 (algorithm 4.4.5) and 4.9 (degeneracy); P. Fackler, M. Miranda, LEMKE (start from a given
-// basis). For A-P's matrix, which is copositive with the properties of Anitescu and Potra 1997, theorem 3.1, the ray
-// does not occur in exact arithmetic when e = 0.
+// basis). For the matrix of Anitescu and Potra's method, which is copositive with the properties of Anitescu and Potra
+// 1997, theorem 3.1, the ray does not occur in exact arithmetic when restitution is 0.
 //
 // Differences from the sources:
 //  1. The problem is scaled by powers of two (scaling.h): |M_ii| ~ 1, max |q_i| ~ 1.
-//  2. Ties, of which a symmetric box is full: q is perturbed by delta p, p pseudo-random in [1, 2), so that no two
-//     ratios agree and no basis comes back (Cottle, Pang, Stone, sec. 4.9).
+//  2. Ties, of which a symmetric box is full: q is perturbed by delta p, p pseudo-random in [1, 2), so that ratios
+//     agree, and bases come back, by accident only (Cottle, Pang, Stone, sec. 4.9).
 //  3. The answer is recomputed for q itself at the basis reached, refined and judged on the original data (judge.h).
 //     Where that vertex is not exact, the method goes on from its basis (exact_vertex).
 //  4. Ratio test in two passes after Harris (complementary_path.h); z_0 wins whenever it is among those that block.
 //  5. A ray is believed only if it is one of the original data. On any failure a ladder of other perturbations and
 //     covering vectors is climbed; `reason` names each rung that was used.
 //
-// Returns: solved (residual at most the tolerance), ray, nonconverged (pivot limit), singular (pivots too
-// small to trust on every rung), inaccurate (a vertex whose residual stays above the tolerance), not_finite.
+// Returns: solved (residual at most the tolerance), inaccurate (vertices, whose residuals all stay above it; both by
+// ladder.h); without a vertex nonconverged (the last rung spent its share of the pivots), ray (a rung ended in one),
+// singular (all the rest: no pivot to trust, rays of rounding); not_finite (front.h).
 
 #include <algorithm>
 #include <array>
@@ -36,7 +38,8 @@ namespace cb {
 
 namespace {
 
-/// Row whose variable z_0 replaces: the one that needs most of it to be feasible; -1 where none needs any.
+/// Row whose variable z_0 replaces: the one that needs most of it to be feasible; -1 where none needs any, or z_0 would
+/// help none.
 int neediest_row(Basis& basis);
 
 /// The method, from the complementary basis in hand: whatever left last, its complement enters.
@@ -44,7 +47,7 @@ PathEnd follow(Basis& basis, ComplementaryPath& path) {
   const int row = neediest_row(basis);
   if (row < 0) return PathEnd::solution;
   if (!path.enter(basis, row)) return PathEnd::bad_pivot;
-  while (path.goes_on(basis)) {  // no longer where z_0 has left, nothing blocked, or the limit is reached
+  while (path.goes_on(basis)) {  // until z_0 has left, nothing blocks, a pivot is no good, or the limit is reached
     const int entering = complement(path.left, basis.n());
     path.exchange(basis, entering, path.blocking_row(basis, entering));
   }
@@ -63,7 +66,7 @@ struct LemkeOptions : LcpOptions {
   double vertex_tolerance = 1e-12;
 };
 
-/// A way to start: perturbation as a multiple of the option, seed of p, and c of ones or drawn from [0.5, 1.5).
+/// A rung: perturbation as a multiple of the option, seed of p, and c of ones or drawn from [0.5, 1.5).
 struct Rung {
   std::string_view name;
   double perturbation;
@@ -100,7 +103,7 @@ class Lemke {
   ComplementaryPath path_;
   PathJudge judge_;
   int n_ = 0, pivot_limit_ = 0;
-  Eigen::VectorXd noise_, perturbed_, cover_;  // n: p, q + delta p, c
+  Eigen::VectorXd noise_, perturbed_, cover_;  // n: p, q + delta p (then scratch), c
   Eigen::VectorXd first_noise_;                // p of the first rung, of the largest problem so far
   Eigen::VectorXd best_, answer_;              // n: best vertex of a rung, of all rungs
   std::vector<int> best_active_, active_;      // pairs whose z is basic: at the best vertex, at the basis in hand
@@ -137,7 +140,7 @@ PathEnd Lemke::attempt(Basis& basis, const Rung& rung, LcpSolution& solution) {
   const double delta = o_.perturbation * rung.perturbation;
   path_.ratio.pivot_tolerance = o_.pivot_tolerance * rung.pivot_tolerance;
   path_.ratio.harris = o_.harris;
-  path_.pivots.limit = path_.pivots.done + (pivot_limit_ - path_.pivots.done) / 2;
+  path_.pivots.limit = path_.pivots.done + (pivot_limit_ - path_.pivots.done) / 2;  // the rest is for other rungs
   basis.restart();
   if (rung.seed == ladder[0].seed)
     noise_ = first_noise_.head(n_);
@@ -179,7 +182,8 @@ PathEnd Lemke::follow_path(Basis& basis) {
   return end;
 }
 
-// From the vertex in hand to one that is exact, or the best on the way: z, and its residual.
+// From the vertex in hand on, until one is exact: the better of that and the best on the way, and its residual, which
+// is infinite where none could be factorised.
 double Lemke::exact_vertex(Basis& basis, const Rung& rung, Eigen::VectorXd& z) {
   Judgement found = judge_.vertex(basis, *load_, z), best;
   for (int count = 1; found.beyond_rounding > o_.vertex_tolerance || found.residual > o_.tolerance; ++count) {
@@ -210,8 +214,8 @@ PathEnd Lemke::repair(Basis& basis, const Rung& rung, int count) {
 }
 
 // The vertex in hand is that of q + delta p, so with c = p it is feasible from z_0 = delta on. Back from there to z_0 =
-// 0, which takes a few pivots: c > 0, as at the start, and an almost complementary path passes a basis in one
-// direction, that of the sign of its determinant. What came to the basis from the slacks goes on towards a solution,
+// 0: c > 0, as at the start, and an almost complementary path passes a basis in one direction, that of the sign of its
+// determinant. What came to the basis from the slacks goes on towards a solution,
 // and for A-P's matrix cannot end in a ray.
 PathEnd Lemke::take_perturbation_back(Basis& basis) {
   cover_ = noise_;
@@ -220,8 +224,9 @@ PathEnd Lemke::take_perturbation_back(Basis& basis) {
   return follow_path(basis);
 }
 
-// Takes up the best vertex so far with a covering vector of its own: its basic values are y + p z_0, feasible from some
-// z_0 > 0 on, where the lowest leaves, and at z_0 = 0 nothing is perturbed any more. False where its basis is singular.
+// Takes up the best vertex so far with a covering vector of its own: its basic values y become y + p z_0, feasible from
+// some z_0 > 0 on, where the lowest leaves, and at z_0 = 0 nothing is perturbed any more. False where its basis is
+// singular.
 bool Lemke::cover_vertex(Basis& basis) {
   set_own_cover(basis, *load_, best_active_, noise_, perturbed_, cover_);
   return basis.renew(best_active_, -1, load_->q, cover_);

@@ -5,17 +5,17 @@
 //
 //  1. Crash: projected Newton to a point near the solution (path_crash.cpp).
 //  2. Path: from x_k, F_+(p(t)) = (1 - t) F_+(x_k). F_+ is piecewise linear, so p is, and p is a path of complementary
-//     bases of w = M z + q + c z_0 with c = -F_+(x_k), z_0 = 1 - t, on which |F_+| = z_0 |F_+(x_k)|. It may turn back
-//     in t. At t = 1 it has found a solution.
-//  3. A path that ends before (a ray, t < 0, limits) is left at its point of least |F_+|, and steps 1 and 2 start again
-//     from there. Watchdog: up to `watchdog` such steps may fail to lower the merit by the factor 1 - decrease; then z
-//     returns to the best point so far and the proximal term grows.
-//  4. Proximal steps: M + eps I, q - eps z_k, eps relative to the scaled diagonal: every basis of a monotone M is then
-//     regular. Their end points start a path of the unperturbed map, which alone can end in a solution.
+//     bases of w = M z + q + c z_0 with c = -F_+(x_k), z_0 = 1 - t (c is scaled, and z_0 with it), on which |F_+| = z_0
+//     |F_+(x_k)|. It may turn back in t. At t = 1 it has found a solution.
+//  3. A path that ends before (a ray, t < 0) is left at its point of least |F_+|, and 1 and 2 start again from there.
+//     Watchdog: up to `watchdog` of them may fail to lower the merit (normal_map.h) by the factor 1 - decrease; then
+//     the rung is given up, or, with proximal steps, z returns to the best point so far and their term grows.
+//  4. Proximal steps: M + eps I, q - eps z_k, eps relative to the scaled diagonal: every basis of a positive
+//     semidefinite M is then regular. Their end points start a path of the unperturbed map, which alone can solve.
 //
 // Source: S. P. Dirkse, M. C. Ferris, The PATH solver: a non-monotone stabilization scheme for mixed complementarity
 // problems, Optimization Methods and Software 5 (1995); proximal perturbation: M. C. Ferris, C. Kanzow, T. S. Munson,
-// Math. Programming 86 (1999).
+// Feasible descent algorithms for mixed complementarity problems, Math. Programming 86 (1999).
 //
 // Differences from the sources:
 //  1. An LCP's linearisation is exact: there is one path to follow, not one a major iteration, and |F_+| along it needs
@@ -24,12 +24,12 @@
 //     x_k moved by `noise` (1 + random) a pair, and as its end is at z_0 = 0 nothing has to be undone there.
 //  3. The answer is the vertex of the last basis, recomputed, refined and judged on the original data (judge.h). So is
 //     that of a path that ends in a ray, with z_0 taken out: rounded data have rays close to their answer.
-//  4. A ladder of starts, proximal steps, which cost most, last. Two rungs start on the ray x = -(|q| + 1), without a
-//     crash (as the library does when all else fails): c > 0 there, and the path is the one of Lemke's method.
+//  4. A ladder of starts, proximal steps, which cost most, last. Two rungs start at z = 0, x_i = -(max(q_i, 0) + 1 +
+//     random), once and without a crash (the PATH library's last resort): c > 0 there, the path is Lemke's.
 //
-// Returns: solved (residual at most the tolerance), ray (a start with c > 0 ended in a ray that the original data bear
-// out), nonconverged (limits, paths that turn back or end in other rays), singular (no usable pivot),
-// inaccurate (a vertex whose residual stays above the tolerance), not_finite. `reason` names each rung that was used.
+// Returns: solved (residual at most the tolerance), inaccurate (vertices, whose residuals all stay above it); without a
+// vertex ray (a rung ended, from c > 0, in one that the original data bear out), singular (no rung had a usable pivot),
+// nonconverged (all the rest: limits, paths that turn back); not_finite. `reason` names each rung that was used.
 
 #include <array>
 #include <climits>
@@ -48,13 +48,13 @@ namespace {
 /// Numbers of the method. All act on the scaled problem: |M_ii| ~ 1, max |q_i| ~ 1. Those of the crash: PathCrash.
 struct PathOptions : LcpOptions {
   double pivot_tolerance = 1e-9;  ///< an entry that blocks must be larger than this, -
-  /// Exchanges a pair that a crash may try, where each asks for a solve, -; more: bases of redundant contacts, most of
-  /// whose exchanges have no pivot, cost it many times what the path does.
+  /// Exchanges per pair that a crash of the problem itself may try, where each asks for a solve, -; more: bases of
+  /// redundant contacts, most of whose exchanges have no pivot, cost it many times what the path does.
   int crash_tries = 1;
   int watchdog = 2;             ///< steps that may fail to lower the merit
   int major_limit = 8;          ///< paths of one rung at most
   double proximal_growth = 10;  ///< of eps when the watchdog bites, -
-  double retreat = 1;  ///< z_0 beyond which a path has turned back, of its start (t < 0 at 1), -; larger: loops
+  double retreat = 1;           ///< of z_0's start, -: beyond it a path has turned back (1: t < 0); larger: loops
 };
 
 /// A way to start, and the perturbations that go with it.
@@ -82,7 +82,7 @@ class Path {
   void solve(Front& front, LcpSolution& solution);
 
  private:
-  // One rung: crash and path, again and again, until a vertex passes the check or the watchdog gives up.
+  // One rung: crash or proximal step, then path, until a vertex holds, the watchdog gives up or a limit is reached.
   PathEnd attempt(Basis& basis, const Rung& rung, LcpSolution& solution) {
     start(basis, rung);
     Watchdog dog{rung.proximal};
@@ -103,7 +103,7 @@ class Path {
   }
 
   // The path, from the basis that z_0 enters for the variable of `row`: whatever variable left last, its complement
-  // enters, until z_0 leaves at t = 1. Notes the point where z_0, and with it |F_+|, is least.
+  // enters, until z_0 leaves at t = 1 or path_ ends otherwise. Notes the point where z_0, so |F_+|, is least.
   PathEnd follow(Basis& basis, int row) {
     if (!path_.enter(basis, row)) return PathEnd::bad_pivot;
     double least = HUGE_VAL;

@@ -16,16 +16,15 @@
 //     cycles. Of a state's candidates the one with the largest pivot is followed; the others wait. After a dead end the
 //     waiting state with the fewest second choices behind it comes next, the youngest of those first (ynl_states.h).
 //  2. The problem is scaled by powers of two (scaling.h).
-//  3. Along a sequence the dictionary is carried from pivot to pivot, as Lemke's is; factorising each basis took most
-//  of
-//     the time. It is taken from the original matrix where a sequence begins, every `renew_every` pivots, and before a
-//     dead end is believed.
+//  3. Along a sequence the dictionary of its basis is carried from pivot to pivot, as Lemke's is: to factorise each
+//     basis took most of the time. The dictionary is taken from the original matrix where a sequence begins, every
+//     `renew_every` pivots, and before a dead end is believed.
 //  4. An end where z_0 has left is solved for and judged on the original data (judge.h). One that is not exact is near
-//     the exact one: a search of its own goes on from there (polish). Where that finds none, an end within the
-//     tolerance stands, and the search goes on from any other.
+//     the exact one: from the best so far a search of its own goes on (polish). Where that finds none, an end within
+//     the tolerance stands, and the search goes on from any other.
 //  5. One search after another, from other covering vectors (try_covers); q itself is never perturbed.
 //
-// Returns: solved; nonconverged (pivot limit), memory_limit: the search was cut off; where it was not:
+// Returns: solved; nonconverged (pivot limit), memory_limit: the search was cut off; where three came to an end:
 // inaccurate (ends whose residual stays above the tolerance: the best of them), ray (some sequence ended in a ray that
 // the original data confirm), singular (sequences met bases that cannot be used), cycling (all came back to states
 // seen); singular also where A is; not_finite. `reason` counts the dead ends; on `solved` too.
@@ -57,10 +56,10 @@ struct YnlOptions : LcpOptions {
   double roundings = 100;
   /// Judgement::beyond_rounding up to which an end is exact, -; looser: ends near the exact one are kept.
   double vertex_tolerance = 1e-12;
-  /// Pivots that a dictionary is carried on at most; more: round-off grows, fewer: each costs as many pivots again as
-  /// there are basic z.
+  /// States that a dictionary is carried on at most, a pivot each; more: round-off grows, fewer: each costs as many
+  /// pivots again as there are basic z.
   int renew_every = 100;
-  int first_search = 4;        ///< pivots a pair of the first search; each further one may take twice those of the last
+  int first_search = 4;  ///< pivots per pair in the first search; each further one may take twice those of the last
   int exhausted_searches = 3;  ///< searches that all end dead, after which there is no answer
 };
 
@@ -190,7 +189,7 @@ SearchEnd Ynl::search(Basis& basis, LcpSolution& solution) {
     if (vertex(basis, state, solution)) return SearchEnd::solved;
   }
 
-  // z_0 enters; whatever needs most of it leaves. The first of the list is to be the youngest.
+  // z_0 enters; whatever needs most of it leaves. The last of those that tie is the first choice, the others second.
   double need = 0;
   for (int i = 0; i < n_; ++i) need = std::max(need, -q[i] / cover_[i]);
   for (int i = n_ - 1; i >= 0; --i) {
@@ -250,7 +249,7 @@ bool Ynl::vertex(Basis& basis, const SearchState& state, LcpSolution& solution) 
   const bool good = found.residual <= o_.tolerance, exact = found.beyond_rounding <= o_.vertex_tolerance;
   if (good && exact) return solved_ = true;
   if (!polishing_ && better && polish(basis, state, solution)) return true;
-  if (good && !polishing_) return solved_ = true;
+  if (!polishing_ && solution.residual <= o_.tolerance) return solved_ = true;  // this end's, or one of its polish
   ++dead_.refused;
   return false;
 }
@@ -270,7 +269,7 @@ bool Ynl::polish(Basis& basis, const SearchState& end, LcpSolution& solution) {
 
 // The exact end is at another basis. Under its own covering vector all basic values of this one grow with z_0 alike:
 // they are feasible from z_0 = -lowest on, where the lowest leaves. From there a search of its own goes on to z_0 = 0,
-// its ties no wider than rounding. At most a pivot a pair.
+// its ties no wider than rounding. At most one pivot per pair.
 bool Ynl::follow_own_cover(Basis& basis, const SearchState& end, LcpSolution& solution) {
   SearchState state;
   search_.start(n_, 0, state);

@@ -74,6 +74,11 @@ struct DoubleDouble {
     const DoubleDouble left = x - product(root, root);
     return ordered_sum(root, left.high / (2 * root));
   }
+  friend DoubleDouble pow(const DoubleDouble& x, int n) {
+    DoubleDouble power = 1;
+    for (int i = 0; i < n; ++i) power *= x;
+    return power;
+  }
   friend DoubleDouble abs(const DoubleDouble& x) { return x.high < 0 ? -x : x; }
   friend bool isfinite(const DoubleDouble& x) { return std::isfinite(x.high); }
 };

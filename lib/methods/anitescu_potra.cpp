@@ -65,7 +65,6 @@ class AnitescuPotra {
   bool start_at_rest(const ContactProblem& problem, ContactSolution& solution);
   bool solve_phase(ContactSolution& solution);
   void append_answer(std::vector<double>& z) const;
-  double least_slip_bound(const double* u) const;
   void bound_idle_slip(const ContactProblem& problem, ContactSolution& solution);
   double split(double t1, double t2, double* part) const;
   void add_impulses(ContactSolution& solution) const;
@@ -142,7 +141,7 @@ bool AnitescuPotra::start_at_rest(const ContactProblem& problem, ContactSolution
         std::max(violation, std::max(-r[3 * c], friction - problem.mu[c] * normal) * std::sqrt(weight[c]) / size_);
     if (!(violation <= rounding)) return false;
     z[c] = normal;
-    if (problem.mu[c] == 0) z[nc_ + k * nc_ + c] = least_slip_bound(&u[3 * c]);
+    if (problem.mu[c] == 0) z[nc_ + k * nc_ + c] = form_.polygon().least_slip_bound(&u[3 * c]);
   }
   solution.impulse = r;
   for (int c = 0; c < nc_; ++c) solution.impulse[3 * c] = z[c];
@@ -201,15 +200,7 @@ void AnitescuPotra::bound_idle_slip(const ContactProblem& problem, ContactSoluti
   contact_velocity(problem, v_, u_);
   std::vector<double>& z = solution.as<PolygonWitness>().z;
   for (int c = 0; c < nc_; ++c)
-    if (problem.mu[c] == 0) z[(at.k + 1) * nc_ + c] = least_slip_bound(&u_[3 * c]);
-}
-
-// The least lam that lets a contact slip with u (n, t1, t2) without friction.
-double AnitescuPotra::least_slip_bound(const double* u) const {
-  double lam = 0;
-  const FrictionPolygon& polygon = form_.polygon();
-  for (int a = 0; a < polygon.k(); ++a) lam = std::max(lam, -polygon.cosine[a] * u[1] - polygon.sine[a] * u[2]);
-  return lam;
+    if (problem.mu[c] == 0) z[(at.k + 1) * nc_ + c] = form_.polygon().least_slip_bound(&u_[3 * c]);
 }
 
 void AnitescuPotra::add_impulses(ContactSolution& solution) const {

@@ -29,21 +29,6 @@ WILD_ZERO = 0.3  # share of wild pairs whose mu, and of those whose restitution,
 KINDS = list(RANGES)
 
 
-def ranges_table():
-    """Lines of docs/campaign.md."""
-    def show(values):
-        if values is None:
-            return "-"
-        return " or ".join(f"{v:g}" for v in values) if isinstance(values, list) else f"{values[0]:g} to {values[1]:g}"
-
-    quantities = list(RANGES[KINDS[0]])
-    lines = ["| | " + " | ".join(KINDS) + " |", "|---" * (len(KINDS) + 1) + "|"]
-    lines += [
-        f"| `{quantity}` | " + " | ".join(show(RANGES[kind][quantity]) for kind in KINDS) + " |"
-        for quantity in quantities]
-    return lines
-
-
 def rounded(x, digits=4):
     return float(f"{x:.{digits}g}") + 0.0  # no -0.0
 

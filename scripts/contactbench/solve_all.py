@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 
 from . import program
-from .runs import number, write_table
+from .runs import number, table_of, write_table
 from .templates import known, render
 
 COLUMNS = [
@@ -138,36 +138,6 @@ def solve_all(args, scratch):
     return rows
 
 
-def label(row):
-    parts = [
-        row["method"] or "lcp", row["solver"], row["variant"], f"k={row['k']}" if row["k"] is not None else "",
-        f"bound {row['compression_bound']}" if row["compression_bound"] else ""]
-    return " ".join(str(part) for part in parts if part)
-
-
-def markdown(rows):
-    groups = {}
-    for row in rows:
-        groups.setdefault((row["kind"], label(row)), []).append(row)
-    lines = []
-    for (_, name), group in groups.items():
-        good = [row for row in group if row["status"] == "ok"]
-        others = collections.Counter(row["status"] for row in group if row["status"] != "ok")
-
-        def of(column, good=good):
-            return [row[column] for row in good if row[column] is not None]
-
-        known_errors = [row for row in good if row["velocity_error"] is not None]
-        worst = max(known_errors, key=lambda row: row["velocity_error"], default={})
-        numbers = [max(of("residual"), default=None), max(of("reference_error"), default=None)]
-        numbers += [worst.get("velocity_error"), worst.get("velocity_allowed")]
-        numbers += [1e6 * statistics.median(of("time_median_s") or [math.nan])]
-        ends = ", ".join(f"{status} {n}" for status, n in sorted(others.items()))
-        false_claims = sum(bool(row["false_claim"]) for row in group)
-        lines.append([name, len(group), len(good), ends, false_claims, *(known(x, 2) for x in numbers)])
-    return render("solve_all.md", solvers=lines, bad=[(label(row), row) for row in rows if row["status"] != "ok"])
-
-
 def main(words=None):
     args = arguments(words)
     for folder in args.folder:
@@ -179,11 +149,12 @@ def main(words=None):
         sys.exit("solve_all.py: no problems found; a folder must hold NAME.hdf5, NAME.dat or NAME.M.mtx")
     args.out.mkdir(parents=True, exist_ok=True)
     write_table(rows, COLUMNS, args.out / "solve_all.csv")
-    (args.out / "solve_all.md").write_text(markdown(rows), encoding="utf-8")
+    table = table_of(args.out / "solve_all.csv").to_dict("records")
+    (args.out / "solve_all.md").write_text(markdown(table), encoding="utf-8")
     print(f"{len(rows)} solves: {args.out / 'solve_all.csv'}, {args.out / 'solve_all.md'}")
 
 
-# The tables as the report reads them: results/solve_all, and results/replay/SCENE of scripts/replay.py.
+# The tables as they are read: results/solve_all, and results/replay/SCENE of scripts/replay.py.
 
 
 def rows_of(results, folder="solve_all"):
@@ -207,22 +178,42 @@ def solver(row):
     return " ".join(p for p in parts if p)
 
 
-def summary(some):
-    """{(kind, solver): counts (`busy`: solves during which others used the machine); worst checked residual, median
-    residual against Coulomb and median time of the ok ones}."""
-    def of(group, column):
-        return [number(r[column]) for r in group if r["status"] == "ok" and r[column]]
-
-    def counted(group):
-        count = {"problems": len(group), "ok": sum(r["status"] == "ok" for r in group)}
-        count |= {
-            name: sum(r[column] == "True" for r in group)
-            for name, column in (("false_claims", "false_claim"), ("busy", "busy"))}
-        count["residual"] = max(of(group, "residual"), default=math.nan)
-        count["law_residual"] = statistics.median(of(group, "law_residual") or [math.nan])
-        return count | {"time": statistics.median(of(group, "time_median_s") or [math.nan])}
-
-    out = {}
+def by_solver(some):
+    """{(kind, solver): rows}."""
+    groups = {}
     for row in some:
-        out.setdefault((row["kind"], solver(row)), []).append(row)
-    return {key: counted(group) for key, group in out.items()}
+        groups.setdefault((row["kind"], solver(row)), []).append(row)
+    return groups
+
+
+def of(group, column):
+    """A column of those that ended ok."""
+    return [number(r[column]) for r in group if r["status"] == "ok" and r[column]]
+
+
+def counted(group):
+    """Counts (`busy`: solves during which others used the machine); worst checked residual, median residual against
+    Coulomb and median time of the ok ones."""
+    count = {"problems": len(group), "ok": sum(r["status"] == "ok" for r in group)}
+    count |= {
+        name: sum(r[column] == "True" for r in group)
+        for name, column in (("false_claims", "false_claim"), ("busy", "busy"))}
+    count["residual"] = max(of(group, "residual"), default=math.nan)
+    count["law_residual"] = statistics.median(of(group, "law_residual") or [math.nan])
+    return count | {"time": statistics.median(of(group, "time_median_s") or [math.nan])}
+
+
+def summary(some):
+    return {key: counted(group) for key, group in by_solver(some).items()}
+
+
+def markdown(some):
+    lines = []
+    for (_, name), group in by_solver(some).items():
+        count, others = counted(group), collections.Counter(r["status"] for r in group if r["status"] != "ok")
+        ends = ", ".join(f"{status} {n}" for status, n in sorted(others.items()))
+        errors = zip(of(group, "velocity_error"), of(group, "velocity_allowed"))  # both are known or neither
+        worst = max(errors, default=(math.nan, math.nan), key=lambda pair: pair[0])
+        numbers = [count["residual"], max(of(group, "reference_error"), default=math.nan), *worst, 1e6 * count["time"]]
+        lines.append([name, len(group), count["ok"], ends, count["false_claims"], *(known(x, 2) for x in numbers)])
+    return render("solve_all.md", solvers=lines, bad=[(solver(row), row) for row in some if row["status"] != "ok"])

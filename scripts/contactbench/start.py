@@ -11,9 +11,9 @@ CANDIDATES = (os.environ.get("PYTHON", ""), "/usr/bin/python3", "/usr/local/bin/
 ASKED = "CONTACTBENCH_PYTHONS_ASKED"  # how many of them were, which each tells the next
 
 
-def need(modules=MODULES, otherwise=1):
+def need(modules=MODULES):
     """Returns where this interpreter has the modules; else starts the script again in the next candidate, and where
-    none is left ends with the code `otherwise`."""
+    none is left ends with exit code 1."""
     asked = int(os.environ.pop(ASKED, 0))
     lacking = [m for m in modules if importlib.util.find_spec(m) is None]
     if not lacking:
@@ -26,12 +26,12 @@ def need(modules=MODULES, otherwise=1):
     print(
         f"{os.path.basename(sys.argv[0])}: no python3 here has {', '.join(lacking)}: scripts/setup.sh --tests installs "
         f"Debian's ({packages}); PYTHON=/path/to/python3 names another one", file=sys.stderr)
-    sys.exit(otherwise)
+    sys.exit(1)
 
 
-def command(name, modules=MODULES, otherwise=1):
+def command(name):
     """Runs main() of a module of the package, with its exit code."""
-    need(modules, otherwise)
+    need()
     program = importlib.import_module("contactbench.program")
     try:
         sys.exit(importlib.import_module(f"contactbench.{name}").main())

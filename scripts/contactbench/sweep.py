@@ -51,6 +51,7 @@ def arguments(words):
         parser.error("--jobs must not be negative")
     if parsed.budget is not None and not parsed.budget > 0:
         parser.error("--budget must be a positive number of hours")
+    parsed.deadline = None if parsed.budget is None else time.time() + 3600 * parsed.budget
     parsed.jobs = parsed.jobs or os.cpu_count() or 1
     parsed.out = parsed.out or program.ROOT / "results"
     parsed.references = parsed.references or parsed.out / "references"
@@ -129,11 +130,10 @@ def jobs_of(runs, listed, options):
     path, scenes = str(Path(options.program).resolve()), program.scenes_of(listed)
     read = {run: files_of(options, scenes, run) for run in runs}
     keys = {files: references.digest(path, *files) for files in set(read.values())}
-    deadline = None if options.budget is None else time.time() + 3600 * options.budget
     return [
         program.job_of(run, path, run.file or f"{run.scene}.xml", options.runs.resolve(), program.statuses_of(listed),
-                       run.time_limit_s, run.memory_limit_mb, run.record_every, run.timed, keys[read[run]], deadline)
-        for run in runs]
+                       run.time_limit_s, run.memory_limit_mb, run.record_every, run.timed, keys[read[run]],
+                       options.deadline) for run in runs]
 
 
 def is_done(job, options):

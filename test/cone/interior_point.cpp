@@ -5,8 +5,6 @@
 #include <cmath>
 #include <random>
 
-#include "cone/dense_interior_point.h"
-
 using namespace cb;
 
 namespace {

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "dynamics/kinematics.h"
+#include "evaluation/references.h"
 #include "evaluation/scene_errors.h"
 
 using namespace cb;

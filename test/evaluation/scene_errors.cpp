@@ -5,6 +5,7 @@
 #include <map>
 #include <numbers>
 
+#include "evaluation/references.h"
 #include "evaluation/slider.h"
 #include "evaluation/sphere_impact.h"
 
@@ -367,7 +368,7 @@ TEST_CASE("A sphere's exact impact has no error, and what is added to it comes o
   const SphereBody sphere{4.1887902047863905, 0.4 * 4.1887902047863905, 1};
   const double t_impact = (-10 + std::sqrt(100 + 9.8)) / 9.8;
   const Vec3 before(1, -std::sqrt(109.8), 0);
-  const Impact exact = sphere_impact(sphere, before, Vec3::Zero(), Vec3(0, 1, 0), 0.60581, 0);
+  const SphereImpact exact = sphere_impact(sphere, before, Vec3::Zero(), Vec3(0, 1, 0), 0.60581, 0);
   const Vec3 dv(1e-3, 0, 2e-3), dw(0, 3e-3, 0);
   for (const bool perturbed : {false, true}) {
     const double early = perturbed ? 1e-3 : 0;  // s, that the impact is seen before it is due
@@ -417,7 +418,7 @@ TEST_CASE("A sphere that slides after its impact is timed until it rolls") {
   SceneErrors errors(scenario, options, 0);
   errors.observe_start(scenario.initial);
   const Vec3 before(20, -3, 0);
-  const Impact impact = sphere_impact(sphere, before, Vec3::Zero(), Vec3(0, 1, 0), 0.60581, 0);
+  const SphereImpact impact = sphere_impact(sphere, before, Vec3::Zero(), Vec3(0, 1, 0), 0.60581, 0);
   Event(0, before, Vec3::Zero(), impact.v, impact.w).show(errors);
   // Steps of 1 ms: slip falls by 3.5 mu g h a step, so it vanishes in step 657 (0.6563746689 s); that event is at
   // 0.657.
@@ -425,7 +426,7 @@ TEST_CASE("A sphere that slides after its impact is timed until it rolls") {
   Vec3 v = impact.v, w = impact.w;
   for (int n = 1; n <= 1000; ++n) {
     const Vec3 down = v - Vec3(0, 9.8e-3, 0);
-    const Impact step = sphere_impact(sphere, down, w, Vec3(0, 1, 0), 0.60581, 0);
+    const SphereImpact step = sphere_impact(sphere, down, w, Vec3(0, 1, 0), 0.60581, 0);
     Event(n * 1e-3, down, w, step.v, step.w).show(errors);
     v = step.v;
     w = step.w;
@@ -443,7 +444,7 @@ TEST_CASE("A bouncing sphere is compared with the impact that restitution prescr
   errors.observe_start(scenario.initial);
   const SphereBody sphere{4.1887902047863905, 0.4 * 4.1887902047863905, 1};
   const Vec3 v(3, -2, 1), w(0, 0, -6);
-  const Impact impact = sphere_impact(sphere, v, w, Vec3(0, 1, 0), 0.60581, 0.5);
+  const SphereImpact impact = sphere_impact(sphere, v, w, Vec3(0, 1, 0), 0.60581, 0.5);
   CHECK(impact.v.y() == Approx(1));
   Event(0.05, v, w, impact.v, impact.w).show(errors);
   State state = scenario.initial;

@@ -19,7 +19,7 @@ TEST_CASE("A sphere's impacts have the stored velocities, for the cone and for p
   const Vec3 up(0, 1, 0);
   for (const auto& row : stored()["sphere_impact"]) {
     const Vec3 v = vec(row["v0"]), w = vec(row["w0"]);
-    const Impact cone = sphere_impact(unit_sphere(), v, w, up, row["mu"], row["e"]);
+    const SphereImpact cone = sphere_impact(unit_sphere(), v, w, up, row["mu"], row["e"]);
     CHECK((cone.v - vec(row["cone"]["v"])).norm() < 1e-12);
     CHECK((cone.w - vec(row["cone"]["w"])).norm() < 1e-12);
     CHECK((cone.impulse - vec(row["cone"]["impulse"])).norm() < 1e-10);
@@ -28,7 +28,7 @@ TEST_CASE("A sphere's impacts have the stored velocities, for the cone and for p
     if (row["e"] != 0.0) continue;
     for (const int k : {4, 8}) {
       const auto& expected = row[k == 4 ? "k4" : "k8"];
-      const Impact polygon = sphere_impact_polygon(unit_sphere(), v, w, up, row["mu"], k, 0);
+      const SphereImpact polygon = sphere_impact_polygon(unit_sphere(), v, w, up, row["mu"], k, 0);
       CHECK((polygon.v - vec(expected["v"])).norm() < 1e-12);
       CHECK((polygon.w - vec(expected["w"])).norm() < 1e-12);
     }
@@ -36,10 +36,10 @@ TEST_CASE("A sphere's impacts have the stored velocities, for the cone and for p
 }
 
 TEST_CASE("The stored table of exact impacts holds digit for digit") {
-  const Impact a = sphere_impact(unit_sphere(), Vec3(5, -10, 0), Vec3::Zero(), Vec3(0, 1, 0), 0.60581, 0);
+  const SphereImpact a = sphere_impact(unit_sphere(), Vec3(5, -10, 0), Vec3::Zero(), Vec3(0, 1, 0), 0.60581, 0);
   CHECK(a.v.x() == Approx(3.57142857).epsilon(1e-9));
   CHECK(unit_sphere().kinetic_energy(a.v, a.w) == Approx(37.39991254).epsilon(1e-9));
-  const Impact b = sphere_impact(unit_sphere(), Vec3(20, -3, 0), Vec3::Zero(), Vec3(0, 1, 0), 0.60581, 0);
+  const SphereImpact b = sphere_impact(unit_sphere(), Vec3(20, -3, 0), Vec3::Zero(), Vec3(0, 1, 0), 0.60581, 0);
   CHECK(b.v.x() == Approx(18.18257).epsilon(1e-12));
   CHECK(b.w.z() == Approx(-4.543575).epsilon(1e-12));
   CHECK(unit_sphere().kinetic_energy(b.v, b.w) == Approx(709.71401565).epsilon(1e-10));
@@ -54,8 +54,8 @@ TEST_CASE(
   const Quat turn(Eigen::AngleAxisd(0.7, Vec3(0.3, 0.5, -1).normalized()));
   const Vec3 v(8, -3, -6), w(2, 5, -4), up(0, 1, 0);
   for (const double e : {0.0, 0.6}) {
-    const Impact here = sphere_impact(unit_sphere(), v, w, up, 0.4, e);
-    const Impact there = sphere_impact(unit_sphere(), turn * v, turn * w, turn * up, 0.4, e);
+    const SphereImpact here = sphere_impact(unit_sphere(), v, w, up, 0.4, e);
+    const SphereImpact there = sphere_impact(unit_sphere(), turn * v, turn * w, turn * up, 0.4, e);
     CHECK((turn * here.v - there.v).norm() < 1e-13);
     CHECK((turn * here.w - there.w).norm() < 1e-13);
     // r x m v + I w about the contact point, r = (0, 1, 0).

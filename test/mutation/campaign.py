@@ -53,7 +53,7 @@ SCRIPTS = {f"scripts/contactbench/{name}": test for name, test in {
     "sweep": "scripts_sweep", "plan": "scripts_sweep", "references": "scripts_recommend", "recommend": "scripts_recommend",
     "worth": "scripts_worth", "replay": "replay", "solve_all": "replay", "stress": "scripts_stress", "measures": "scripts_stress", "problems": "scripts_stress",
     "limits": "scripts_stress", "look": "scripts_campaign", "campaign": "scripts_campaign", "scenes": "scripts_campaign",
-    "reduce": "scripts_campaign", "picture": "scripts_first_day", "start": "scripts_first_day", "check_convex": "convex_peer",
+    "reduce": "scripts_campaign", "picture": "scripts_first_day", "start": "scripts_first_day",
     "": "scripts_report"}.items()}
 
 

@@ -10,7 +10,7 @@ namespace cb {
 /// velocities y: U sqrt(w), u_n: R sqrt(w). With w U / R where impulses meet velocities and w R / U where eta does, all
 /// are of the size of sqrt(R U).
 template <class Real>
-struct Scales {
+struct ConeScales {
   Real size = 0;         ///< sqrt(J): sqrt(R U)
   Real ratio = 1;        ///< R / U
   Real mean_weight = 1;  ///< of w_r, geometric

@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """The convex method against CVXOPT, a cone solver that shares no code with ours.
 
 A handful of contact problems is made here (random systems, two islands, more contacts than a body can tell apart, a box
@@ -8,18 +9,21 @@ that slides and spins, a stack), written in Siconos' text form (W, q, mu) and so
 
 with kappa the least sum of the frictionless normal impulses, found by trying every set of contacts. The impulses need
 not be unique; the velocities u after the event and the change of kinetic energy are, and must agree.
-Exit code: 0 agreement, 1 disagreement, 77 without CVXOPT and numpy (Debian: python3-cvxopt).
+Exit code: 0 agreement, 1 disagreement. Needs CVXOPT and numpy (Debian: python3-cvxopt).
+
+usage: convex_peer.py PROGRAM [--tolerance 1e-6]
 """
+import argparse
 import itertools
 import json
+import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
 import cvxopt
 import cvxopt.solvers
 import numpy as np
-
-from . import program
 
 cvxopt.solvers.options.update(show_progress=False, maxiters=100)
 
@@ -197,16 +201,17 @@ def ours(path, W, q, mu, bounded, folder):
     problem, out = folder / "problem.dat", folder / "r.mtx"
     write(problem, W, q, mu)
     out.unlink(missing_ok=True)
-    run = program.call(path, "solve", problem, "--kind", "contact", "--method", "convex", "--epsilon-relative", "1e-13",
-                       "--compression-bound", "on" if bounded else "off", "--json", "--out", out, timeout=60)
+    run = subprocess.run([path, "solve", problem, "--kind", "contact", "--method", "convex", "--epsilon-relative", "1e-13",
+                          "--compression-bound", "on" if bounded else "off", "--json", "--out", out], capture_output=True,
+                         text=True, timeout=60)
     if not out.exists():
         raise ArithmeticError(f"exit code {run.returncode}: {(run.stderr or run.stdout).strip()[:300]}")
-    r = np.array(program.read_vector(out))
+    r = np.loadtxt(out, comments="%", skiprows=2)
     return W @ r + q, q @ r + r @ W @ r / 2, json.loads(run.stdout)["status"]
 
 
 def main():
-    parser = program.flags(__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", type=Path, help="contactbench")
     parser.add_argument(
         "--tolerance", type=float, default=1e-6,
@@ -224,7 +229,7 @@ def main():
                 try:
                     u, change, met = reference(W, q, mu, bounded)
                     u_ours, change_ours, status = ours(args.program, W, q, mu, bounded, Path(folder))
-                except (ArithmeticError, program.Late) as error:
+                except (ArithmeticError, subprocess.TimeoutExpired) as error:
                     print(f"{name:40} {'on' if bounded else 'off':6} FAILS: {error}")
                     failures += 1
                     continue
@@ -237,3 +242,7 @@ def main():
                       f"{status}, {met:.0e}{fails}")
     print("agreement" if failures == 0 else f"{failures} disagreements")
     return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "cone/cone_program.h"
-#include "cone/scales.h"
+#include "cone/cone_scales.h"
 #include "cone/second_order_cone.h"
 
 namespace cb {
@@ -29,7 +29,7 @@ struct Cones {
 
 /// A point, or a step: impulses r in K with y in K*, multipliers eta >= 0 with slacks a >= 0, s >= 0 with b >= 0.
 template <class Real>
-struct Point {
+struct ConePoint {
   RealVector<Real> r, y;    ///< 3 nc
   RealVector<Real> eta, a;  ///< nc; a is zero where there is no inequality
   Real s = 0, b = 0;
@@ -45,7 +45,7 @@ struct Point {
 
 /// What a point is off by: y - u_hat - s d, a - u_n, b - kappa + d.r; and how far from the end of the path it is.
 template <class Real>
-struct PathResiduals {
+struct ConeResiduals {
   RealVector<Real> y, a;  ///< 3 nc, nc
   Real b = 0;
   Real complementarity = 0;  ///< J, r.y + eta.a + s b
@@ -64,12 +64,12 @@ struct SecondOrder {
 
 /// An interior point method at work: the point, its step, and what belongs to them. Plain data, scratch kept.
 template <class Real>
-struct Path {
+struct CentralPath {
   Cones<Real> cones;
-  Scales<Real> scales;
+  ConeScales<Real> scales;
   RealVector<Real> a_free;  ///< nc, a without impulses: where a contact parts, its slack
-  Point<Real> at, step;
-  PathResiduals<Real> off;
+  ConePoint<Real> at, step;
+  ConeResiduals<Real> off;
   std::vector<ConeScaling<Real>> scaling;  ///< nc, where mu > 0
   SecondOrder<Real> second;
   int iterations = 0;
