@@ -35,40 +35,48 @@ Json choice(const Choice& of) {
   return {{"method", text(of.method)}, {"solver", text(of.solver)}, {"variant", text(of.variant)}};
 }
 
+Json value(const OptionValue& of) {
+  if (const int* whole = std::get_if<int>(&of)) return *whole;
+  if (const double* real = std::get_if<double>(&of)) return *real;
+  if (const bool* on = std::get_if<bool>(&of)) return *on ? "on" : "off";
+  return {};
+}
+
+/// Of every flag of every method; null where this one does not understand it.
+void put_method_options(Json& json, const RunSummary& run) {
+  for (const MethodRow& method : methods())
+    for (const OptionRow& row : method.options) {
+      const auto& flags = run.method_flags;
+      const bool understood = std::find(flags.begin(), flags.end(), row.flag) != flags.end();
+      Json& known = json[key(row)];
+      if (understood && known.is_null()) known = value(value_of(row, method.options, run.method_options));
+    }
+}
+
 Json options(const RunSummary& run) {
-  const MethodOptions& method = run.method_options;
-  const auto understood = [&](const char* flag, Json value) {
-    const bool known = std::find(run.method_flags.begin(), run.method_flags.end(), flag) != run.method_flags.end();
-    return known ? std::move(value) : Json();
-  };
   const SimulationOptions& simulation = run.simulation;
-  return {{"step", simulation.step},
-          {"duration", simulation.duration},
-          {"k", understood("k", method.k)},
-          {"epsilon", understood("epsilon", method.epsilon_relative ? Json() : Json(method.epsilon))},
-          {"epsilon_relative", understood("epsilon-relative", maybe(method.epsilon_relative))},
-          {"compression_bound", understood("compression-bound", method.compression_bound ? "on" : "off")},
-          {"regularise", understood("regularise", method.regularise)},
-          {"warm_start", understood("warm-start", method.warm_start ? "on" : "off")},
-          {"restitution", maybe(run.restitution)},
-          {"friction", maybe(run.friction)},
-          {"rotate_cone", run.rotate_cone},
-          {"record_every", run.record_every},
-          {"prune", run.prune ? "on" : "off"},
-          {"perturb", run.perturb},
-          {"seed", run.seed},
-          {"shuffle_contacts", simulation.shuffle},
-          {"gyroscopic", simulation.gyroscopic == Gyroscopic::implicit ? "implicit" : "explicit"},
-          {"accepted_residual", simulation.accepted_residual},
-          {"closed_gap", simulation.closed_gap},
-          {"approach", simulation.approach},
-          {"event_cap", simulation.event_cap},
-          {"blowup_factor", simulation.blowup_factor},
-          {"blowup_energy_j", simulation.blowup_energy},
-          {"penetration_limit", simulation.penetration_limit},
-          {"penetration_bound", simulation.penetration_bound},
-          {"time_limit_s", maybe(run.time_limit_s)},
-          {"memory_limit_mb", maybe(run.memory_limit_mb)}};
+  Json json = {{"step", simulation.step}, {"duration", simulation.duration}};
+  put_method_options(json, run);
+  json.update({{"restitution", maybe(run.restitution)},
+               {"friction", maybe(run.friction)},
+               {"rotate_cone", run.rotate_cone},
+               {"record_every", run.record_every},
+               {"prune", run.prune ? "on" : "off"},
+               {"perturb", run.perturb},
+               {"seed", run.seed},
+               {"shuffle_contacts", simulation.shuffle},
+               {"gyroscopic", simulation.gyroscopic == Gyroscopic::implicit ? "implicit" : "explicit"},
+               {"accepted_residual", simulation.accepted_residual},
+               {"closed_gap", simulation.closed_gap},
+               {"approach", simulation.approach},
+               {"event_cap", simulation.event_cap},
+               {"blowup_factor", simulation.blowup_factor},
+               {"blowup_energy_j", simulation.blowup_energy},
+               {"penetration_limit", simulation.penetration_limit},
+               {"penetration_bound", simulation.penetration_bound},
+               {"time_limit_s", maybe(run.time_limit_s)},
+               {"memory_limit_mb", maybe(run.memory_limit_mb)}});
+  return json;
 }
 
 /// Of the worst problem measured; null where none was.
