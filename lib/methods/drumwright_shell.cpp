@@ -70,11 +70,10 @@ bool DrumwrightShell::offer(const ConvexProposer& proposer) {
   const double limit = judge_.limit_of(proposer.allowed);
   const Certificate certificate = judge_(island_, program_, answer_.r, multiplier_);
   const bool done = judge_.good(island_, certificate, proposer.allowed);
-  const bool better =
-      best_.certificate.infeasibility > limit || std::abs(certificate.gap) < std::abs(best_.certificate.gap);
-  if (certificate.infeasibility > limit || !better ||
-      (!done && judge_.good(island_, best_.certificate, Allowed::backward)))
-    return false;
+  const bool was_done = judge_.good(island_, best_.certificate, Allowed::backward);
+  const bool better = best_.certificate.infeasibility > limit || (done && !was_done) ||
+                      std::abs(certificate.gap) < std::abs(best_.certificate.gap);
+  if (certificate.infeasibility > limit || !better || (was_done && !done)) return false;
   best_.certificate = certificate;
   best_.who = proposer.name;
   best_.r = answer_.r;
