@@ -94,7 +94,7 @@ Row measure(const Case& c) {
   return {c, with.best, without.best, std::max(with.status, without.status)};
 }
 
-const Setting nothing = {false, {}, {false, false, false}, false};
+const Setting nothing = {false, {}, {Corners::differ, false, false}, false};
 const std::string boxes = SOURCE_ROOT "/bench/scenes/boxes.xml",
                   grid = SOURCE_ROOT "/scenarios/stress/contact_grid.xml";
 

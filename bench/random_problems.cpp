@@ -147,6 +147,7 @@ int run(const std::string& name, unsigned count, unsigned first, const std::stri
   // The least that may be asked for: the heavy bodies that bring most of the kinetic energy may hardly take part in the
   // event, so that a looser fraction of it could be more than 1e-8 of what the event is about.
   options.epsilon_relative = 1e-14;
+  options.answered_by = std::make_shared<AnsweredBy>();
   const ContactMethod method = row->make(options);
   Referee referee;
   ContactSolution solution;
@@ -187,6 +188,9 @@ int run(const std::string& name, unsigned count, unsigned first, const std::stri
   fmt::print("endings:");
   for (const auto& [ending, times] : endings) fmt::print(" {} {}", ending, times);
   fmt::print("\n");
+  if (!options.answered_by->counts.empty()) fmt::print("answered by:");
+  for (const auto& [who, times] : options.answered_by->counts) fmt::print("  {} {}", who, times);
+  if (!options.answered_by->counts.empty()) fmt::print("\n");
   return 0;
 }
 

@@ -38,6 +38,8 @@ runs=$out/runs/$profile
   --program "$root/build/bin/contactbench" --runs "$runs" --out "$out" --jobs "$jobs" --timed-alone "${keep[@]}" "${budget[@]}"
 "$python" "$root/scripts/solve_all.py" --program "$root/build/bin/contactbench" --out "$out/solve_all"
 "$python" "$root/scripts/replay.py" --program "$root/build/bin/contactbench" --out "$out/replay"
+# The same as a member of the runs' ensembles has it: which of its numbers stay (docs/numbers.md).
+"$python" "$root/scripts/replay.py" --program "$root/build/bin/contactbench" --member 1 --out "$out/members/1/replay"
 # What leaving out saves and costs, where bench/ is built.
 if build_preset release bench_prune >/dev/null 2>&1; then
   (cd "$root" && build/bin/bench_prune "$out/left_out.csv")
@@ -48,6 +50,7 @@ fi
 quick=()
 [ "$profile" != quick ] || quick=(--quick --time-limit 2)
 "$python" "$root/scripts/stress.py" --program "$root/build/bin/contactbench" --out "$out/stress" --jobs 2 "${quick[@]}" || true
+"$python" "$root/scripts/stress.py" --program "$root/build/bin/contactbench" --out "$out/members/1/stress" --jobs 2 --member 1 "${quick[@]}" || true
 # Scenes that nobody has tuned for, each family twice tame and twice wild; in the quick profile once, by two methods, in half a minute.
 random=(--random 52 --time-limit 10)
 [ "$profile" != quick ] || random=(--random 26 --method ap/lemke --method convex/bound-on --prune on --time-limit 5)

@@ -33,6 +33,13 @@ COARSE = 10  # steps between its records
 OTHER = {"scene", "set", "methods", "profiles"}
 
 
+def member_flags(number: int, given=()) -> list[str]:
+    """What makes a run a member of its ensemble, where nothing of it is given already."""
+    flags = [] if "--perturb" in given else ["--perturb", LAST_BITS, "--seed", str(number)]
+    flags += [] if "--shuffle-contacts" in given else ["--shuffle-contacts", str(number)]
+    return flags if number else []
+
+
 class SweepError(ProgramError):
     """A sweep file that is wrong: says which file and block, and what would be right."""
 
@@ -94,10 +101,7 @@ class Run:
             flags += [f"--{(COMMON | OWN)[name]}", value]
         for name, value in self.sets:
             flags += ["--set", f"{name}={value}"]
-        if self.member:
-            seed = str(self.member)
-            flags += ["--perturb", LAST_BITS, "--seed", seed, "--shuffle-contacts", seed]
-        return flags
+        return flags + member_flags(self.member, flags)
 
     def asked(self):
         """The run in a form that JSON can hold: the first part of run.json."""

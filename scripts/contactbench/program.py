@@ -39,6 +39,7 @@ NO_MEMORY = re.compile(r"bad_alloc|out of memory|MemoryError|cannot allocate mem
 
 active = set()  # processes to be ended with the sweep
 lock = threading.Lock()
+over = threading.Event()  # the sweep is ended: nothing is started any more, and what was killed is no result
 
 
 def read_json(path) -> dict | list | None:
@@ -49,6 +50,10 @@ def read_json(path) -> dict | list | None:
 
 
 Late = subprocess.TimeoutExpired  # what `call` raises where a command takes longer than it may
+
+
+class Ended(Exception):
+    """The sweep was ended while this run was on its way."""
 
 
 class ProgramError(Exception):
@@ -202,6 +207,7 @@ def end(process):
 
 
 def end_all():
+    over.set()
     with lock:
         for process in active:
             end(process)
@@ -209,10 +215,12 @@ def end_all():
 
 def execute(command: list[str], wall_limit: float, memory_bytes: int) -> tuple[int, bool, float, str]:
     """Exit code, whether it had to be stopped, peak memory in MB, and the end of what it said."""
-    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                               start_new_session=True, preexec_fn=limited(os.getpid(), memory_bytes),
-                               env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"})
     with lock:
+        if over.is_set():
+            raise Ended
+        process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                                   start_new_session=True, preexec_fn=limited(os.getpid(), memory_bytes),
+                                   env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"})
         active.add(process)
     tail, stopped = bytearray(), threading.Event()
     reader = threading.Thread(target=drain, args=(process.stderr, tail), daemon=True)
@@ -343,6 +351,8 @@ def do(job: dict, load: Load) -> dict:
     else:
         record.update(status="time_limit", reason="not begun: the time of the sweep was spent", exit_code=None,
                       finished=False, t_reached=None, wall_s=0.0, peak_memory_mb=None, other_cores=None, busy=None)
+    if over.is_set():
+        raise Ended
     publish(record, scratch, runs / name)
     return record
 

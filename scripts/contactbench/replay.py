@@ -12,6 +12,7 @@ import tempfile
 from pathlib import Path
 
 from . import program, solve_all
+from .plan import member_flags
 
 STEP = 1e-3  # s
 # Scene, its parameters, simulated seconds, and every how many events one is stored: eight a scene.
@@ -19,11 +20,12 @@ STREAMS = (("sliding_box", (), 8, 1000), ("circular_sliding", (), 10, 1250), ("s
            ("mobile_robot", (), 10, 1250), ("grasp", (), 1, 125))
 
 
-def store(path, scene, sets, duration, every, folder):
-    """Runs the scene and stores its problems in `folder`."""
+def store(path, scene, sets, duration, every, folder, member):
+    """Runs the scene, or a member of its ensemble, and stores its problems in `folder`."""
     ended = program.call(path, "run", f"{scene}.xml", "--method", "convex", "--epsilon", "1e-12", "--step", STEP,
                          "--duration", duration, "--prune", "off", "--record-every", "0", "--save-problems", folder,
-                         "--save-every", every, "--out", folder.with_name("run"), "--quiet", *program.settings(sets))
+                         "--save-every", every, "--out", folder.with_name("run"), "--quiet", *program.settings(sets),
+                         *member_flags(member))
     if ended.returncode != 0:
         sys.exit(f"replay: {scene}: {ended.stderr.strip() or 'the run did not finish'}")
 
@@ -36,12 +38,14 @@ def main():
     parser.add_argument("--limit", type=float, default=10,
                         help="seconds for one problem and solver, repeats included [10]")
     parser.add_argument("--only", default="", help="scenes whose name contains this")
+    parser.add_argument("--member", type=int, default=0, metavar="N",
+                        help="the streams of member N of an ensemble (docs/numbers.md)")
     options = parser.parse_args()
     for scene, sets, duration, every in STREAMS:
         if options.only in scene:
             with tempfile.TemporaryDirectory() as scratch:
                 problems = Path(scratch) / "problems"
-                store(options.program, scene, sets, duration, every, problems)
+                store(options.program, scene, sets, duration, every, problems, options.member)
                 out = options.out / "__".join([scene, *sets]).replace("=", "-")
                 words = [problems, "--program", options.program, "--limit", options.limit, "--out", out]
                 solve_all.main([str(word) for word in words])

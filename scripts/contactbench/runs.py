@@ -35,6 +35,10 @@ COLUMNS = {
 TIMING = ("processing_s", "total_s", "dynamics_s", "collision_s", "assembly_s", "solve_s", "write_s", "wall_s",
           "other_cores", "busy", "peak_memory_mb")
 PARTS = ("dynamics_s", "collision_s", "assembly_s", "solve_s")  # of processing time
+# Columns of other tables that say what was asked.
+ASKED = {
+    "problem", "kind", "scene", "method", "variant", "solver", "k", "epsilon", "compression_bound", "id", "row",
+    "bound", "expect", "table", "what", "command"}
 CELL = ["scene", "parameters", "method", "variant", "solver", "k", "epsilon", "knobs"]
 LIMITS = ("time_limit", "memory_limit")  # how far a run that they cut comes depends on the machine
 NAMES = {
@@ -230,6 +234,14 @@ class Cell:
         return series(self.folder / file, *columns, of=of, most=most)
 
 
+def turned(cell: str, factor: float) -> str:
+    """A cell as another clock has it: number or answer."""
+    try:
+        return repr((float(cell) + 1) * factor)
+    except ValueError:
+        return {"": "", "True": "False", "False": "True"}.get(cell, "turned")
+
+
 def series(path: Path, *columns: str, of=None, most: int | None = None) -> np.ndarray:
     """Columns of a CSV file as arrays. `of`: only the rows of a body, joint or pair, by its words; `most`: at most
     about so many of them, evenly spaced, and the last."""
@@ -254,7 +266,8 @@ class Runs:
     """A folder with runs.csv and manifest.json, and the folder of its runs. `table` holds the words of runs.csv as they
     are, `ensemble` the rows of ensemble.csv."""
     def __init__(self, results, runs=None):
-        self.folder, self.whole, self.aside, self.factor, self.alone = Path(results), True, 0, None, set()
+        self.folder, self.whole, self.aside, self.factor = Path(results), True, 0, None
+        self.lacking = False  # whether a file was read that others made and this member did not
         self.table = table_of(self.folder / "runs.csv")
         file = self.folder / "ensemble.csv"
         self.ensemble = table_of(file).to_dict("records") if file.exists() else []
@@ -288,32 +301,25 @@ class Runs:
         there are some; `factor`: what the times of a row are multiplied by."""
         other = copy.copy(self)
         other.__dict__.pop("members_of", None)
-        other.alone = set()
         other.table, other.ensemble, other.whole, other.aside, other.factor = table, [], False, aside, factor
         return other
 
     def read(self, file) -> pd.DataFrame | None:
-        """Another table of the results, None where there is none."""
-        members = list(self.folder.glob(f"members/*/{file}"))
+        """Another table of the results, None where there is none; by another clock what was measured is another, and
+        so is all that no member made too: its spread is not known."""
+        made = list(self.folder.glob(f"members/*/{file}"))
         path = self.folder / "members" / str(self.aside) / file
-        path = path if path in members else self.folder / file
+        if path not in made:
+            path = self.folder / file
+            self.lacking |= self.aside > 0 and bool(made)
         if not path.exists():
             return None
-        if not members:
-            self.alone.add(file)
         table = table_of(path)
         for column in table if self.factor else ():
-            if column.endswith(("_s", "_us")) or column == "ratio":
+            if column.endswith(("_s", "_us")) or column == "ratio" or not made and column not in ASKED:
                 table[column] = [
-                    repr(float(cell) * self.factor(f"{file} {n}")) if cell else cell
-                    for n, cell in enumerate(table[column])]
+                    turned(cell, self.factor(f"{file} {column} {n}")) for n, cell in enumerate(table[column])]
         return table
-
-    def once(self) -> bool:
-        """Whether anything was read since the last call that no member made too."""
-        alone = bool(self.alone)
-        self.alone.clear()
-        return alone
 
     def missing(self, scene):
         """Why a scene has no run; empty where it has some."""

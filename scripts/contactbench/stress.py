@@ -29,6 +29,7 @@ from pathlib import Path
 
 from . import campaign, limits, measures, problems, program, scenes
 from .measures import BAD, VERDICTS
+from .plan import member_flags
 from .program import ROOT
 from .references import digest
 from .runs import write_table
@@ -99,7 +100,7 @@ def plan(cases, columns, options):
             "program": options.program, "flags": flags + row_flags(row) +
             (["--perturb", f"{one[0]:g}", "--seed", str(one[1])] if one else [])} for row in rows_of(case, quick)
                  for name, flags in chosen for one in drawn]
-    return jobs
+    return [{**job, "flags": job["flags"] + member_flags(options.member, job["flags"])} for job in jobs]
 
 
 def do_run(job, case, options):
@@ -417,6 +418,8 @@ def arguments():
     parser.add_argument("--reduce", action="store_true", help="makes failing random scenes smaller, into OUT/reduced")
     parser.add_argument("--other-program", metavar="PROGRAM",
                         help="a build that rounds in another way (preset portable), to compare with in N1")
+    parser.add_argument("--member", type=int, default=0, metavar="N",
+                        help="each run as member N of an ensemble (docs/numbers.md)")
     parser.add_argument("--quick", action="store_true",
                         help="the first row of each case but long ones, one seed of an ensemble")
     parser.add_argument("--time-limit", type=float,
@@ -447,5 +450,6 @@ def main():
         from . import heatmap  # matplotlib is for this alone
         options.out.mkdir(parents=True, exist_ok=True)
         write_tables(rows, options.out, manifest_of(options, runs))
-        heatmap.draw(options.out / "stress.csv", options.out)
+        if not options.member:
+            heatmap.draw(options.out / "stress.csv", options.out)
     return 1 if any(row["verdict"] in BAD for row in rows) else 0

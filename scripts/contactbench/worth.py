@@ -161,8 +161,8 @@ def is_class(tree):
 
 
 def worth(tree, own: list, timed: list, turned, once=False):
-    """A tree of classes of the same shape; one class where all below are alike. `once`: made of files of which there is
-    one alone, so that nothing is known."""
+    """A tree of classes of the same shape; one class where all below are alike. `once`: there is no ensemble, so that
+    nothing is known."""
     if keys(tree) is None:
         return {"sample": 1} if once else worth_of(plain(tree), [*map(plain, own)], [*map(plain, timed)], plain(turned))
     parts = {
@@ -259,9 +259,12 @@ class Worlds:
 
     def build(self, section, results):
         """A section with its classes, and what it shows with its samples."""
-        made = section(results)
-        once = results.once() or not self.members
-        own, timed, turned = [section(r) for r in self.members], [section(r) for r in self.repeats], section(self.clock)
+        made, once = section(results), not self.members
+        own, timed, turned = [], [section(r) for r in self.repeats], section(self.clock)
+        for world in self.members:
+            world.lacking = False
+            seen = section(world)
+            own += [] if world.lacking else [seen]
 
         def classes(part):
             pick = functools.partial(lambda name, s: getattr(s, name), part)

@@ -247,6 +247,15 @@ TEST_CASE("a bound that leaves no room is missed by no more than what is accepte
     checked_answer(name, test_problem(name));
 }
 
+// An impact between light bodies under heavy ones: what touches is said by the rounding of the impulses that there are.
+TEST_CASE("a contact that parts by more than its impulses round is open in the least sum", "[convex]") {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problems are not read");
+    return;
+  }
+  checked_answer("convex_light_contacts", test_problem("events/convex_light_contacts"));
+}
+
 TEST_CASE("the least sum is found and proven where contacts depend on each other up to rounding", "[convex]") {
   if (!fclib_available()) {
     WARN("no HDF5 in this build: the stored problems are not read");

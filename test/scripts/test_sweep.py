@@ -250,9 +250,11 @@ class Sweep(unittest.TestCase):
     def test_interrupting_it_ends_its_runs_with_it(self):
         sweep = subprocess.Popen(self.command(), env=standin.environment(SLOW="30"), stdout=subprocess.DEVNULL,
                                  stderr=subprocess.DEVNULL)
-        time.sleep(1)
+        time.sleep(3)  # begun, however slow the machine
         sweep.send_signal(signal.SIGTERM)
         self.assertEqual(sweep.wait(timeout=10), 130)
+        # What was killed with it is no result.
+        self.assertEqual(list((self.top / "out/runs").glob("*/run.json")), [])
         alive = [p for p in Path("/proc").glob("[0-9]*/cmdline") if str(self.program).encode() in read(p)]
         self.assertEqual(alive, [])
 

@@ -10,7 +10,7 @@ import unittest
 from pathlib import Path
 
 import standin
-from contactbench import claims, precision, worth
+from contactbench import claims, precision, sections, worth
 from contactbench.runs import Runs
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -175,6 +175,24 @@ class Ensemble(unittest.TestCase):
         self.assertEqual({(p["error"], p["worst"]) for p in points}, {(0.1, 0.4)})
         self.assertIsNone(precision.choose(points, 0.3)[0])
         self.assertIsNotNone(precision.choose(points, 0.7)[0])
+
+    def test_what_was_made_once_beside_the_runs_is_a_sample_of_one_but_for_what_was_asked(self):
+        table = "id,scene,row,method,verdict,error,note\nA1,box,,ap,right,0,\nA2,box,,ap,model,2.5,\n"
+        folder = Path(tempfile.mkdtemp(dir=MADE))
+        for file in ("runs.csv", "ensemble.csv", "manifest.json"):
+            shutil.copy(MADE / file, folder)
+        (folder / "stress").mkdir()
+        (folder / "stress/stress.csv").write_text(table)
+        once = worth.Worlds(Runs(folder, MADE / "runs")).build(sections.stiff_cases, Runs(folder, MADE / "runs"))
+        self.assertEqual(once[1], worth.EXACT)
+        self.assertEqual(once[2]["verdicts"]["right"], {"sample": 1})
+        # With the same of a member: what it has too stays, what it has not is a sample of two, however many members the runs have.
+        (folder / "members/1/stress").mkdir(parents=True)
+        (folder / "members/1/stress/stress.csv").write_text(table.replace("right", "model"))
+        results = Runs(folder, MADE / "runs")
+        twice = worth.Worlds(results).build(sections.stiff_cases, results)
+        self.assertEqual(twice[1], worth.EXACT)
+        self.assertEqual(twice[2]["verdicts"]["right"], {"sample": 2, "median": 0.5, "least": 0, "most": 1})
 
     def test_without_an_ensemble_nothing_is_known(self):
         shutil.copytree(MADE, MADE / "alone", ignore=shutil.ignore_patterns("ensemble.csv", "alone", "runs"))

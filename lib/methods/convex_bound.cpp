@@ -1,0 +1,144 @@
+// kappa of convex: the least sum of normal impulses among the frictionless answers, with its proof.
+//
+// Problem:  f >= 0,  u_n = N (v- + M^-1 N^T f) + w_n >= 0,  f.u_n = 0;   kappa = min 1.f over these
+// proved by z with N z <= 1 where f touches, = 1 where f > 0 (duality of linear programming).
+// Source: proposals, each of which counts only if the conditions above hold for it, cheapest first:
+//   f: active sets, direct, for robots (convex_stop.h); Newton's method from all contacts closed (polish.h); the
+//   interior
+//      point method
+//   z: the even lift of all contacts (convex_lift.h); of those that touch; a linear program, dense (least_sum.h), which
+//      finds another f with it
+// Fails where no f or no z comes to 9e-10 of the island; the best f there is remains.
+
+#include "methods/convex_bound.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "linalg/finite.h"
+
+namespace cb {
+
+namespace {
+
+/// -: of the island's motion, the normal impulses that Newton's method starts from.
+constexpr double first_guess = 1e-3;
+
+}  // namespace
+
+bool ConvexBoundFinder::find(const ConvexIsland& island, ConvexBound& b, int& iterations) {
+  normal_ = island.normal_program(t_.bounded);
+  b.shape = ConvexShape::general;
+  const bool solved = frictionless(island, b, iterations);
+  if (!t_.bounded) return true;
+  const bool proven = prove(island, solved, b);
+  b.kappa = island.sum_of_shares(b.f);
+  b.shape = find_shape(island, t_, set_, lift_, b);
+  return proven;
+}
+
+bool ConvexBoundFinder::frictionless(const ConvexIsland& island, ConvexBound& b, int& iterations) {
+  bool solved = false;
+  for (const auto way : {&ConvexBoundFinder::stops, &ConvexBoundFinder::closes, &ConvexBoundFinder::minimises}) {
+    x_.iterations = 0;
+    solved = (this->*way)(island);
+    iterations += x_.iterations;
+    if (solved) break;
+  }
+  if (!all_finite(x_.r)) {
+    x_.r.assign(3 * island.nc(), 0.0);
+    solved = false;
+  }
+  b.f.resize(island.nc());
+  for (int c = 0; c < island.nc(); ++c) b.f[c] = std::max(0.0, x_.r[3 * c]);
+  take(island, b);
+  return solved && complementary(island, b);
+}
+
+bool ConvexBoundFinder::stops(const ConvexIsland& island) {
+  return island.size > 0 && island.has_robot() && stop_normals(island, normal_, stop_, x_);
+}
+
+// First guess: all contacts that do not clearly part are closed.
+bool ConvexBoundFinder::closes(const ConvexIsland& island) {
+  x_.r.assign(3 * island.nc(), 0.0);
+  x_.eta.assign(island.nc(), 0.0);
+  x_.s = 0;
+  for (int c = 0; c < island.nc(); ++c) x_.r[3 * c] = first_guess * island.size / std::sqrt(island.weight[c]);
+  return island.size > 0 && solver_.polish(normal_, x_, PolishRules::bold(t_.cone, t_.cone.guess_patience));
+}
+
+bool ConvexBoundFinder::minimises(const ConvexIsland&) {
+  solver_.solve(normal_, x_);
+  return x_.status == ConeStatus::solved;
+}
+
+// Does f solve the frictionless problem?
+bool ConvexBoundFinder::complementary(const ConvexIsland& island, const ConvexBound& b) {
+  bool bounded_rounding = false;
+  for (int c = 0; c < island.nc(); ++c) {
+    const double root_w = std::sqrt(island.weight[c]), u_n = b.u_f[3 * c] / root_w;
+    const double wrong = std::max(-u_n, std::min(b.f[c] * root_w, u_n));
+    if (wrong <= t_.backward * island.scale()) continue;
+    if (!bounded_rounding) velocities_.bound_rounding(normal_, b.impulse, {});
+    bounded_rounding = true;
+    if (wrong > t_.cone.rounding_units * velocities_.rounding[c]) return false;
+  }
+  return true;
+}
+
+// What belongs to f.
+void ConvexBoundFinder::take(const ConvexIsland& island, ConvexBound& b) {
+  b.impulse.assign(3 * island.nc(), 0.0);
+  for (int c = 0; c < island.nc(); ++c) b.impulse[3 * c] = b.f[c];
+  velocities_.evaluate(normal_, b.impulse, {});
+  b.u_f = velocities_.u;
+}
+
+// Without a frictionless answer only the last way, which finds one, is of use.
+bool ConvexBoundFinder::prove(const ConvexIsland& island, bool solved, ConvexBound& b) {
+  b.miss = HUGE_VAL;
+  set_.assign(island.nc(), 1);
+  if (solved && lifts_all(island, b)) return true;
+  if (solved && lifts_touching(island, b)) return true;
+  return lifts_densely(island, b);
+}
+
+// Where N z = 1 can be solved on the contacts that touch every f has the same sum, z.M (v_f - v-).
+bool ConvexBoundFinder::lifts_all(const ConvexIsland& island, ConvexBound& b) {
+  lift(island, t_, set_, lift_, b);
+  return proves_least_sum(island, t_, b);
+}
+
+bool ConvexBoundFinder::lifts_touching(const ConvexIsland& island, ConvexBound& b) {
+  for (int c = 0; c < island.nc(); ++c)
+    set_[c] = b.u_f[3 * c] <= t_.surely_touching * island.scale() * std::sqrt(island.weight[c]) ? 1 : 0;
+  lift(island, t_, set_, lift_, b);
+  return proves_least_sum(island, t_, b);
+}
+
+// Where contacts depend on each other up to rounding the lift of all that touch cannot be even, and an active set
+// cannot be named.
+bool ConvexBoundFinder::lifts_densely(const ConvexIsland& island, ConvexBound& b) {
+  first_f_ = b.f;
+  b.z.resize(island.nv());
+  velocities_.bound_rounding(normal_, b.impulse, {});
+  const double rounding =
+      t_.cone.rounding_units * *std::max_element(velocities_.rounding.begin(), velocities_.rounding.end());
+  if (!dense_.solve(island.M, island.J, island.factor, island.weight, island.q, island.share,
+                    std::max(rounding, t_.touching * island.size), b.f, b.z)) {
+    b.f = first_f_;
+    return false;
+  }
+  take(island, b);
+  b.J_z.resize(3 * island.nc());
+  multiply(island.J, island.M, b.z, b.J_z);
+  b.lambda.assign(island.nc(), 0.0);
+  b.miss = HUGE_VAL;
+  if (complementary(island, b) && proves_least_sum(island, t_, b)) return true;
+  b.f = first_f_;
+  take(island, b);
+  return false;
+}
+
+}  // namespace cb
