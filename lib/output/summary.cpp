@@ -88,6 +88,26 @@ Json conditioning(const RunTally& tally) {
           {"too_large", tally.too_large}};
 }
 
+Json residuals(const RunTally& tally) {
+  return {{"max", maybe(tally.residual_max)},
+          {"median", maybe(tally.residuals.median())},
+          {"false_claims", tally.false_claims},
+          {"inaccurate_events", tally.inaccurate_events},
+          {"doubted", tally.doubted},
+          {"claimed_max", maybe(tally.claimed_max)},
+          {"law_max", maybe(tally.law_max)},
+          {"gap_max_j", maybe(tally.gap_max)},
+          {"infeasibility_max", maybe(tally.infeasibility_max)}};
+}
+
+Json restitution(const RunTally& tally) {
+  return {{"bounces_left_out", tally.bounces_left_out},
+          {"largest_speed_m_per_s", tally.bounce_speed_max},
+          {"largest_distance_m", tally.bounce_distance_max},
+          {"scaled_events", tally.scaled_events},
+          {"least_scale", maybe(tally.restitution_scale_min)}};
+}
+
 }  // namespace
 
 std::string_view name(ReferenceKind kind) {
@@ -145,16 +165,7 @@ std::string to_json(const RunSummary& run) {
       {"peak_memory_mb", run.peak_memory_mb},
       {"reference", {{"kind", text(run.reference_kind)}, {"name", text(run.reference_name)}}},
       {"errors", errors},
-      {"residuals",
-       {{"max", maybe(tally.residual_max)},
-        {"median", maybe(tally.residuals.median())},
-        {"false_claims", tally.false_claims},
-        {"inaccurate_events", tally.inaccurate_events},
-        {"doubted", tally.doubted},
-        {"claimed_max", maybe(tally.claimed_max)},
-        {"law_max", maybe(tally.law_max)},
-        {"gap_max_j", maybe(tally.gap_max)},
-        {"infeasibility_max", maybe(tally.infeasibility_max)}}},
+      {"residuals", residuals(tally)},
       {"energy", {{"max_gain_j", maybe(tally.gain_max)}, {"max_gain_relative", maybe(tally.gain_relative_max)}}},
       {"control", run.largest_stable_step ? Json{{"largest_eigenvalue", maybe(run.control_eigenvalue)},
                                                  {"largest_stable_step", *run.largest_stable_step},
@@ -165,12 +176,7 @@ std::string to_json(const RunSummary& run) {
        {{"inside_steps_m", tally.penetration_inside_max},
         {"removals", tally.penetration_removals},
         {"largest_displacement_m", tally.penetration_displacement_max}}},
-      {"restitution",
-       {{"bounces_left_out", tally.bounces_left_out},
-        {"largest_speed_m_per_s", tally.bounce_speed_max},
-        {"largest_distance_m", tally.bounce_distance_max},
-        {"scaled_events", tally.scaled_events},
-        {"least_scale", maybe(tally.restitution_scale_min)}}},
+      {"restitution", restitution(tally)},
       {"conditioning", conditioning(tally)},
       {"left_out", left_out},
       {"answered_by", answered_by.empty() ? Json() : answered_by},
