@@ -33,7 +33,8 @@ Json list_methods() {
       options.push_back({{"flag", option.flag},
                          {"unit", option.unit},
                          {"default", option.default_value},
-                         {"summary", option.summary}});
+                         {"summary", option.summary},
+                         {"short", option.short_name}});
     list.push_back({{"name", row.name},
                     {"summary", row.summary},
                     {"source", row.source},

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "commands.h"
+#include "output/number.h"
 #include "scenario/near_name.h"
 
 namespace cb {
@@ -23,18 +24,39 @@ std::string pick(const char* flag, const Text& asked, std::string_view method, c
   return *asked;
 }
 
-/// Does the method understand the flag? Asking for one that it has no use for is an error.
-bool understands(const MethodRow& method, std::string_view flag, const Text& asked) {
-  const auto has = [&](const MethodRow& row) {
-    return std::any_of(row.options.begin(), row.options.end(), [&](const auto& o) { return o.flag == flag; });
-  };
-  if (has(method)) return true;
-  if (!asked) return false;
+bool understands(const MethodRow& method, std::string_view flag) {
+  return std::any_of(method.options.begin(), method.options.end(), [&](const auto& o) { return o.flag == flag; });
+}
+
+/// Asking for a flag that the method has no use for is an error.
+void refuse_foreign(const MethodRow& method, std::string_view flag, const std::string& value) {
+  if (understands(method, flag)) return;
   std::vector<std::string> others;
   for (const MethodRow& row : methods())
-    if (has(row)) others.emplace_back(row.name);
-  throw UsageError(fmt::format("--{} {}: --method {} has no use for it, only {} has; leave it out", flag, *asked,
+    if (understands(row, flag)) others.emplace_back(row.name);
+  throw UsageError(fmt::format("--{} {}: --method {} has no use for it, only {} has; leave it out", flag, value,
                                method.name, join(others)));
+}
+
+double number(const OptionRow& row, const std::string& value) {
+  return row.positive ? positive_flag(row.flag, value, row.expected)
+                      : number_flag(row.flag, value, row.least, HUGE_VAL, row.expected);
+}
+
+void parse(const OptionRow& row, const std::string& value, MethodOptions& options) {
+  if (const auto* field = std::get_if<int MethodOptions::*>(&row.field)) {
+    constexpr long most = 1 << 20;
+    const long asked = whole_flag(row.flag, value, std::lround(row.least), most, row.expected);
+    if (asked % row.multiple_of != 0)
+      throw UsageError(fmt::format("--{} {}: must be {}", row.flag, asked, row.expected));
+    options.** field = static_cast<int>(asked);
+  } else if (const auto* real = std::get_if<double MethodOptions::*>(&row.field)) {
+    options.** real = number(row, value);
+  } else if (const auto* optional = std::get_if<std::optional<double> MethodOptions::*>(&row.field)) {
+    options.** optional = number(row, value);
+  } else {
+    options.*std::get<bool MethodOptions::*>(row.field) = on_off_flag(row.flag, value);
+  }
 }
 
 }  // namespace
@@ -48,30 +70,16 @@ MethodOptions method_options(const MethodFlags& flags, const MethodRow& method, 
   options.solver = pick("solver", flags.solver, method.name, solvers);
   options.variant = pick("variant", flags.variant, method.name, variants);
 
-  if (understands(method, "k", flags.k)) {
-    constexpr const char* expected = "an even number of edges, at least 4, as in --k 8";
-    options.k = k.value_or(options.k);
-    if (flags.k) options.k = static_cast<int>(whole_flag("k", *flags.k, 4, 1 << 20, expected));
-    if (options.k % 2 != 0) throw UsageError(fmt::format("--k {}: must be {}", options.k, expected));
+  options.k = k.value_or(options.k);
+  options.compression_bound = compression_bound.value_or(options.compression_bound);
+  for (const auto& [flag, value] : flags.own)
+    if (value) refuse_foreign(method, flag, *value);
+  for (const OptionRow& row : method.options) {
+    if (!flags.asked(row.flag)) continue;
+    if (flags.asked(row.replaces))
+      throw UsageError(fmt::format("--{} and --{} exclude each other: give one of them", row.replaces, row.flag));
+    parse(row, *flags.own.find(row.flag)->second, options);
   }
-  const bool absolute = understands(method, "epsilon", flags.epsilon);
-  const bool relative = understands(method, "epsilon-relative", flags.epsilon_relative);
-  if (flags.epsilon && flags.epsilon_relative)
-    throw UsageError("--epsilon and --epsilon-relative exclude each other: give one of them");
-  if (absolute && flags.epsilon)
-    options.epsilon = positive_flag("epsilon", *flags.epsilon, "a positive number of joules, as in --epsilon 1e-12");
-  if (relative && flags.epsilon_relative)
-    options.epsilon_relative =
-        positive_flag("epsilon-relative", *flags.epsilon_relative,
-                      "a positive fraction of the kinetic energy, as in --epsilon-relative 1e-12");
-  if (understands(method, "compression-bound", flags.compression_bound)) {
-    options.compression_bound = compression_bound.value_or(options.compression_bound);
-    if (flags.compression_bound) options.compression_bound = on_off_flag("compression-bound", *flags.compression_bound);
-  }
-  if (understands(method, "regularise", flags.regularise) && flags.regularise)
-    options.regularise = number_flag("regularise", *flags.regularise, 0, HUGE_VAL, "a number of at least 0");
-  if (understands(method, "warm-start", flags.warm_start) && flags.warm_start)
-    options.warm_start = on_off_flag("warm-start", *flags.warm_start);
   return options;
 }
 
@@ -81,19 +89,31 @@ std::string unavailable_reason(const MethodRow& method, const MethodOptions& opt
   return "";
 }
 
-void add_method_flags(CLI::App& command, MethodFlags& flags) {
-  const auto add = [&](const char* flag, Text& value, const char* type, const char* summary) {
-    command.add_option(flag, value, summary)->type_name(type);
+std::string text_of(const OptionValue& value) {
+  if (const int* whole = std::get_if<int>(&value)) return std::to_string(*whole);
+  if (const double* real = std::get_if<double>(&value)) return number_text(*real);
+  if (const bool* on = std::get_if<bool>(&value)) return *on ? "on" : "off";
+  return "";
+}
+
+void add_method_flags(CLI::App& command, MethodFlags& flags, bool single_event) {
+  const auto add = [&](const std::string& flag, Text& value, std::string_view type, const std::string& summary) {
+    command.add_option(flag, value, summary)->type_name(std::string(type));
   };
   add("--variant", flags.variant, "NAME", "named reading of a model (newton: uncapped, stick-tested) [the first]");
   add("--solver", flags.solver, "NAME", "see contactbench list solvers [the method's first]");
-  add("--k", flags.k, "EDGES", "ap: edges of the friction polygon, even, at least 4 [scenario, else 4]");
-  add("--epsilon", flags.epsilon, "J", "convex: suboptimality at which the solver may stop [1e-12]");
-  add("--epsilon-relative", flags.epsilon_relative, "FRACTION",
-      "convex: the same as a fraction of the kinetic energy before the event");
-  add("--compression-bound", flags.compression_bound, "on|off",
-      "convex: bound the sum of normal impulses of each island [scenario, else on]");
-  add("--regularise", flags.regularise, "E", "ap: add E to the diagonal, stated in every output [0]");
+  for (const MethodRow& method : methods())
+    for (const OptionRow& option : method.options) {
+      const auto [at, fresh] = flags.own.try_emplace(std::string(option.flag));
+      if (!fresh || (single_event && option.between_events)) continue;
+      std::string summary;  // of all methods that understand it
+      for (const MethodRow& row : methods())
+        for (const OptionRow& same : row.options)
+          if (same.flag == option.flag) summary += fmt::format("{}: {}; ", row.name, same.summary);
+      add("--" + at->first, at->second, option.type,
+          fmt::format("{} [{}{}]", summary.substr(0, summary.size() - 2), option.of_scenario ? "scenario, else " : "",
+                      option.default_value));
+    }
 }
 
 }  // namespace cb

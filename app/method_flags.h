@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <map>
 #include <optional>
 
 #include "flags.h"
@@ -10,15 +11,24 @@ namespace cb {
 
 /// The flags of a contact model, as text: `run` and `solve` share them.
 struct MethodFlags {
-  Text variant, solver, k, epsilon, epsilon_relative, compression_bound, regularise, warm_start;
+  Text variant, solver;
+  std::map<std::string, Text, std::less<>> own;  ///< by name, of every row in the table of methods
+
+  bool asked(std::string_view flag) const {
+    const auto at = own.find(flag);
+    return at != own.end() && at->second;
+  }
 };
 
-void add_method_flags(CLI::App& command, MethodFlags& flags);
+/// `single_event`: without those that are about what one event leaves to the next.
+void add_method_flags(CLI::App& command, MethodFlags& flags, bool single_event);
 
 /// Options that are valid for the method. `k` and `compression_bound` stand where the flag was not given (a scenario's
 /// own). Throws UsageError, also for a flag that the method has no use for.
 MethodOptions method_options(const MethodFlags& flags, const MethodRow& method, std::optional<int> k,
                              std::optional<bool> compression_bound);
+/// A value as its flag takes it; empty where there is none.
+std::string text_of(const OptionValue& value);
 /// Why the chosen solver cannot be used here; empty where it can.
 std::string unavailable_reason(const MethodRow& method, const MethodOptions& options);
 

@@ -78,12 +78,9 @@ fs::path default_directory(const RunFlags& flags, const RunPlan& plan) {
   if (!options.solver.empty()) add(options.solver);
   if (!options.variant.empty()) add(options.variant);
   for (const OptionRow& row : plan.method->options) {
-    if (row.flag == "k") add(fmt::format("k{}", options.k));
-    if (row.flag == "epsilon" && !options.epsilon_relative) add("eps" + number_text(options.epsilon));
+    const std::string value = text_of(value_of(row, plan.method->options, options));
+    if (!value.empty() && (row.always_named || flags.asked(row.flag))) add(std::string(row.short_name) + value);
   }
-  if (options.epsilon_relative) add("epsrel" + number_text(*options.epsilon_relative));
-  if (flags.compression_bound) add("bound-" + *flags.compression_bound);
-  if (flags.regularise) add("reg" + number_text(options.regularise));
   if (plan.simulation.stepping == Stepping::steps) add("steps");
   if (flags.accuracy) add("A" + number_text(plan.simulation.accuracy));
   if (flags.order) add(fmt::format("p{}", plan.simulation.order));
@@ -98,7 +95,6 @@ fs::path default_directory(const RunFlags& flags, const RunPlan& plan) {
   if (flags.perturb) add(fmt::format("perturb{}seed{}", number_text(plan.summary.perturb), plan.summary.seed));
   if (flags.shuffle) add(fmt::format("shuffle{}", plan.simulation.shuffle));
   if (plan.simulation.gyroscopic == Gyroscopic::explicit_euler) add("gyroscopic-explicit");
-  if (plan.options.warm_start) add("warm-on");
   return fs::path("results") / "runs" / name;
 }
 
@@ -231,7 +227,7 @@ RunPlan make_plan(const RunFlags& flags) {
   plan.options = method_options(flags, *plan.method, plan.scenario.k, plan.scenario.compression_bound);
   // What a solver leaves open is multiplied by the extrapolation's weights.
   constexpr double open_energy = 1e-12;  // J a metre of the accuracy
-  if (plan.simulation.stepping == Stepping::accuracy && !flags.epsilon && !flags.epsilon_relative)
+  if (plan.simulation.stepping == Stepping::accuracy && !flags.asked("epsilon") && !flags.asked("epsilon-relative"))
     plan.options.epsilon = std::min(plan.options.epsilon, open_energy * plan.simulation.accuracy);
   plan.unavailable = unavailable_reason(*plan.method, plan.options);
   if (const std::string_view why = plan.method->law.no_expansion;
@@ -319,14 +315,8 @@ std::string solve_command(const RunPlan& plan) {
   if (!options.solver.empty()) command += " --solver " + options.solver;
   if (!options.variant.empty()) command += " --variant " + options.variant;
   for (const OptionRow& row : plan.method->options) {
-    if (row.flag == "k") command += fmt::format(" --k {}", options.k);
-    if (row.flag == "epsilon" && !options.epsilon_relative) command += " --epsilon " + number_text(options.epsilon);
-    if (row.flag == "epsilon-relative" && options.epsilon_relative)
-      command += " --epsilon-relative " + number_text(*options.epsilon_relative);
-    if (row.flag == "compression-bound")
-      command += fmt::format(" --compression-bound {}", options.compression_bound ? "on" : "off");
-    if (row.flag == "regularise" && options.regularise != 0)
-      command += " --regularise " + number_text(options.regularise);
+    const std::string value = text_of(value_of(row, plan.method->options, options));
+    if (!value.empty() && !row.between_events) command += fmt::format(" --{} {}", row.flag, value);
   }
   return command;
 }
@@ -597,7 +587,7 @@ void add_run(CLI::App& program, Action& action) {
   run.add_option("--method", flags->method, "contact model: see contactbench list methods")
       ->required()
       ->type_name("METHOD");
-  add_method_flags(run, *flags);
+  add_method_flags(run, *flags, false);
   add("--restitution", flags->restitution, "E", "override every contact pair, 0 to 1 [scenario]");
   add("--friction", flags->friction, "MU", "override every contact pair, at least 0 [scenario]");
   add("--step", flags->step, "S", "step size in s [scenario]");
@@ -620,7 +610,6 @@ void add_run(CLI::App& program, Action& action) {
       "how a free body's tumbling is stepped; explicit gains energy, as in the paper [implicit]");
   run.add_flag("--conditioning", flags->conditioning,
                "measure rank and condition of the contact problems (slow; the worst is in the summary)");
-  add("--warm-start", flags->warm_start, "on|off", "ap, convex: try the previous event's active set first [off]");
   add("--prune", flags->prune, "on|off", "leave out what the scene does not need [on]");
   add("--record-every", flags->record_every, "N",
       "keep each N-th step in trajectory.csv and steps.csv; 0: neither file [1]");

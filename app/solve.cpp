@@ -123,11 +123,7 @@ Report solve_lcp(const SolveFlags& flags) {
   constexpr std::string_view useless = "--kind lcp has no use for it";
   refuse_flag("method", flags.method, useless);
   refuse_flag("variant", flags.variant, useless);
-  refuse_flag("k", flags.k, useless);
-  refuse_flag("epsilon", flags.epsilon, useless);
-  refuse_flag("epsilon-relative", flags.epsilon_relative, useless);
-  refuse_flag("compression-bound", flags.compression_bound, useless);
-  refuse_flag("regularise", flags.regularise, useless);
+  for (const auto& [flag, value] : flags.own) refuse_flag(flag, value, useless);
   refuse_flag("velocities", flags.velocities, useless);
   if (flags.symmetrise) throw UsageError(fmt::format("--symmetrise: {}; leave it out", useless));
   const Common common = common_flags(flags);
@@ -281,11 +277,13 @@ Report solve_contact(const SolveFlags& flags) {
   json["solver"] = options.solver.empty() ? Json() : Json(options.solver);
   json["variant"] = options.variant.empty() ? Json() : Json(options.variant);
   for (const OptionRow& option : row.options) {
-    if (option.flag == "k") json["k"] = options.k;
-    if (option.flag == "epsilon") json["epsilon"] = options.epsilon_relative ? Json() : Json(options.epsilon);
-    if (option.flag == "epsilon-relative") json["epsilon_relative"] = number(options.epsilon_relative);
-    if (option.flag == "compression-bound") json["compression_bound"] = options.compression_bound;
-    if (option.flag == "regularise") json["regularise"] = options.regularise;
+    if (option.between_events) continue;
+    Json& value = json[key(option)];
+    std::visit(
+        [&](const auto& held) {
+          if constexpr (!std::is_same_v<decltype(held), const std::monostate&>) value = held;
+        },
+        value_of(option, row.options, options));
   }
   json["status"] = name(report.status);
   json["reason"] = report.reason;
@@ -378,7 +376,7 @@ void add_solve(CLI::App& program, Action& action) {
   add("--matrix", flags->matrix, "M.mtx", "lcp: the matrix, Matrix Market, array or coordinate");
   add("--vector", flags->vector, "q.mtx", "lcp: the vector");
   add("--method", flags->method, "METHOD", "contact: see contactbench list methods");
-  add_method_flags(command, *flags);
+  add_method_flags(command, *flags, true);
   command.add_flag("--symmetrise", flags->symmetrise,
                    "contact: solve with the symmetric part of W where it is not symmetric (refused without)");
   add("--tolerance", flags->tolerance, "RESIDUAL",

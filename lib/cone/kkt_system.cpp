@@ -213,7 +213,14 @@ void KktSystem::analyse(Sparse& s, bool two) {
   std::vector<int> order, place(blocks);
   block_order(neighbours, order);
   for (int k = 0; k < blocks; ++k) place[order[k]] = k;
+  place_unknowns(s, two, order);
+  const Starts start = lay_out_columns(s, two, neighbours, order, place);
+  lay_out_pairs(s, two, start, place);
+  s.ready = s.factor.analyse(s.pattern);
+}
 
+void KktSystem::place_unknowns(Sparse& s, bool two, const std::vector<int>& order) const {
+  const int blocks = M_->blocks();
   s.at_v.assign(blocks, 0);
   s.at_w.assign(blocks, 0);
   int row = 0;
@@ -224,15 +231,18 @@ void KktSystem::analyse(Sparse& s, bool two) {
     row += two ? 2 * size : size;
   }
   s.x.assign(row, 0.0);
+}
 
+KktSystem::Starts KktSystem::lay_out_columns(Sparse& s, bool two, const SymmetricPattern& neighbours,
+                                             const std::vector<int>& order, const std::vector<int>& place) const {
+  const int blocks = M_->blocks();
   s.pattern.column.assign(1, 0);
   s.pattern.row.clear();
   s.column_rows.assign(2 * blocks, 0);
   s.diagonal_v.assign(blocks, 0);
   s.coupling.assign(blocks, 0);
   s.diagonal_w.assign(blocks, 0);
-  // Where the block of a later neighbour starts within a column: found by place.
-  std::vector<std::vector<std::pair<int, int>>> start(blocks);
+  Starts start(blocks);
   std::vector<int> rows;
   const auto run = [&](int at, int size) {
     for (int i = 0; i < size; ++i) rows.push_back(at + i);
@@ -269,8 +279,11 @@ void KktSystem::analyse(Sparse& s, bool two) {
     columns(size);
   }
   s.values.assign(s.pattern.row.size(), 0.0);
+  return start;
+}
 
-  // Each pair of entries of a band adds to one block; the earlier block of the order owns the columns.
+// Each pair of entries of a band adds to one block; the earlier block of the order owns the columns.
+void KktSystem::lay_out_pairs(Sparse& s, bool two, const Starts& start, const std::vector<int>& place) const {
   s.pair_v.clear();
   s.pair_w.clear();
   for (int c = 0; c < J_->bands(); ++c)
@@ -287,7 +300,6 @@ void KktSystem::analyse(Sparse& s, bool two) {
         s.pair_v.push_back(swap ? ~v : v);
         s.pair_w.push_back(swap ? ~w : w);
       }
-  s.ready = s.factor.analyse(s.pattern);
 }
 
 bool KktSystem::factor_sparse(std::span<const double> G, std::span<const double> D) {

@@ -58,6 +58,12 @@ class KktSystem {
   void analyse(Blocks& blocks, bool two);
   bool factor_sparse(std::span<const double> G, std::span<const double> D);
   void analyse(Sparse& sparse, bool two);
+  /// Per block: the later neighbours, and where their rows start within a column of dw.
+  using Starts = std::vector<std::vector<std::pair<int, int>>>;
+  void place_unknowns(Sparse& s, bool two, const std::vector<int>& order) const;
+  Starts lay_out_columns(Sparse& s, bool two, const SymmetricPattern& neighbours, const std::vector<int>& order,
+                         const std::vector<int>& place) const;
+  void lay_out_pairs(Sparse& s, bool two, const Starts& start, const std::vector<int>& place) const;
   SymmetricPattern graph() const;
   bool same_structure() const;
 

@@ -112,113 +112,136 @@ void check_laws(const std::string& path, const ContactProblem& problem) {
   }
 }
 
-void from_global(const std::string& path, const FclibContent& file, StoredProblem& out) {
-  ContactProblem& problem = out.problem;
-  const int nv = static_cast<int>(file.M.rows()), nc = static_cast<int>(file.mu.size());
-  for (int i = 0; i < nv; ++i)
-    if (!(file.M.coeff(i, i) > 0))
-      throw FileError(path + ": /fclib_global/M: entry (" + std::to_string(i) + ", " + std::to_string(i) + ") is " +
-                      number(file.M.coeff(i, i)) + "; M must be positive definite");
-
-  // Blocks, and the order that makes each of them contiguous.
+/// A file in global form while it becomes a problem: the block of each row of M, its place there, and their rows.
+struct Global {
+  const std::string& path;
+  const FclibContent& file;
   int count = 0;
-  const bool ours = !file.first.empty();
-  const std::vector<int> block = ours ? given_blocks(path, file.first, nv, count) : find_blocks(file.M, file.H, count);
-  std::vector<std::vector<int>> rows(count);
-  for (int i = 0; i < nv; ++i) rows[block[i]].push_back(i);
+  std::vector<int> block, place;
+  std::vector<std::vector<int>> rows;
+
+  bool ours() const { return !file.first.empty(); }
+  int nv() const { return static_cast<int>(file.M.rows()); }
+  [[noreturn]] void fail(const std::string& what) const { throw FileError(path + ": " + what); }
+};
+
+// Blocks, and the order that makes each of them contiguous.
+void order_rows(Global& in, StoredProblem& out) {
+  const FclibContent& file = in.file;
+  in.block = in.ours() ? given_blocks(in.path, file.first, in.nv(), in.count) : find_blocks(file.M, file.H, in.count);
+  in.rows.resize(in.count);
+  for (int i = 0; i < in.nv(); ++i) in.rows[in.block[i]].push_back(i);
   long values = 0;
-  for (const auto& list : rows) values += static_cast<long>(list.size()) * static_cast<long>(list.size());
+  for (const auto& list : in.rows) values += static_cast<long>(list.size()) * static_cast<long>(list.size());
   if (values > file_limits.dense_entries)
-    throw FileError(path + ": /fclib_global/M: its blocks hold " + std::to_string(values) + " numbers; at most " +
-                    std::to_string(file_limits.dense_entries) + " fit");
-  std::vector<int> place(nv);
-  problem.clear();
-  for (int b = 0; b < count; ++b) {
-    const int at = problem.M.add_block(static_cast<int>(rows[b].size()));
-    for (std::size_t i = 0; i < rows[b].size(); ++i) {
-      place[rows[b][i]] = static_cast<int>(i);
-      out.row_of_v.push_back(rows[b][i]);
+    in.fail("/fclib_global/M: its blocks hold " + std::to_string(values) + " numbers; at most " +
+            std::to_string(file_limits.dense_entries) + " fit");
+  in.place.resize(in.nv());
+  for (const std::vector<int>& list : in.rows) {
+    out.problem.M.add_block(static_cast<int>(list.size()));
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      in.place[list[i]] = static_cast<int>(i);
+      out.row_of_v.push_back(list[i]);
     }
-    static_cast<void>(at);
   }
-  for (int j = 0; j < nv; ++j)
-    for (Sparse::InnerIterator it(file.M, j); it; ++it) {
+}
+
+void fill_mass(const Global& in, ContactProblem& problem) {
+  for (int j = 0; j < in.nv(); ++j)
+    for (Sparse::InnerIterator it(in.file.M, j); it; ++it) {
       const int i = static_cast<int>(it.row());
-      if (block[i] != block[j]) {
+      if (in.block[i] != in.block[j]) {
         if (it.value() == 0) continue;
-        throw FileError(path + ": /fclib_global/M couples rows " + std::to_string(i) + " and " + std::to_string(j) +
-                        " of different blocks of /contactbench/first");
+        in.fail("/fclib_global/M couples rows " + std::to_string(i) + " and " + std::to_string(j) +
+                " of different blocks of /contactbench/first");
       }
-      problem.M.block(block[j])(place[i], place[j]) = it.value();
+      problem.M.block(in.block[j])(in.place[i], in.place[j]) = it.value();
     }
-  for (int b = 0; b < count; ++b) {
+  for (int b = 0; b < in.count; ++b) {
     const auto B = problem.M.block(b);
     for (int j = 0; j < B.cols(); ++j)
       for (int i = 0; i < j; ++i)
         if (!(std::abs(B(i, j) - B(j, i)) <= symmetric_mass * std::sqrt(B(i, i) * B(j, j))))
-          throw FileError(path + ": /fclib_global/M is not symmetric at (" + std::to_string(rows[b][i]) + ", " +
-                          std::to_string(rows[b][j]) + ")");
+          in.fail("/fclib_global/M is not symmetric at (" + std::to_string(in.rows[b][i]) + ", " +
+                  std::to_string(in.rows[b][j]) + ")");
   }
-  BlockCholesky factor;
-  if (!factor.factor(problem.M)) throw FileError(path + ": /fclib_global/M is not positive definite");
+}
 
-  // J, band by band; explicit zeros of our own files keep the shape of an entry.
+// The band of contact c; explicit zeros of our own files keep the shape of an entry. `stored`: numbers so far.
+void add_band(const Global& in, int c, long& stored, ContactProblem& problem) {
+  problem.J.add_band();
   std::vector<int> touched;
-  long stored = 0;
-  for (int c = 0; c < nc; ++c) {
-    problem.J.add_band();
-    touched.clear();
-    bool moves = false;
-    for (int r = 0; r < 3; ++r)
-      for (Sparse::InnerIterator it(file.H, 3 * c + r); it; ++it) {
-        if (it.value() != 0 || ours) touched.push_back(block[it.row()]);
-        moves = moves || it.value() != 0;
-      }
-    if (!moves)
-      throw FileError(path + ": /fclib_global/H: contact " + std::to_string(c) +
-                      " moves nothing (its three columns are zero); leave it out");
-    std::sort(touched.begin(), touched.end());
-    touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
-    for (const int b : touched) {
-      stored += 3L * problem.M.block_size(b);
-      if (stored > file_limits.dense_entries)
-        throw FileError(path + ": /fclib_global/H: its bands over the blocks of M are too large to be kept");
-      problem.J.add_entry(b, problem.M.block_size(b));
+  bool moves = false;
+  for (int r = 0; r < 3; ++r)
+    for (Sparse::InnerIterator it(in.file.H, 3 * c + r); it; ++it) {
+      if (it.value() != 0 || in.ours()) touched.push_back(in.block[it.row()]);
+      moves = moves || it.value() != 0;
     }
-    for (int r = 0; r < 3; ++r)
-      for (Sparse::InnerIterator it(file.H, 3 * c + r); it; ++it) {
-        const int b = block[it.row()];
-        const auto at = std::lower_bound(touched.begin(), touched.end(), b);
-        if (at == touched.end() || *at != b) continue;
-        problem.J.entry(problem.J.band[c] + static_cast<int>(at - touched.begin()))(r, place[it.row()]) = it.value();
-      }
+  if (!moves)
+    in.fail("/fclib_global/H: contact " + std::to_string(c) +
+            " moves nothing (its three columns are zero); leave it out");
+  std::sort(touched.begin(), touched.end());
+  touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+  for (const int b : touched) {
+    stored += 3L * problem.M.block_size(b);
+    if (stored > file_limits.dense_entries)
+      in.fail("/fclib_global/H: its bands over the blocks of M are too large to be kept");
+    problem.J.add_entry(b, problem.M.block_size(b));
   }
+  for (int r = 0; r < 3; ++r)
+    for (Sparse::InnerIterator it(in.file.H, 3 * c + r); it; ++it) {
+      const int b = in.block[it.row()];
+      const auto at = std::lower_bound(touched.begin(), touched.end(), b);
+      if (at == touched.end() || *at != b) continue;
+      problem.J.entry(problem.J.band[c] + static_cast<int>(at - touched.begin()))(r, in.place[it.row()]) = it.value();
+    }
+}
+
+// Does v_minus belong to f, row by row?
+void check_force(const Global& in, const StoredProblem& stored) {
+  const ContactProblem& problem = stored.problem;
+  std::vector<double> force(in.nv()), size(in.nv(), 0.0);
+  multiply(problem.M, problem.v_minus, force);
+  for (int b = 0; b < in.count; ++b) {
+    const int at = problem.M.first[b];
+    for (int j = 0; j < problem.M.block_size(b); ++j)
+      for (int i = 0; i < problem.M.block_size(b); ++i)
+        size[at + i] += std::abs(problem.M.block(b)(i, j) * problem.v_minus[at + j]);
+  }
+  for (int i = 0; i < in.nv(); ++i)
+    if (!(std::abs(force[i] - in.file.f[stored.row_of_v[i]]) <= consistent_force * size[i]))
+      in.fail(
+          "/contactbench/v_minus does not belong to /fclib_global/vectors/f (f = M v_minus); "
+          "remove the group /contactbench to have it computed from f");
+}
+
+void from_global(const std::string& path, const FclibContent& file, StoredProblem& out) {
+  ContactProblem& problem = out.problem;
+  Global in{path, file, 0, {}, {}, {}};
+  for (int i = 0; i < in.nv(); ++i)
+    if (!(file.M.coeff(i, i) > 0))
+      in.fail("/fclib_global/M: entry (" + std::to_string(i) + ", " + std::to_string(i) + ") is " +
+              number(file.M.coeff(i, i)) + "; M must be positive definite");
+  problem.clear();
+  order_rows(in, out);
+  fill_mass(in, problem);
+  BlockCholesky factor;
+  if (!factor.factor(problem.M)) in.fail("/fclib_global/M is not positive definite");
+
+  const int nc = static_cast<int>(file.mu.size());
+  long stored = 0;
+  for (int c = 0; c < nc; ++c) add_band(in, c, stored, problem);
 
   problem.offset = file.w;
   problem.mu = file.mu;
   problem.restitution = file.restitution.empty() ? std::vector<double>(nc, 0.0) : file.restitution;
-  problem.v_minus.resize(nv);
+  problem.v_minus.resize(in.nv());
   const std::vector<double>& source = file.v_minus.empty() ? file.f : file.v_minus;
-  for (int i = 0; i < nv; ++i) problem.v_minus[i] = source[out.row_of_v[i]];
-  if (file.v_minus.empty()) {
-    factor.solve_in_place(problem.v_minus);
-    for (const double v : problem.v_minus)
-      if (!std::isfinite(v)) throw FileError(path + ": v_minus = M^-1 f is not finite; M is nearly singular");
-  } else {
-    std::vector<double> force(nv), size(nv, 0.0);
-    multiply(problem.M, problem.v_minus, force);
-    for (int b = 0; b < count; ++b) {
-      const int at = problem.M.first[b];
-      for (int j = 0; j < problem.M.block_size(b); ++j)
-        for (int i = 0; i < problem.M.block_size(b); ++i)
-          size[at + i] += std::abs(problem.M.block(b)(i, j) * problem.v_minus[at + j]);
-    }
-    for (int i = 0; i < nv; ++i)
-      if (!(std::abs(force[i] - file.f[out.row_of_v[i]]) <= consistent_force * size[i]))
-        throw FileError(path +
-                        ": /contactbench/v_minus does not belong to /fclib_global/vectors/f (f = M v_minus); "
-                        "remove the group /contactbench to have it computed from f");
-  }
+  for (int i = 0; i < in.nv(); ++i) problem.v_minus[i] = source[out.row_of_v[i]];
+  if (!file.v_minus.empty()) return check_force(in, out);
+  factor.solve_in_place(problem.v_minus);
+  for (const double v : problem.v_minus)
+    if (!std::isfinite(v)) in.fail("v_minus = M^-1 f is not finite; M is nearly singular");
 }
 
 void from_local(const std::string& path, Sparse W, std::vector<double> q, std::vector<double> mu,

@@ -36,6 +36,8 @@ struct ConvexTolerances {
   /// Contacts of an island up to which an answer that is still far off is looked for densely, in DoubleDouble;
   /// larger: an event may take seconds.
   int dense_limit = 200;
+  /// -: ConeOptions::step_fraction of the last attempt at that.
+  double short_step = 0.5;
   /// -: ConeOptions::proximal and careful_proximal of the Newton steps that finish its answers.
   double finish_proximal = 1e-12, finish_first_proximal = 1e-8;
   /// -: gap of restitution's second phase as a fraction of the island's energy: what the event may gain by it.

@@ -92,9 +92,10 @@ bool interior_point(const ConvexEvent& event, ConvexScratch& scratch, ConeSoluti
 
 // Where slips differ by an angle a, how contacts share their load is worth a^2 of the energy: the cones are too curved
 // for the interior point method to follow that far. Newton's method is not bound to their inside.
-bool solve_densely(const ConvexEvent& event, const ConeProgram& program, ConvexScratch& scratch, ConeSolution& answer) {
+bool solve_densely(const ConvexEvent& event, const ConeProgram& program, const ConeOptions& options,
+                   ConvexScratch& scratch, ConeSolution& answer) {
   if (event.island.nc() > event.tolerances.dense_limit) return false;
-  solve_dense(program, event.tolerances.cone, answer);
+  solve_dense(program, options, answer);
   if (answer.r.empty() || std::abs(answer.gap) <= program.gap) return true;
   ConeSolution& finished = scratch.finished;
   finished = answer;
@@ -107,13 +108,20 @@ bool solve_densely(const ConvexEvent& event, const ConeProgram& program, ConvexS
 
 // Rarely fails, but its time grows with the cube.
 bool dense(const ConvexEvent& event, ConvexScratch& scratch, ConeSolution& answer) {
-  return solve_densely(event, reduced(event), scratch, answer);
+  return solve_densely(event, reduced(event), event.tolerances.cone, scratch, answer);
 }
 bool dense_relaxed(const ConvexEvent& event, ConvexScratch& scratch, ConeSolution& answer) {
-  return event.tolerances.bounded && solve_densely(event, relaxed(event, scratch.slack), scratch, answer);
+  return event.tolerances.bounded &&
+         solve_densely(event, relaxed(event, scratch.slack), event.tolerances.cone, scratch, answer);
+}
+// Short steps stay in the middle of mixed scales.
+bool dense_short(const ConvexEvent& event, ConvexScratch& scratch, ConeSolution& answer) {
+  ConeOptions options = event.tolerances.cone;
+  options.step_fraction = event.tolerances.short_step;
+  return solve_densely(event, reduced(event), options, scratch, answer);
 }
 
-constexpr std::array<ConvexProposer, 7> proposers = {{
+constexpr std::array<ConvexProposer, 8> proposers = {{
     {"previous answer", from_previous, Allowed::exact, true, true},
     {"stopping", stopping, Allowed::exact, false, false},
     {"sticking", sticking, Allowed::exact, false, false},
@@ -121,6 +129,7 @@ constexpr std::array<ConvexProposer, 7> proposers = {{
     {"interior point", interior_point, Allowed::exact, true, false},
     {"dense", dense, Allowed::exact, true, false},
     {"dense, relaxed", dense_relaxed, Allowed::backward, true, false},
+    {"dense, short steps", dense_short, Allowed::exact, true, false},
 }};
 
 }  // namespace

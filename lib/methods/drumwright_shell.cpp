@@ -70,11 +70,10 @@ bool DrumwrightShell::offer(const ConvexProposer& proposer) {
   const double limit = judge_.limit_of(proposer.allowed);
   const Certificate certificate = judge_(island_, program_, answer_.r, multiplier_);
   const bool done = judge_.good(island_, certificate, proposer.allowed);
-  const bool better =
-      best_.certificate.infeasibility > limit || std::abs(certificate.gap) < std::abs(best_.certificate.gap);
-  if (certificate.infeasibility > limit || !better ||
-      (!done && judge_.good(island_, best_.certificate, Allowed::backward)))
-    return false;
+  const bool was_done = judge_.good(island_, best_.certificate, Allowed::backward);
+  const bool better = best_.certificate.infeasibility > limit || (done && !was_done) ||
+                      std::abs(certificate.gap) < std::abs(best_.certificate.gap);
+  if (certificate.infeasibility > limit || !better || (was_done && !done)) return false;
   best_.certificate = certificate;
   best_.who = proposer.name;
   best_.r = answer_.r;
@@ -342,10 +341,35 @@ MethodRow drumwright_shell_row() {
           {{"ipm", "primal-dual interior point method on second-order cones, finished by an active-set Newton method",
             "S. Boyd, L. Vandenberghe, Convex Optimization, 2004, ch. 11; L. Vandenberghe, CVXOPT, 2010", ""}},
           {},
-          {{"epsilon", "J", "1e-12", "suboptimality (checked duality gap) at which the solver may stop"},
-           {"epsilon-relative", "-", "none", "the same as a fraction of the kinetic energy before the event"},
-           {"compression-bound", "-", "on", "bound the sum of normal impulses of each island by the frictionless sum"},
-           {"warm-start", "-", "off", "try Newton's method from the previous event's answer first"}},
+          {{.flag = "epsilon",
+            .unit = "J",
+            .default_value = "1e-12",
+            .summary = "suboptimality (checked duality gap) at which the solver may stop",
+            .field = &MethodOptions::epsilon,
+            .type = "J",
+            .short_name = "eps",
+            .expected = "a positive number of joules, as in --epsilon 1e-12",
+            .positive = true,
+            .always_named = true},
+           {.flag = "epsilon-relative",
+            .unit = "-",
+            .default_value = "none",
+            .summary = "the same as a fraction of the kinetic energy before the event",
+            .field = &MethodOptions::epsilon_relative,
+            .type = "FRACTION",
+            .short_name = "epsrel",
+            .expected = "a positive fraction of the kinetic energy, as in --epsilon-relative 1e-12",
+            .positive = true,
+            .replaces = "epsilon"},
+           {.flag = "compression-bound",
+            .unit = "-",
+            .default_value = "on",
+            .summary = "bound the sum of normal impulses of each island by the frictionless sum",
+            .field = &MethodOptions::compression_bound,
+            .type = "on|off",
+            .short_name = "bound-",
+            .of_scenario = true},
+           warm_start_option("try Newton's method from the previous event's answer first")},
           make_drumwright_shell,
           [](const MethodOptions& options) -> Witness {
             ConvexWitness terms;

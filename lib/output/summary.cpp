@@ -35,40 +35,48 @@ Json choice(const Choice& of) {
   return {{"method", text(of.method)}, {"solver", text(of.solver)}, {"variant", text(of.variant)}};
 }
 
+Json value(const OptionValue& of) {
+  if (const int* whole = std::get_if<int>(&of)) return *whole;
+  if (const double* real = std::get_if<double>(&of)) return *real;
+  if (const bool* on = std::get_if<bool>(&of)) return *on ? "on" : "off";
+  return {};
+}
+
+/// Of every flag of every method; null where this one does not understand it.
+void put_method_options(Json& json, const RunSummary& run) {
+  for (const MethodRow& method : methods())
+    for (const OptionRow& row : method.options) {
+      const auto& flags = run.method_flags;
+      const bool understood = std::find(flags.begin(), flags.end(), row.flag) != flags.end();
+      Json& known = json[key(row)];
+      if (understood && known.is_null()) known = value(value_of(row, method.options, run.method_options));
+    }
+}
+
 Json options(const RunSummary& run) {
-  const MethodOptions& method = run.method_options;
-  const auto understood = [&](const char* flag, Json value) {
-    const bool known = std::find(run.method_flags.begin(), run.method_flags.end(), flag) != run.method_flags.end();
-    return known ? std::move(value) : Json();
-  };
   const SimulationOptions& simulation = run.simulation;
-  return {{"step", simulation.step},
-          {"duration", simulation.duration},
-          {"k", understood("k", method.k)},
-          {"epsilon", understood("epsilon", method.epsilon_relative ? Json() : Json(method.epsilon))},
-          {"epsilon_relative", understood("epsilon-relative", maybe(method.epsilon_relative))},
-          {"compression_bound", understood("compression-bound", method.compression_bound ? "on" : "off")},
-          {"regularise", understood("regularise", method.regularise)},
-          {"warm_start", understood("warm-start", method.warm_start ? "on" : "off")},
-          {"restitution", maybe(run.restitution)},
-          {"friction", maybe(run.friction)},
-          {"rotate_cone", run.rotate_cone},
-          {"record_every", run.record_every},
-          {"prune", run.prune ? "on" : "off"},
-          {"perturb", run.perturb},
-          {"seed", run.seed},
-          {"shuffle_contacts", simulation.shuffle},
-          {"gyroscopic", simulation.gyroscopic == Gyroscopic::implicit ? "implicit" : "explicit"},
-          {"accepted_residual", simulation.accepted_residual},
-          {"closed_gap", simulation.closed_gap},
-          {"approach", simulation.approach},
-          {"event_cap", simulation.event_cap},
-          {"blowup_factor", simulation.blowup_factor},
-          {"blowup_energy_j", simulation.blowup_energy},
-          {"penetration_limit", simulation.penetration_limit},
-          {"penetration_bound", simulation.penetration_bound},
-          {"time_limit_s", maybe(run.time_limit_s)},
-          {"memory_limit_mb", maybe(run.memory_limit_mb)}};
+  Json json = {{"step", simulation.step}, {"duration", simulation.duration}};
+  put_method_options(json, run);
+  json.update({{"restitution", maybe(run.restitution)},
+               {"friction", maybe(run.friction)},
+               {"rotate_cone", run.rotate_cone},
+               {"record_every", run.record_every},
+               {"prune", run.prune ? "on" : "off"},
+               {"perturb", run.perturb},
+               {"seed", run.seed},
+               {"shuffle_contacts", simulation.shuffle},
+               {"gyroscopic", simulation.gyroscopic == Gyroscopic::implicit ? "implicit" : "explicit"},
+               {"accepted_residual", simulation.accepted_residual},
+               {"closed_gap", simulation.closed_gap},
+               {"approach", simulation.approach},
+               {"event_cap", simulation.event_cap},
+               {"blowup_factor", simulation.blowup_factor},
+               {"blowup_energy_j", simulation.blowup_energy},
+               {"penetration_limit", simulation.penetration_limit},
+               {"penetration_bound", simulation.penetration_bound},
+               {"time_limit_s", maybe(run.time_limit_s)},
+               {"memory_limit_mb", maybe(run.memory_limit_mb)}});
+  return json;
 }
 
 Json accuracy(const RunSummary& run) {
@@ -96,6 +104,26 @@ Json conditioning(const RunTally& tally) {
   return {{"condition", worst.condition}, {"rank", worst.rank},        {"rows", worst.rows},
           {"freedoms", worst.freedoms},   {"t", tally.conditioning_t}, {"measured", tally.measured_events},
           {"too_large", tally.too_large}};
+}
+
+Json residuals(const RunTally& tally) {
+  return {{"max", maybe(tally.residual_max)},
+          {"median", maybe(tally.residuals.median())},
+          {"false_claims", tally.false_claims},
+          {"inaccurate_events", tally.inaccurate_events},
+          {"doubted", tally.doubted},
+          {"claimed_max", maybe(tally.claimed_max)},
+          {"law_max", maybe(tally.law_max)},
+          {"gap_max_j", maybe(tally.gap_max)},
+          {"infeasibility_max", maybe(tally.infeasibility_max)}};
+}
+
+Json restitution(const RunTally& tally) {
+  return {{"bounces_left_out", tally.bounces_left_out},
+          {"largest_speed_m_per_s", tally.bounce_speed_max},
+          {"largest_distance_m", tally.bounce_distance_max},
+          {"scaled_events", tally.scaled_events},
+          {"least_scale", maybe(tally.restitution_scale_min)}};
 }
 
 }  // namespace
@@ -155,16 +183,7 @@ std::string to_json(const RunSummary& run) {
       {"peak_memory_mb", run.peak_memory_mb},
       {"reference", {{"kind", text(run.reference_kind)}, {"name", text(run.reference_name)}}},
       {"errors", errors},
-      {"residuals",
-       {{"max", maybe(tally.residual_max)},
-        {"median", maybe(tally.residuals.median())},
-        {"false_claims", tally.false_claims},
-        {"inaccurate_events", tally.inaccurate_events},
-        {"doubted", tally.doubted},
-        {"claimed_max", maybe(tally.claimed_max)},
-        {"law_max", maybe(tally.law_max)},
-        {"gap_max_j", maybe(tally.gap_max)},
-        {"infeasibility_max", maybe(tally.infeasibility_max)}}},
+      {"residuals", residuals(tally)},
       {"energy", {{"max_gain_j", maybe(tally.gain_max)}, {"max_gain_relative", maybe(tally.gain_relative_max)}}},
       {"control", run.largest_stable_step ? Json{{"largest_eigenvalue", maybe(run.control_eigenvalue)},
                                                  {"largest_stable_step", *run.largest_stable_step},
@@ -175,12 +194,7 @@ std::string to_json(const RunSummary& run) {
        {{"inside_steps_m", tally.penetration_inside_max},
         {"removals", tally.penetration_removals},
         {"largest_displacement_m", tally.penetration_displacement_max}}},
-      {"restitution",
-       {{"bounces_left_out", tally.bounces_left_out},
-        {"largest_speed_m_per_s", tally.bounce_speed_max},
-        {"largest_distance_m", tally.bounce_distance_max},
-        {"scaled_events", tally.scaled_events},
-        {"least_scale", maybe(tally.restitution_scale_min)}}},
+      {"restitution", restitution(tally)},
       {"conditioning", conditioning(tally)},
       {"left_out", left_out},
       {"answered_by", answered_by.empty() ? Json() : answered_by},

@@ -12,13 +12,10 @@ from pathlib import Path
 
 from .program import ProgramError, choices, scenes_of
 
-# Knob in a sweep file: flag of `contactbench run`. Those of the first group are every method's, the others only of the
-# methods whose row in `list --json` names the flag.
-COMMON = {
-    "step": "step", "duration": "duration", "restitution": "restitution", "friction": "friction", "prune": "prune"}
-OWN = {
-    "k": "k", "epsilon": "epsilon", "epsilon_relative": "epsilon-relative", "compression_bound": "compression-bound",
-    "regularise": "regularise", "warm_start": "warm-start"}
+# Knobs in a sweep file are flags of `contactbench run`, with underscores. These are every method's, the others only of
+# the methods whose row in `list --json` names the flag.
+COMMON = ("step", "duration", "restitution", "friction", "prune")
+# Parts of the names of runs; of other knobs their own names.
 SHORT = {
     "step": "h", "duration": "T", "k": "k", "epsilon": "eps", "epsilon_relative": "epsrel",
     "compression_bound": "bound-", "regularise": "reg", "warm_start": "warm-", "restitution": "e", "friction": "mu",
@@ -51,7 +48,7 @@ class Run:
     method: str
     variant: str
     solver: str
-    knobs: tuple  # (knob, value) pairs, in the order of COMMON and OWN
+    knobs: tuple  # (knob, value) pairs, COMMON first
     repeat: int
     member: int = 0  # of the cell's ensemble (worth.py); 0 is the run itself
     # What follows does not change what the run is.
@@ -71,7 +68,8 @@ class Run:
 
         knobs = dict(pairs(row["knobs"])) | {n: row[n] for n in ("k", "epsilon") if row[n]}
         return cls(row["scene"], tuple(pairs(row["parameters"])), row["method"], row["variant"], row["solver"],
-                   tuple((n, knobs[n]) for n in COMMON | OWN if n in knobs), int(row["repeat"]))
+                   tuple((n, knobs[n]) for n in dict.fromkeys([*COMMON, "k", "epsilon", *knobs]) if n in knobs),
+                   int(row["repeat"]))
 
     @property
     def cell(self):
@@ -82,7 +80,7 @@ class Run:
     def name(self):
         parts = [self.scene] + [f"{n}-{v}" for n, v in self.sets] + [self.method]
         parts += [p for p in (self.variant, self.solver) if p]
-        parts += [f"{SHORT[n]}{v}" for n, v in self.knobs]
+        parts += [f"{SHORT.get(n, n + '-')}{v}" for n, v in self.knobs]
         return "__".join(parts + [f"m{self.member}" if self.member else f"r{self.repeat}"])
 
     def as_member(self, number):
@@ -98,7 +96,7 @@ class Run:
             if getattr(self, flag):
                 flags += [f"--{flag}", getattr(self, flag)]
         for name, value in self.knobs:
-            flags += [f"--{(COMMON | OWN)[name]}", value]
+            flags += [f"--{name.replace('_', '-')}", value]
         for name, value in self.sets:
             flags += ["--set", f"{name}={value}"]
         return flags + member_flags(self.member, flags)
@@ -123,8 +121,13 @@ def values(value):
     return [text(v) for v in value] if isinstance(value, list) else [text(value)]
 
 
-def read(path):
-    """A sweep file; numbers stay as they are written, so that 1e-2 is 1e-2 in names and tables."""
+def own_knobs(method):
+    return [option["flag"].replace("-", "_") for option in method["options"]]
+
+
+def read(path, listed):
+    """A sweep file, for the program whose `list --json` this is; numbers stay as they are written, so that 1e-2 is 1e-2
+    in names and tables."""
     try:
         with open(path, "rb") as file:
             sweep = tomllib.load(file, parse_float=str)
@@ -132,7 +135,8 @@ def read(path):
         raise SweepError(f"{path}: {error.strerror}") from None
     except tomllib.TOMLDecodeError as error:
         raise SweepError(f"{path}: {error}") from None
-    known = {"title", "outside", "profiles", "runs", "methods"} | set(SETTINGS) | set(COMMON) | set(OWN)
+    knobs = set(COMMON) | {knob for method in listed["methods"] for knob in own_knobs(method)}
+    known = {"title", "outside", "profiles", "runs", "methods"} | set(SETTINGS) | knobs
     for key in sweep:
         if key not in known:
             raise SweepError(f"{path}: unknown key '{key}'; known: {', '.join(sorted(known))}")
@@ -140,7 +144,7 @@ def read(path):
         raise SweepError(f"{path}: no [[runs]] block")
     profiles = sweep.get("profiles", {})
     for number, block in enumerate(sweep["runs"], start=1):
-        allowed = OTHER | set(COMMON) | set(OWN) | set(SETTINGS) | set(profiles)
+        allowed = OTHER | knobs | set(SETTINGS) | set(profiles)
         parts = [block] + [block[p] for p in profiles if p in block]
         for key in (key for part in parts for key in part):
             if key not in allowed:
@@ -180,8 +184,7 @@ def block_runs(block, scene, file, sweep, profile, rows, stem):
         for method, variant, solver in rows:
             if not wanted("/".join(p for p in (method["name"], variant or solver) if p), merged.get("methods")):
                 continue
-            flags = {option["flag"] for option in method["options"]}
-            names = [n for n in COMMON if n in merged] + [n for n, flag in OWN.items() if n in merged and flag in flags]
+            names = [n for n in (*COMMON, *own_knobs(method)) if n in merged]
             for knobs in itertools.product(*[[(n, v) for v in values(merged[n])] for n in names]):
                 if turned(chosen, knobs) is None:
                     continue  # an angle of the polygon is none of a method without one
@@ -203,7 +206,7 @@ def plan(paths, profile, listed):
     every cell alike. Besides what the program does not have: {scene or solver: reason}."""
     scenes, merged, missing = scenes_of(listed), {}, {}
     for path in paths:
-        sweep = read(path)
+        sweep = read(path, listed)
         if profile and sweep.get("profiles") and profile not in sweep["profiles"]:
             raise SweepError(f"{path}: no profile '{profile}'; known: {', '.join(sweep['profiles'])}")
         rows, out = choices(listed, sweep.get("outside", []))

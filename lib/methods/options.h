@@ -1,0 +1,85 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace cb {
+
+/// Whose answer was taken, where a method tries several ways: a count each, in the order of the tries.
+struct AnsweredBy {
+  std::vector<std::pair<std::string_view, long>> counts;
+  void add(std::string_view who) {
+    for (auto& [name, count] : counts)
+      if (name == who) {
+        ++count;
+        return;
+      }
+    counts.emplace_back(who, 1);
+  }
+};
+
+/// What a user can ask of a method; each field that is a number or a switch has a row in the files of the methods that
+/// understand it (OptionRow), and is nowhere else named but where it is used.
+struct MethodOptions {
+  std::string variant;                      ///< newton: uncapped | stick-tested; empty: the method's default
+  std::string solver;                       ///< ap: lemke | path | ynl; convex: ipm; empty: the method's default
+  int k = 4;                                ///< ap: edges of the friction polygon, even, >= 4
+  double epsilon = 1e-12;                   ///< convex: suboptimality at which the solver may stop, J
+  std::optional<double> epsilon_relative;   ///< convex: the same as a fraction of the kinetic energy before the event
+  bool compression_bound = true;            ///< convex: bound the sum of normal impulses of each island
+  double regularise = 0;                    ///< ap: added to the diagonal of the LCP
+  bool idle_friction = true;                ///< ap: keep the unknowns of friction where mu = 0
+  bool warm_start = false;                  ///< ap, convex: try the active set of the previous event first
+  std::shared_ptr<long> warm_starts;        ///< receives how many such starts were accepted, where it is given
+  std::shared_ptr<AnsweredBy> answered_by;  ///< receives whose answers were taken, where it is given
+};
+
+/// The field that a flag sets, and what it holds; monostate: nothing was asked for.
+using OptionField = std::variant<int MethodOptions::*, double MethodOptions::*, std::optional<double> MethodOptions::*,
+                                 bool MethodOptions::*>;
+using OptionValue = std::variant<std::monostate, int, double, bool>;
+
+/// A flag that a method understands, and everything that is done with it: `run`, `solve` and `list`, the summary, the
+/// names of runs and the sweeps read it from here.
+struct OptionRow {
+  std::string_view flag;           ///< without dashes: "epsilon-relative"; in JSON and in sweeps with underscores
+  std::string_view unit;           ///< "J", "-"
+  std::string_view default_value;  ///< as `list` and --help print it
+  std::string_view summary;
+  OptionField field;
+  std::string_view type;           ///< of its value, as --help calls it: "EDGES"
+  std::string_view short_name;     ///< begins its part of the name of a run's directory: "eps"
+  std::string_view expected = {};  ///< what a number must be, as a message goes on
+  double least = 0;                ///< of a number
+  bool positive = false;           ///< must it be greater than 0?
+  int multiple_of = 1;             ///< of a whole number
+  bool always_named = false;       ///< is it part of the directory's name where nobody asked for it, too?
+  bool of_scenario = false;        ///< may a scenario say it, too?
+  std::string_view replaces = {};  ///< the flag that it takes the place of; asking for both is an error
+  bool between_events = false;     ///< about what one event leaves to the next: of no use to `solve`
+};
+
+/// Its name in JSON and in sweep files.
+std::string key(const OptionRow& row);
+/// monostate also where another of `rows` has taken its place.
+OptionValue value_of(const OptionRow& row, std::span<const OptionRow> rows, const MethodOptions& options);
+
+/// The row of --warm-start, which several methods understand in their own ways.
+inline OptionRow warm_start_option(std::string_view summary) {
+  return {.flag = "warm-start",
+          .unit = "-",
+          .default_value = "off",
+          .summary = summary,
+          .field = &MethodOptions::warm_start,
+          .type = "on|off",
+          .short_name = "warm-",
+          .between_events = true};
+}
+
+}  // namespace cb
