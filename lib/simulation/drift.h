@@ -12,7 +12,8 @@ namespace cb {
 void shape_motion(const Shape& shape, const State& state, Motion& motion);
 
 /// Takes away the gaps that a step leaves between touching shapes because contacts bind velocities at its start, while
-/// points of links and of turning bodies go on arcs (second order in the step). Used in scenes with robots.
+/// points of links and of turning bodies go on arcs (second order in the step). Used in scenes with robots, and in
+/// stepping to an accuracy.
 ///
 /// After the positions moved by dt, with delta = what the two shapes' arcs can have opened or closed,
 ///   * pairs that touched and whose gap would have grown by at most delta in linear motion: all their points with a gap
