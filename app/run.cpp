@@ -10,6 +10,7 @@
 #include "commands.h"
 #include "contact/conditioning.h"
 #include "contact/islands.h"
+#include "contact/laws.h"
 #include "contact/problem_files.h"
 #include "evaluation/scene_errors.h"
 #include "flags.h"
@@ -38,7 +39,7 @@ using Clock = std::chrono::steady_clock;
 struct RunFlags : MethodFlags {
   std::string scenario, method;
   Text restitution, friction, step, duration, record_every, save_problems, save_every, time_limit, memory_limit, out,
-      prune, perturb, seed, shuffle, gyroscopic;
+      prune, perturb, seed, shuffle, gyroscopic, stepping, accuracy, order, record_interval;
   std::vector<std::string> set;
   bool quiet = false, json = false, conditioning = false;
 };
@@ -49,6 +50,7 @@ struct RunPlan {
   const MethodRow* method = nullptr;
   MethodOptions options;
   std::string unavailable;  ///< why the solver cannot be used here; empty where it can
+  std::string unsupported;  ///< why the method cannot step in the way that was asked for; empty where it can
   SimulationOptions simulation;
   bool prune = true;  ///< leave out what the scene does not need
   long record_every = 1;
@@ -79,6 +81,10 @@ fs::path default_directory(const RunFlags& flags, const RunPlan& plan) {
     const std::string value = text_of(value_of(row, plan.method->options, options));
     if (!value.empty() && (row.always_named || flags.asked(row.flag))) add(std::string(row.short_name) + value);
   }
+  if (plan.simulation.stepping == Stepping::steps) add("steps");
+  if (flags.accuracy) add("A" + number_text(plan.simulation.accuracy));
+  if (flags.order) add(fmt::format("p{}", plan.simulation.order));
+  if (flags.record_interval) add("dt" + number_text(plan.simulation.record_interval));
   if (flags.step) add("h" + number_text(plan.simulation.step));
   if (flags.duration) add("T" + number_text(plan.simulation.duration));
   if (plan.summary.friction) add("mu" + number_text(*plan.summary.friction));
@@ -123,12 +129,42 @@ RunSummary provisional_summary(const RunFlags& flags, const RunPlan& plan) {
 void check_steps(const RunPlan& plan) {
   constexpr double many = 1e9;   // a quarter of an hour at least, and a trajectory of 100 GB; days as a rule
   constexpr double most = 1e12;  // decades of computing; far below what a step counter holds
+  if (plan.simulation.stepping == Stepping::accuracy) return;
   const double steps = plan.simulation.duration / plan.simulation.step;
   if (steps <= (plan.time_limit_s ? most : many)) return;
   throw UsageError(
       fmt::format("--step {}: {:g} s would take {:.3g} steps; give a longer step, or a shorter --duration{}",
                   number_text(plan.simulation.step), plan.simulation.duration, steps,
                   steps <= most ? ", or a --time-limit, until which it goes on" : ""));
+}
+
+/// How time goes on. `--accuracy` asks for its way of stepping by itself, in place of a step.
+void stepping_flags(const RunFlags& flags, SimulationOptions& simulation) {
+  constexpr const char* lengths = "a positive length in m, as in --accuracy 1e-6";
+  if (flags.accuracy) {
+    if (flags.step)
+      throw UsageError(fmt::format("--step {}: --accuracy finds its own steps; leave one out", *flags.step));
+    if (flags.stepping && *flags.stepping != "accuracy")
+      throw UsageError(fmt::format("--stepping {}: has no --accuracy; leave one out", *flags.stepping));
+    simulation.stepping = Stepping::accuracy;
+    simulation.accuracy = positive_flag("accuracy", *flags.accuracy, lengths);
+    if (flags.order)
+      simulation.order = static_cast<int>(whole_flag("order", *flags.order, 2, 8, "a whole number from 2 to 8"));
+    if (flags.record_interval)
+      simulation.record_interval =
+          positive_flag("record-interval", *flags.record_interval, "a positive number of seconds");
+    return;
+  }
+  for (const auto& [name, flag] :
+       {std::pair("order", &flags.order), std::pair("record-interval", &flags.record_interval)})
+    if (*flag) throw UsageError(fmt::format("--{} {}: belongs to --accuracy A; give that too", name, **flag));
+  if (!flags.stepping || *flags.stepping == "events") return;
+  if (*flags.stepping == "steps") {
+    simulation.stepping = Stepping::steps;
+    return;
+  }
+  if (*flags.stepping == "accuracy") throw UsageError("--stepping accuracy: give the accuracy, as in --accuracy 1e-6");
+  throw UsageError(fmt::format("--stepping {}: must be events or steps; or give --accuracy A", *flags.stepping));
 }
 
 /// Flags, then the scenario, then both together: nothing is written before all of it is known to be right.
@@ -163,6 +199,7 @@ RunPlan make_plan(const RunFlags& flags) {
       throw UsageError(fmt::format("--gyroscopic {}: must be implicit or explicit", *flags.gyroscopic));
     if (*flags.gyroscopic == "explicit") plan.simulation.gyroscopic = Gyroscopic::explicit_euler;
   }
+  stepping_flags(flags, plan.simulation);
   plan.conditioning = flags.conditioning;
   if (flags.time_limit) plan.time_limit_s = positive_flag("time-limit", *flags.time_limit, seconds);
   if (flags.memory_limit)
@@ -188,7 +225,14 @@ RunPlan make_plan(const RunFlags& flags) {
   }
   if (plan.summary.perturb > 0) perturb(plan.scenario, plan.summary.perturb, plan.summary.seed);
   plan.options = method_options(flags, *plan.method, plan.scenario.k, plan.scenario.compression_bound);
+  // What a solver leaves open is multiplied by the extrapolation's weights.
+  constexpr double open_energy = 1e-12;  // J a metre of the accuracy
+  if (plan.simulation.stepping == Stepping::accuracy && !flags.epsilon && !flags.epsilon_relative)
+    plan.options.epsilon = std::min(plan.options.epsilon, open_energy * plan.simulation.accuracy);
   plan.unavailable = unavailable_reason(*plan.method, plan.options);
+  if (const std::string_view why = plan.method->law.no_expansion;
+      plan.simulation.stepping == Stepping::accuracy && !why.empty())
+    plan.unsupported = fmt::format("--accuracy with {}: {}; give a --step in its place", plan.method->name, why);
   plan.simulation.step = step.value_or(plan.scenario.step);
   plan.simulation.duration = duration.value_or(plan.scenario.duration);
   check_steps(plan);
@@ -333,7 +377,7 @@ void go(const RunPlan& plan, Simulation& simulation, RunFiles& files, Limits& li
         RunSummary& summary, Progress& progress, const LeftOut& left_out, std::optional<HardProblem>& hard) {
   constexpr std::chrono::milliseconds between_flushes{500};
   Clock::time_point now = Clock::now(), flushed = now;
-  while (simulation.step_index() < simulation.steps_total()) {
+  while (!simulation.done()) {
     limits.look_at_memory(now);
     const StepRecord& record = simulation.step();
     const bool last = ends_run(record.status);
@@ -385,8 +429,8 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
       store_problem(plan, event.problem, plan.save_problems / fmt::format("event_{:09}.hdf5", events), event.t);
       summary.write_s += std::chrono::duration<double>(Clock::now() - before_writing).count();
     }
-    errors.observe_event(event);
-    files.event(event);
+    if (!event.trial) errors.observe_event(event);
+    if (!event.trial) files.event(event);
     const bool holds = Referee::holds(event.residuals, plan.simulation.accepted_residual);
     tally.observe_event(event, holds);
     if (!holds) keep_worst(plan, event, hard);
@@ -414,7 +458,8 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
   for (const LeftOutItem& item : pruned_run.items())
     if (item.count > 0) summary.left_out.emplace_back(item.name, item.count);
   for (const auto& [who, count] : pruned_run.answered_by->counts) summary.answered_by.emplace_back(who, count);
-  summary.finished = simulation.step_index() >= simulation.steps_total() && summary.status == Status::ok;
+  summary.finished = simulation.done() && summary.status == Status::ok;
+  if (simulation.accuracy()) summary.accuracy = *simulation.accuracy();
 }
 
 /// Says so where controllers, springs or damping cannot be stable at this step.
@@ -475,6 +520,10 @@ int execute(const RunPlan& plan) {
       files.start(plan.scenario.initial);
       summary.status = Status::unavailable;
       summary.reason = plan.unavailable;
+    } else if (!plan.unsupported.empty()) {
+      files.start(plan.scenario.initial);
+      summary.status = Status::unsupported;
+      summary.reason = plan.unsupported;
     } else {
       limits.bound_memory();
       simulate(plan, files, limits, *errors, summary);
@@ -513,6 +562,10 @@ int execute(const RunPlan& plan) {
   if (code != finished)
     print_error(fmt::format("contactbench run: {}: {} (at t = {:g} s; {})\n", name(summary.status), summary.reason,
                             summary.tally.t_reached, summary_file.ok() ? plan.out.string() : "the summary is above"));
+  if (summary.accuracy && summary.accuracy->estimated_error > summary.simulation.accuracy)
+    print_error(
+        fmt::format("contactbench run: warning: the error is estimated to be up to {:.3g} m, of {:g} m wanted\n",
+                    summary.accuracy->estimated_error, summary.simulation.accuracy));
   if (plan.json)
     fmt::print("{}", json);
   else if (!plan.quiet)
@@ -538,6 +591,12 @@ void add_run(CLI::App& program, Action& action) {
   add("--restitution", flags->restitution, "E", "override every contact pair, 0 to 1 [scenario]");
   add("--friction", flags->friction, "MU", "override every contact pair, at least 0 [scenario]");
   add("--step", flags->step, "S", "step size in s [scenario]");
+  add("--stepping", flags->stepping, "events|steps|accuracy", "how time goes on: docs/stepping.md [events]");
+  add("--accuracy", flags->accuracy, "M",
+      "in place of --step: steps by which no body is off by more than M metres at any time [none]");
+  add("--order", flags->order, "P", "of --accuracy: base steps of the finest sequence, 2 to 8 [by the accuracy]");
+  add("--record-interval", flags->record_interval, "S",
+      "of --accuracy: steps end at multiples of S seconds [wherever they end]");
   add("--duration", flags->duration, "S", "simulated time in s [scenario]");
   run.add_option("--set", flags->set, "a parameter that the scenario declares; may be repeated")
       ->type_name("NAME=VALUE")

@@ -255,7 +255,8 @@ Law anitescu_potra_law() {
           .leave_out = leave_out,
           .idle = []() -> IdleCheck { return PolygonIdle(); },
           .rest = rest,
-          .join = join};
+          .join = join,
+          .polygon_edges = [](const ContactSolution& solution) { return solution.as<PolygonWitness>().k; }};
 }
 
 }  // namespace cb

@@ -85,9 +85,17 @@ struct Law {
   bool claims_add_up = false;
   /// Normal impulses of the witness (nc, N s) whose velocities count among the terms of an answer; empty where none.
   std::span<const double> (*witness_normals)(const ContactSolution& solution) = nullptr;
+  /// Into how many directions a polygon splits friction in this answer; null: it has none.
+  int (*polygon_edges)(const ContactSolution& solution) = nullptr;
+  /// Why a step's error is no smooth function of the step; empty where it is one.
+  std::string_view no_expansion = {};
 
   friend bool operator==(const Law& a, const Law& b) { return a.name == b.name; }
 };
+
+/// What is so of laws that answer contact after contact.
+inline constexpr std::string_view one_after_another =
+    "it answers contact after contact, so that its error has no expansion in the step that could be extrapolated";
 
 /// All laws: the one table.
 std::span<const Law> laws();

@@ -59,7 +59,8 @@ Law mirtich_law() {
           .check = []() -> LawCheck { return MirtichCheck(); },
           .leave_out = [](const Witness&) { return LeaveOut{.parting = Parting::whole_islands}; },
           .rest = rest,
-          .join = join};
+          .join = join,
+          .no_expansion = one_after_another};
 }
 
 }  // namespace cb

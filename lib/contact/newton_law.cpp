@@ -24,7 +24,8 @@ void check(const ContactProblem& problem, const ContactSolution& solution, const
 Law newton_law() {
   return {.name = "newton",
           .check = []() -> LawCheck { return check; },
-          .leave_out = [](const Witness&) { return LeaveOut{.parting = Parting::whole_islands}; }};
+          .leave_out = [](const Witness&) { return LeaveOut{.parting = Parting::whole_islands}; },
+          .no_expansion = one_after_another};
 }
 
 }  // namespace cb

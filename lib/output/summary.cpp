@@ -79,6 +79,24 @@ Json options(const RunSummary& run) {
   return json;
 }
 
+Json accuracy(const RunSummary& run) {
+  const AccuracyTally& tally = *run.accuracy;
+  return {{"wanted_m", run.simulation.accuracy},
+          {"order", tally.order},
+          {"smallest_step_s", tally.smallest_step},
+          {"macro_steps", tally.taken},
+          {"refused", tally.refused},
+          {"base_steps", tally.base_steps},
+          {"base_solves", tally.base_solves},
+          {"switches", tally.switches},
+          {"impacts", tally.impacts},
+          {"first_order_steps", tally.first_order},
+          {"noisy_steps", tally.noisy},
+          {"shortest_s", tally.taken > 0 ? Json(tally.shortest) : Json()},
+          {"longest_s", tally.taken > 0 ? Json(tally.longest) : Json()},
+          {"estimated_error_m", tally.estimated_error}};
+}
+
 /// Of the worst problem measured; null where none was.
 Json conditioning(const RunTally& tally) {
   if (!tally.conditioning) return {};
@@ -188,6 +206,15 @@ std::string to_json(const RunSummary& run) {
         {"eigen", run.versions.eigen},
         {"suitesparse", run.versions.suitesparse}}},
       {"machine", {{"cpu", run.machine.cpu}, {"cores", run.machine.cores}, {"os", run.machine.os}}}};
+  if (run.accuracy) json["accuracy"] = accuracy(run);
+  if (run.simulation.stepping != Stepping::events) {
+    json["options"]["stepping"] = run.simulation.stepping == Stepping::steps ? "steps" : "accuracy";
+    if (run.simulation.stepping == Stepping::accuracy) {
+      json["options"]["step"] = nullptr;
+      json["options"]["accuracy"] = run.simulation.accuracy;
+      json["options"]["record_interval"] = run.simulation.record_interval;
+    }
+  }
   // A file name may hold bytes that are no UTF-8; the summary must not fail over it.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
@@ -199,9 +226,15 @@ std::string to_text(const RunSummary& run) {
   for (const std::string& part : {run.used.solver, run.used.variant})
     if (!part.empty()) out += ", " + part;
   out += fmt::format(": {}{}{}\n", name(run.status), run.reason.empty() ? "" : ": ", run.reason);
-  out += fmt::format("  reached     {:g} of {:g} s in {} steps of {:g} s, {} events, at most {} contacts\n",
-                     tally.t_reached, run.simulation.duration, tally.steps, run.simulation.step, tally.events,
-                     tally.contacts_max);
+  out +=
+      fmt::format("  reached     {:g} of {:g} s in {} steps{}, {} events, at most {} contacts\n", tally.t_reached,
+                  run.simulation.duration, tally.steps,
+                  run.accuracy ? "" : fmt::format(" of {:g} s", run.simulation.step), tally.events, tally.contacts_max);
+  if (run.accuracy)
+    out += fmt::format(
+        "  accuracy    {:g} m wanted, {:.3g} m estimated; order {}, {} base solves, {} switches, {} impacts\n",
+        run.simulation.accuracy, run.accuracy->estimated_error, run.accuracy->order, run.accuracy->base_solves,
+        run.accuracy->switches, run.accuracy->impacts);
   out += fmt::format("  time        {:.3g} s simulating ({:.3g} s solving), {:.3g} s writing", tally.times.step_s,
                      tally.times.solve_s, run.write_s);
   if (tally.steps > 0)

@@ -48,6 +48,7 @@ struct RunSummary {
   std::string worst_refusal;         ///< what the check says of the worst answer that it refused
   bool finished = false;
   RunTally tally;
+  std::optional<AccuracyTally> accuracy;  ///< where that is how it stepped
   std::string reference_kind, reference_name;
   std::vector<std::pair<std::string, double>> errors;
   std::optional<double> control_eigenvalue;   ///< largest of the controllers' explicit step (explicit_step.h)

@@ -62,6 +62,14 @@ void BaseStep::look(double horizon) {
   find_contacts();
 }
 
+void BaseStep::look_ahead(double h) {
+  update_motions();
+  reach_ = displacement_bound(h);
+  find_pairs(h, margin_ + reach_);
+  ahead_ = h;
+  find_contacts();
+}
+
 bool BaseStep::event(double bounced) {
   ++record_.events;
   if (bounced > 0) observe_bounces(bounced);
@@ -94,8 +102,11 @@ double BaseStep::until_contact(double horizon, bool again, bool solved) {
 
 void BaseStep::settle() {
   bounces_.clear();  // the next step begins with what is found here
+  if (ahead_ > 0) contacts_known_ = false;
+  ahead_ = 0;
   // Links go on arcs, out of what was swept.
-  if (!scenario_.model.trees.empty()) find_pairs(0, margin_);
+  if (!contacts_known_) update_motions();
+  if (!contacts_known_ || !scenario_.model.trees.empty()) find_pairs(0, margin_);
   find_contacts();
   if (overlap_ratio_ > 1) remove_overlap();
   record_.max_penetration = depth_;
@@ -244,7 +255,7 @@ void BaseStep::kick(const Tree& tree, Lent& lent) {
 // Moves everything by dt. A tree keeps its kinetic energy, but for what was lent to it.
 void BaseStep::move(double dt) {
   const std::vector<Tree>& trees = scenario_.model.trees;
-  if (trees.empty()) {  // too short to read the clock for: it counts as collision
+  if (trees.empty() && !hold_contacts_) {  // too short to read the clock for: it counts as collision
     advance_positions(dt);
     return update_motions();
   }
@@ -258,6 +269,10 @@ void BaseStep::move(double dt) {
   }
   advance_positions(dt);
   lap_.add_to(record_.times.dynamics_s);
+  if (ahead_ > 0)  // gaps that were open are no drift
+    std::erase_if(contacts_, [&](const ContactPoint& contact) {
+      return contact.gap > std::min(tolerance_[contact.shape_a], tolerance_[contact.shape_b]);
+    });
   drift_.remove(scenario_, motions_, contacts_, tolerance_, options_.closed_gap, radius_, *pairs_, dt, state_);
   for (std::size_t t = 0; t < trees.size(); ++t) set_tree_energy(scenario_.model, trees[t], kept_[t], state_);
   update_motions();
@@ -305,9 +320,11 @@ void BaseStep::find_contacts() {
     const std::size_t first = contacts_.size();
     const double tolerance = std::min(tolerance_[i], tolerance_[j]);
     const PairLaw& law = *scenario_.pairs.find(i, j);
-    const bool corners_only = options_.prune.corners != Corners::differ && !spinning_ && law.restitution == 0;
+    const bool corners_only =
+        options_.prune.corners != Corners::differ && !spinning_ && law.restitution == 0 && ahead_ == 0;
+    const double reach = ahead_ > 0 ? tolerance + travel_[i] + travel_[j] : 0;
     const int left_out = contact_points(scenario_.shapes[i], motions_[i].pose, i, scenario_.shapes[j], motions_[j].pose,
-                                        j, tolerance, contacts_, corners_only);
+                                        j, tolerance, contacts_, corners_only, reach);
     if (contacts_.size() == first) continue;
     double depth = 0;
     for (std::size_t c = first; c < contacts_.size(); ++c) depth = std::max(depth, -contacts_[c].gap);
@@ -355,13 +372,33 @@ bool BaseStep::find_approaching() {
       return v + turning;
     };
     const Vec3 v_a = velocity(contact.shape_a), v_b = velocity(contact.shape_b);
-    approaches_.push_back(contact.normal.dot(v_a - v_b) < -options_.approach * speed ? 1 : 0);
+    const double u_n = contact.normal.dot(v_a - v_b);
+    if (rest_speed_ > 0) leave_out_restitution(approaches_.size(), -u_n);
+    approaches_.push_back(closing_speed(contact, u_n) < -options_.approach * speed ? 1 : 0);
   }
   if (!scenario_.model.trees.empty()) find_limits();
   if (std::find(approaches_.begin(), approaches_.end(), 1) == approaches_.end()) return false;
   select_islands();
   if (options_.shuffle != 0) shuffle_contacts();  // not together with patches (constructor)
   return going_on();
+}
+
+// Of a contact that is looked ahead at: how fast it closes beyond its gap, m/s. With restitution one that closes within
+// the step counts as touching.
+double BaseStep::closing_speed(const ContactPoint& contact, double u_n) const {
+  if (ahead_ == 0 || contact.gap <= std::min(tolerance_[contact.shape_a], tolerance_[contact.shape_b])) return u_n;
+  const double beyond = u_n + contact.gap / ahead_;
+  return beyond < 0 && scenario_.pairs.find(contact.shape_a, contact.shape_b)->restitution > 0 ? u_n : beyond;
+}
+
+// w_n of the open contacts of the event.
+void BaseStep::add_gaps() {
+  contact_velocity(problem_, problem_.v_minus, u_plus_);
+  const std::vector<ContactPoint>& contacts = event_contacts();
+  for (std::size_t c = 0; c < contacts.size(); ++c)
+    problem_.offset[3 * c] += closing_speed(contacts[c], u_plus_[3 * c]) - u_plus_[3 * c];
+  for (std::size_t l = 0; l < limits_.size(); ++l)
+    problem_.offset[3 * (contacts.size() + l)] += std::max(0.0, limits_[l].gap) / ahead_;
 }
 
 // mu_, restitution_, limits_ and patches_ become the event's; contacts_ stays what touches.
@@ -461,9 +498,12 @@ void BaseStep::find_limits() {
       const double rate = state_.qd[joint.v], speed = std::abs(rate) + std::abs(joint.limit_rate) + joint_speed_;
       for (const double sign : {1.0, -1.0}) {
         const double gap = joint.limit_gap(sign, state_.q[joint.q], state_.t);
-        if (gap > options_.closed_gap) continue;
+        // Looked ahead at: what the rate, or one as fast the other way, can close.
+        const double closes = ahead_ > 0 ? ahead_ * speed : 0;
+        if (gap > options_.closed_gap + closes) continue;
         limits_.push_back({t, j, sign, gap});
-        approaches_.push_back(sign * (rate - joint.limit_rate) < -options_.approach * speed ? 1 : 0);
+        const double beyond = ahead_ > 0 ? std::max(0.0, gap) / ahead_ : 0;
+        approaches_.push_back(sign * (rate - joint.limit_rate) + beyond < -options_.approach * speed ? 1 : 0);
       }
     }
   }
@@ -494,6 +534,7 @@ void BaseStep::solve_event() {
   const std::vector<ContactPoint>& contacts = event_contacts();
   assembler_.assemble(scenario_.model, state_, scenario_.shapes, contacts, limits_, mu_, restitution_,
                       scenario_.rotate_cone, problem_, owners_, driven_);
+  if (ahead_ > 0) add_gaps();
   lap_.add_to(record_.times.assembly_s);
   solution_.clear();
   method_(problem_, solution_);
@@ -523,7 +564,8 @@ bool BaseStep::take_answer() {
     reason_ = fmt::format("{}, at t = {:.9g} s", Referee::refusal(residuals_, options_.accepted_residual), state_.t);
   }
   take_over_velocities();
-  if (on_event) on_event(EventRecord{state_.t, problem_, solution_, residuals_, v_plus_, event_contacts(), limits_});
+  if (on_event)
+    on_event(EventRecord{state_.t, problem_, solution_, residuals_, v_plus_, event_contacts(), limits_, trial_});
   return true;
 }
 

@@ -65,6 +65,11 @@ class BaseStep {
   double until_contact(double horizon, bool again, bool solved);
   /// Moves everything by dt, s.
   void move(double dt);
+  /// All that touches or can come to touch within h seconds, for one problem in which open contacts may close by their
+  /// gap (stepping/steps.h).
+  void look_ahead(double h);
+  /// What moves moves with the velocities of the present.
+  void update_motions();
   /// Counts a time of contact that ended a move by dt; false where its pair has come too often, which ends the run.
   bool arrive(double dt);
   void find_contacts();
@@ -72,6 +77,47 @@ class BaseStep {
   void settle();
   /// The end of the record: at time t, s.
   void finish(double t);
+
+  // What stepping to an accuracy needs besides (stepping/accuracy.h).
+  /// What a step changes and the next one needs: copying it is a checkpoint. What touches is found again.
+  struct Checkpoint {
+    State state;
+    double energy_input = 0;  ///< J
+    bool spinning = false;
+  };
+  void save(Checkpoint& to) const { to = {state_, energy_input_, spinning_}; }
+  void restore(const Checkpoint& from);
+  void set_state(const State& state);
+  /// Forces of the scene that push from time t (s) on.
+  void choose_forces_at(double t);
+  /// Restitution is left out of contacts that would part with less than this, m/s.
+  void set_rest_speed(double speed) { rest_speed_ = speed; }
+  /// Are contacts of free bodies kept closed as those of robots are (drift.h)?
+  void hold_contacts(bool hold) {
+    hold_contacts_ = hold;
+    drift_.set_exact(hold);
+  }
+  /// Are the events to come of base steps that are extrapolated from?
+  void set_trial(bool trial) { trial_ = trial; }
+  /// A failure of a trial ends no run.
+  void forgive();
+  /// How what touches moves now, where it does not part.
+  struct Mode {
+    int a, b;   ///< shapes; or -1 - tree and joint at its limit; or a motor at its torque's limit
+    int facet;  ///< -1: sticks; else 0, or twice the facet of the polygon that it slips in, odd between two
+    Vec3 slip;  ///< m/s, tangential
+  };
+  void read_modes(std::vector<Mode>& modes);
+  /// Fastest approach of what touches, m/s.
+  double approach_speed();
+  /// Brings the points of the pairs that touched at `touching` to gap 0, where they are off by at most `reach` (m).
+  void close_gaps(const std::vector<ContactPoint>& touching, double reach);
+  double energy_input() const { return energy_input_; }
+  void end_at(double t) { state_.t = t; }
+  /// What touches has changed.
+  void forget_contacts() { contacts_known_ = false; }
+  const std::vector<ContactPoint>& contacts() const { return contacts_; }
+  const std::vector<double>& radius_of_shapes() const { return radius_; }
 
   bool going_on() const { return record_.status == Status::ok || record_.status == Status::inaccurate; }
   const StepRecord& record() const { return record_; }
@@ -90,7 +136,6 @@ class BaseStep {
   void accelerate_trees(const Vec3& gravity);
   struct Lent;
   void kick(const Tree& tree, Lent& lent);
-  void update_motions();
   bool keeps_pairs() const;
   void find_pairs(double horizon, double margin);
   void remove_overlap();
@@ -115,6 +160,15 @@ class BaseStep {
   void advance_positions(double dt);
   double displacement_bound(double horizon);
   void fail(Status status, std::string reason);
+  double closing_speed(const ContactPoint& contact, double u_n) const;
+  void add_gaps();
+  void leave_out_restitution(std::size_t contact, double approach);
+  /// How fast shape a's point at a contact moves as seen from b's, m/s; and the sum of the terms' sizes.
+  struct Relative {
+    Vec3 u;
+    double terms;
+  };
+  Relative relative_velocity(const ContactPoint& contact) const;
 
   const Scenario& scenario_;
   SimulationOptions options_;
@@ -127,8 +181,12 @@ class BaseStep {
   Lap::Clock::time_point started_;
   std::vector<char> force_on_;  // per force of the scene: does it push in this step?
   double step_ = 0;             // s, h of the last kick
-  double gravity_speed_ = 0;    // m/s, |g| h of the step
-  double energy_input_ = 0;     // J: initial kinetic energy and |work| of gravity and forces so far
+  double rest_speed_ = 0;       // m/s: contacts that would part with less have no restitution
+  bool hold_contacts_ = false, trial_ = false;
+  double ahead_ = 0;          // s: what is looked ahead in contacts_; 0: they touch
+  double reach_ = 0;          // m: and how far anything gets in that
+  double gravity_speed_ = 0;  // m/s, |g| h of the step
+  double energy_input_ = 0;   // J: initial kinetic energy and |work| of gravity and forces so far
 
   Assembler assembler_;
   Referee referee_;

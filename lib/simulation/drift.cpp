@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "dynamics/kinematics.h"
@@ -73,28 +74,51 @@ void Drift::remove(const Scenario& scenario, std::vector<Motion>& motions, const
     const double delta = arc_[i] + arc_[j] + dt * dt * spin2 * reach + std::min(tolerance[i], tolerance[j]);
     delta_[k] = delta_[k] * dt <= delta ? delta : -delta;
   }
+  bring_to_zero(scenario, motions, tolerance, limit_tolerance, pairs, state);
+}
 
+void Drift::close(const Scenario& scenario, std::vector<Motion>& motions, const std::vector<ContactPoint>& touching,
+                  const std::vector<double>& tolerance, double limit_tolerance,
+                  const std::vector<std::pair<int, int>>& pairs, double reach, State& state) {
+  delta_.assign(pairs.size(), 0.0);  // no point of such a pair is looked for
+  for (const ContactPoint& contact : touching) {
+    const auto pair = std::pair(std::min(contact.shape_a, contact.shape_b), std::max(contact.shape_a, contact.shape_b));
+    const auto at = std::lower_bound(pairs.begin(), pairs.end(), pair);
+    if (at == pairs.end() || *at != pair) continue;
+    delta_[static_cast<std::size_t>(at - pairs.begin())] =
+        std::max(reach, std::min(tolerance[contact.shape_a], tolerance[contact.shape_b]));
+  }
+  bring_to_zero(scenario, motions, tolerance, limit_tolerance, pairs, state);
+}
+
+void Drift::bring_to_zero(const Scenario& scenario, std::vector<Motion>& motions, const std::vector<double>& tolerance,
+                          double limit_tolerance, const std::vector<std::pair<int, int>>& pairs, State& state) {
   for (int round = 0; round < rounds; ++round) {
     poll_stop();
     find_points(scenario, motions, tolerance, pairs);
-    if (worst_ <= good_gap) return;
+    const bool last = worst_ <= good_gap;
+    if (last && (!exact_ || rounding_)) return;
     assemble(scenario, state);
     do {
       if (!find_displacement()) return;
     } while (hold_limits(limit_tolerance));
     move_poses(scenario.model, owners_, problem_.M.first, d_, state);
     for (std::size_t i = 0; i < motions.size(); ++i) shape_motion(scenario.shapes[i], state, motions[i]);
+    if (last) return;  // what is left is the square of what was good
   }
 }
 
 // The points whose gap is to be 0.
 void Drift::find_points(const Scenario& scenario, const std::vector<Motion>& motions,
                         const std::vector<double>& tolerance, const std::vector<std::pair<int, int>>& pairs) {
+  constexpr double ulps = 8;  // of the coordinates: what gaps are rounded to
   points_.clear();
   worst_ = 0;
+  rounding_ = true;
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const auto [i, j] = pairs[k];
     const double closed = std::min(tolerance[i], tolerance[j]), delta = std::abs(delta_[k]);
+    if (delta == 0) continue;
     found_.clear();
     contact_points(scenario.shapes[i], motions[i].pose, i, scenario.shapes[j], motions[j].pose, j,
                    delta_[k] > 0 ? delta : closed, found_);
@@ -102,6 +126,8 @@ void Drift::find_points(const Scenario& scenario, const std::vector<Motion>& mot
       if (point.gap < -delta || (delta_[k] < 0 && point.gap > -closed)) continue;
       points_.push_back(point);
       worst_ = std::max(worst_, std::abs(point.gap) / closed);
+      rounding_ = rounding_ && std::abs(point.gap) <=
+                                   ulps * std::numeric_limits<double>::epsilon() * point.position.cwiseAbs().maxCoeff();
     }
   }
 }

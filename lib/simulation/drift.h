@@ -30,8 +30,17 @@ class Drift {
   void remove(const Scenario& scenario, std::vector<Motion>& motions, const std::vector<ContactPoint>& touching,
               const std::vector<double>& tolerance, double limit_tolerance, const std::vector<double>& radius,
               const std::vector<std::pair<int, int>>& pairs, double dt, State& state);
+  /// Gaps within a tenth of the tolerance are left alone, which is no smooth function of dt; or none is, but rounding.
+  void set_exact(bool exact) { exact_ = exact; }
+  /// The points of the pairs of `touching` whose gap is within +-reach (m) are brought to gap 0 likewise; others are
+  /// left alone. For poses that are off by no more than that.
+  void close(const Scenario& scenario, std::vector<Motion>& motions, const std::vector<ContactPoint>& touching,
+             const std::vector<double>& tolerance, double limit_tolerance,
+             const std::vector<std::pair<int, int>>& pairs, double reach, State& state);
 
  private:
+  void bring_to_zero(const Scenario& scenario, std::vector<Motion>& motions, const std::vector<double>& tolerance,
+                     double limit_tolerance, const std::vector<std::pair<int, int>>& pairs, State& state);
   void find_points(const Scenario& scenario, const std::vector<Motion>& motions, const std::vector<double>& tolerance,
                    const std::vector<std::pair<int, int>>& pairs);
   void assemble(const Scenario& scenario, const State& state);
@@ -41,7 +50,8 @@ class Drift {
   std::vector<double> arc_;    // per shape: how far from steady motion it ended, m
   std::vector<double> delta_;  // per pair, m; negative: did not stay in touch
   std::vector<ContactPoint> points_, found_;
-  double worst_ = 0;  // largest |gap| / tolerance of points_
+  double worst_ = 0;                       // largest |gap| / tolerance of points_
+  bool exact_ = false, rounding_ = false;  // rounding_: are all gaps of points_ rounding's?
 
   std::vector<LimitContact> limits_;  // that can hold
   std::vector<int> held_;             // rows: points, then those of the limits that do

@@ -24,7 +24,11 @@ struct StepPruning {
   bool pair_searches = true;
 };
 
+/// The ways of stepping (docs/stepping.md), one file each in stepping/.
+enum class Stepping { events, steps, accuracy };
+
 struct SimulationOptions {
+  Stepping stepping = Stepping::events;
   double step = 1e-3;               ///< s
   double duration = 1;              ///< s
   double accepted_residual = 1e-9;  ///< model residual beyond which an event counts as `inaccurate`, -
@@ -47,6 +51,13 @@ struct SimulationOptions {
   double penetration_limit = 0.1;
   double penetration_bound = 1e-6;
   StepPruning prune = {Corners::differ, false, false};
+
+  // Of stepping to an accuracy.
+  double accuracy = 1e-6;      ///< m: wanted bound of a body's place (a rotation counts by its radius), at any time
+  int order = 0;               ///< base steps of the finest sequence, 1 to 8; 0: what the accuracy asks for
+  double longest = HUGE_VAL;   ///< s: no macro step is longer
+  double smallest = 0;         ///< s: what switches are taken with; 0: what the accuracy asks for
+  double record_interval = 0;  ///< s: macro steps end at its multiples; 0: wherever they end
 };
 
 }  // namespace cb

@@ -1,20 +1,25 @@
 #pragma once
 
+#include <memory>
+
 #include "simulation/base_step.h"
 
 namespace cb {
+
+class AccuracyStepping;
 
 /// A run, step by step (docs/architecture.md, "The path of a step"; stepping/: the ways of stepping). Is handed a
 /// method and never asks which.
 class Simulation {
  public:
   Simulation(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, const Law& law);
+  ~Simulation();
   Simulation(const Simulation&) = delete;  // on_event is base_'s
 
   /// Advances one step; the record holds until the next call. A status other than ok or inaccurate ends the run. Where
   /// a stop is asked for within it: throws Stopped, and nothing of the step is to be used.
   const StepRecord& step();
-  bool done() const { return step_index_ >= steps_total_; }
+  bool done() const;
 
   const State& state() const { return base_.state(); }
   long steps_total() const { return steps_total_; }
@@ -25,6 +30,8 @@ class Simulation {
   const std::string& reason() const { return base_.reason(); }
   /// Torques of the motors in the last step, after their limits (N m, N); indexed as State::qd.
   const std::vector<double>& torque() const { return base_.torque(); }
+  /// Of stepping to an accuracy; nullptr where that is not how it steps.
+  const AccuracyTally* accuracy() const;
   const StepLeftOut& left_out() const { return base_.left_out(); }
   const ContactProblem& problem() const { return base_.problem(); }
   const ContactSolution& solution() const { return base_.solution(); }
@@ -33,6 +40,7 @@ class Simulation {
   SimulationOptions options_;
   long step_index_ = 0, steps_total_ = 0;
   BaseStep base_;
+  std::unique_ptr<AccuracyStepping> accuracy_;  // where that is how it steps
 };
 
 }  // namespace cb

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <span>
 #include <vector>
@@ -19,6 +20,7 @@ struct EventRecord {
   const std::vector<double>& v_plus;
   const std::vector<ContactPoint>& contacts;  ///< the problem's contacts from the first on;
   std::span<const LimitContact> limits = {};  ///< then these
+  bool trial = false;  ///< of a base step that is extrapolated from: no event of the motion itself
 };
 
 /// CPU-clock seconds spent in the parts of a step.
@@ -48,6 +50,22 @@ struct StepRecord {
   int doubted = 0;                                  ///< answers not called ok that the check confirms
   bool unsolved = false;                            ///< an event that no answer was found to ended the run
   StepTimes times;
+};
+
+/// What stepping to an accuracy did, summed over a run.
+struct AccuracyTally {
+  int order = 0;
+  double smallest_step = 0;  ///< s: what switches are taken with; tied to the accuracy
+  long taken = 0;            ///< macro steps
+  long refused = 0;          ///< and tries that were not taken: an error too large, a switch or an impact within
+  long base_steps = 0;       ///< of all of them
+  long base_solves = 0;      ///< and the events solved in these
+  long switches = 0;         ///< changes of a contact's mode that a step of first order was taken across
+  long impacts = 0;          ///< located, with restitution where the pair has any
+  long first_order = 0;      ///< steps of first order because switches or impacts pile up
+  long noisy = 0;            ///< macro steps taken whose estimate, beyond what is allowed, is a solver's noise
+  double shortest = HUGE_VAL, longest = 0;  ///< s, of the macro steps taken
+  double estimated_error = 0;               ///< m: sum of what the macro steps taken were estimated to be off by
 };
 
 /// What a run left out of its steps, summed over it.

@@ -1,0 +1,376 @@
+// Error control around an unchanged base step (docs/stepping.md).
+//
+// Problem: the base step S_h, of first order, from a state at t to one at t + h (m, rad, m/s, rad/s); a wanted bound A
+// (m) of the error of any body's place over the run. Find steps that keep it. Source: extrapolation of one-step methods
+// in powers of h (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.9), between the switches of
+// nonsmooth mechanics (Studer, Leine, Glocker, IJNME 76 (2008) 1747).
+//   1. From one start a macro step H is crossed by sequences of n = 1, ..., p equal base steps. Their ends are
+//   extrapolated
+//      (order p); the neighbour in the table estimates the error, per unit of time: estimate <= A H / T.
+//   2. In all base steps of all sequences, at the start and at the end every contact has one mode (BaseStep::Mode),
+//   read from
+//      velocities. Start and end are read after a base step of the smallest length from there, so that the forces there
+//      count.
+//   3. Where modes differ H shrinks, down to the smallest step, which is taken by events; then H is small and grows.
+//   4. Macro steps end where forces begin and end, at records, and where a contact closes: a try that meets a time of
+//   contact
+//      is shortened to it, until none does. Each time what is left falls as its square. There one event with
+//      restitution.
+//   5. After a macro step the points that touched are brought to gap 0 by the least displacement.
+// Differences from the source: the smallest step splits at times of contact, as stepping by events does; where switches
+// or impacts pile up, steps of the smallest length go on by events. When it fails: as stepping by events does, in a
+// step of the smallest length; a failure in a longer one shortens it.
+#include "simulation/stepping/accuracy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "linalg/stop.h"
+#include "simulation/stepping/events.h"
+#include "simulation/stepping/extrapolation.h"
+
+namespace cb {
+
+namespace {
+
+constexpr double share = 0.5;  // of the accuracy: what one step of the smallest length may miss
+constexpr double memory = 1;   // s: for so long an error of a velocity is taken to act on places
+constexpr double careful = 4;  // times what a column of the table improved by, the next one is taken to improve by
+constexpr double least_gain = 1e-3;  // of that, at best
+constexpr double rounding = 100;     // ulp of the terms: no estimate says anything below
+constexpr double shorter = 0.5;      // a try of no more than that of the last one
+constexpr double plateau = 0.7;      // whose estimate is at least that of the last one's says nothing but noise
+constexpr double twice = 2;          // noise scatters
+constexpr double forget = 0.95;      // of the noise, from one macro step to the next
+constexpr double safety = 0.8;       // of the length that would just do
+constexpr double most_growth = 5;    // from one macro step to the next
+constexpr double slow_growth = 1.5;  // the same where the estimate is noise
+constexpr double least_shrink = 0.1;
+constexpr double turn_limit = 1;  // rad: no body turns further in a macro step
+constexpr int most_tries = 200;   // of one macro step; then one of first order
+constexpr std::size_t pile = 12;  // switches and impacts within as many smallest steps pile up
+constexpr double same_way = 0.5;  // cosine: slip that has turned further has switched
+
+/// Order for a wanted accuracy (m), where none is asked for: what was fastest on the scenes with a closed form.
+int order_for(double accuracy) { return accuracy >= 1e-5 ? 3 : accuracy >= 1e-7 ? 4 : accuracy >= 1e-9 ? 5 : 6; }
+
+/// Largest acceleration that gravity and the forces of a scene give a body, m/s^2; 1 where there are none.
+double largest_acceleration(const Scenario& scenario) {
+  double g = scenario.gravity.constant.norm(), push = 0;
+  for (const Harmonic& harmonic : scenario.gravity.harmonic) g += std::abs(harmonic.amplitude);
+  for (const Force& force : scenario.forces)
+    push = std::max(push, force.force.norm() / scenario.model.bodies[static_cast<std::size_t>(force.body)].mass);
+  return g + push > 0 ? g + push : 1;
+}
+
+/// Do the modes differ in the direction of friction alone? It jumps then; where a contact begins or ends to stick or to
+/// press it does not.
+bool friction_jumps(const std::vector<BaseStep::Mode>& a, const std::vector<BaseStep::Mode>& b) {
+  if (a.size() != b.size()) return false;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    if (a[i].a != b[i].a || a[i].b != b[i].b || (a[i].facet < 0) != (b[i].facet < 0)) return false;
+  return true;
+}
+
+bool same(const std::vector<BaseStep::Mode>& a, const std::vector<BaseStep::Mode>& b) {
+  if (a.size() != b.size()) return false;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (a[i].a != b[i].a || a[i].b != b[i].b || a[i].facet != b[i].facet) return false;
+    if (a[i].facet >= 0 && a[i].slip.dot(b[i].slip) < same_way * a[i].slip.norm() * b[i].slip.norm()) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+AccuracyStepping::AccuracyStepping(const Scenario& scenario, const SimulationOptions& options)
+    : model_(scenario.model),
+      options_(options),
+      order_(options.order > 0 ? options.order : order_for(options.accuracy)),
+      acceleration_(largest_acceleration(scenario)),
+      smallest_(options.smallest > 0
+                    ? options.smallest
+                    : std::min(std::sqrt(2 * share * options.accuracy / acceleration_), options.duration)),
+      finest_(std::min(smallest_, share * options.accuracy / (acceleration_ * memory))) {
+  // A body's radius: how far its shapes reach, and at least its radius of gyration.
+  for (const Body& body : model_.bodies) radius_.push_back(std::sqrt(body.inertia.maxCoeff() / body.mass));
+  for (const Shape& shape : scenario.shapes)
+    if (shape.body >= 0) {
+      double& radius = radius_[static_cast<std::size_t>(shape.body)];
+      radius = std::max(radius, shape.bounding_radius() + shape.local.p.norm());
+    }
+  for (const Force& force : scenario.forces) edges_.insert(edges_.end(), {force.from, force.to});
+  std::sort(edges_.begin(), edges_.end());
+  // Velocities of robots in contact are bound where a base step began: what the first one misses is no power of h, so
+  // that no sequence is of one (Hairer, Lubich, Roche, The Numerical Solution of Differential-Algebraic Systems (1989),
+  // ch. 6).
+  const int least = model_.trees.empty() ? 1 : 2;
+  for (int n = order_ - 1 + least; n >= least; --n) n_.push_back(n);
+  results_.resize(n_.size());
+  tally_.order = order_;
+  tally_.smallest_step = smallest_;
+  next_ = std::min(options.longest, 16 * smallest_);
+  looking_ = smallest_;
+}
+
+// s from t on until a macro step has to end. Never 0.
+double AccuracyStepping::until_edge(double t) const {
+  double edge = options_.duration;
+  const auto next = std::upper_bound(edges_.begin(), edges_.end(), t);
+  if (next != edges_.end()) edge = std::min(edge, *next);
+  if (options_.record_interval > 0) {
+    const double interval = options_.record_interval;
+    double record = (std::floor(t / interval) + 1) * interval;
+    if (record <= t) record = (std::floor(t / interval) + 2) * interval;
+    edge = std::min(edge, record);
+  }
+  return edge;
+}
+
+// What touches and comes together faster than rest does: one event, with restitution.
+void AccuracyStepping::take_impact(BaseStep& base) {
+  const double rest = acceleration_ * smallest_;
+  base.set_rest_speed(rest);
+  base.look(0);
+  if (!(base.approach_speed() > rest)) return;
+  base.kick(0);  // no time passes
+  if (!base.approaching() || !base.event(0)) return;
+  base.forget_contacts();
+  modes_known_ = false;
+  next_ = std::min(next_, 16 * smallest_);
+  nearing_ = HUGE_VAL;
+  looking_ = smallest_;
+  ++tally_.impacts;
+  stumbles_.push_back(base.state().t);
+}
+
+// Modes as the forces of the present leave them. False where that has no answer. Leaves `base` elsewhere.
+bool AccuracyStepping::probe(BaseStep& base, double h, Modes& modes) {
+  base.set_rest_speed(HUGE_VAL);
+  base.kick(h);
+  base.look(h);
+  const bool answered = !base.approaching() || base.event(0);
+  base.read_modes(modes);
+  return answered && base.going_on();
+}
+
+// One sequence. `result`: where it ended, as seen from the start.
+AccuracyStepping::Try AccuracyStepping::cross(BaseStep& base, int n, double H, std::vector<double>& result) {
+  const double h = H / n;
+  base.restore(start_);
+  for (int k = 0; k < n; ++k) {
+    poll_stop();
+    ++tally_.base_steps;
+    base.kick(h);
+    base.look(h);
+    const bool solved = base.approaching();
+    if (solved && !base.event(0)) return {Try::failed, false, k * h};
+    base.read_modes(modes_);
+    if (!same(entry_, modes_)) return {Try::switched, friction_jumps(entry_, modes_), k * h};
+    const double dt = base.until_contact(h, false, solved);
+    if (dt < h) return {Try::arrived, false, k * h + dt};
+    base.move(h);
+    base.forget_contacts();
+    if (!base.going_on()) return {Try::failed, false, k * h};
+  }
+  to_vector(model_, start_.state, base.state(), result);
+  return {};
+}
+
+AccuracyStepping::Try AccuracyStepping::attempt(BaseStep& base, double H, double t_end) {
+  base.set_trial(true);
+  base.set_rest_speed(HUGE_VAL);  // never across restitution
+  for (std::size_t i = 0; i < n_.size(); ++i) {
+    const Try crossed = cross(base, n_[i], H, results_[n_.size() - 1 - i]);
+    if (crossed.what != Try::taken) return crossed;
+  }
+  std::vector<int> n(n_.rbegin(), n_.rend());
+  extrapolate(results_, n, best_, neighbour_, before_);
+  best_state_ = neighbour_state_ = before_state_ = start_.state;
+  from_vector(model_, start_.state, best_, best_state_);
+  from_vector(model_, start_.state, neighbour_, neighbour_state_);
+  best_state_.t = t_end;
+  const Try judged = judge(H);
+  if (judged.what != Try::taken) return judged;
+  Try out = leave(base, H, t_end);
+  out.estimate = judged.estimate;
+  out.excess = judged.excess;
+  return out;
+}
+
+// Is the macro step as exact as it has to be? The last two of the table's last row differ by the error of the one
+// before the last; by how much a column more improves is read from the column before.
+AccuracyStepping::Try AccuracyStepping::judge(double H) {
+  const double eps = std::numeric_limits<double>::epsilon(),
+               rest = std::min(memory, options_.duration - start_.state.t);
+  const auto error = [&](const State& a, const State& b) {
+    return distance(radius_, a, b) + rest * speed_difference(radius_, a, b);
+  };
+  Try out;
+  const double last = error(best_state_, neighbour_state_);
+  double gain = 1;
+  if (order_ >= 3) {
+    from_vector(model_, start_.state, before_, before_state_);
+    const double first = error(neighbour_state_, before_state_);
+    if (first > 0) gain = std::clamp(careful * last / first, least_gain, 1.0);
+  }
+  out.estimate = gain * last;
+  double terms = 0;  // what rounding is a fraction of
+  for (std::size_t b = 0; b < radius_.size(); ++b)
+    terms = std::max(
+        terms, best_state_.pose[b].p.norm() + radius_[b] +
+                   rest * (Vec3(&best_state_.v[6 * b]).norm() + radius_[b] * Vec3(&best_state_.v[6 * b + 3]).norm()));
+  out.excess = std::max(0.0, out.estimate - std::max(rounding * eps * terms, noise_)) * options_.duration /
+               (options_.accuracy * H);
+  if (out.excess > 1) out.what = Try::inexact;
+  return out;
+}
+
+// The end of a macro step: what touched touches, and moves as it did.
+AccuracyStepping::Try AccuracyStepping::leave(BaseStep& base, double H, double t_end) {
+  base.restore({best_state_, base.energy_input(), start_.spinning});
+  base.close_gaps(touching_, 10 * distance(radius_, best_state_, neighbour_state_));
+  base.set_rest_speed(acceleration_ * smallest_);
+  base.look(0);
+  base.save(end_);
+  end_.state.t = t_end;
+  if (base.approach_speed() > acceleration_ * smallest_) {  // an impact, which may change anything
+    modes_known_ = false;
+    return {};
+  }
+  if (!probe(base, std::min(smallest_, H / n_.front()), exit_)) return {Try::failed};
+  const double sampled = H * (n_.front() - 1) / n_.front();
+  if (!same(entry_, exit_)) return {Try::switched, friction_jumps(entry_, exit_), std::max(sampled, H / 2)};
+  modes_known_ = true;
+  entry_ = exit_;
+  return {};
+}
+
+// s: what to try after a try of H that was not taken.
+double AccuracyStepping::next_length(const Try& tried, double H) const {
+  switch (tried.what) {
+    case Try::inexact:
+      return H * std::max(least_shrink, safety * std::pow(tried.excess, -1.0 / growth_order()));
+    case Try::arrived:
+      return tried.at < H ? tried.at : H / 2;
+    case Try::switched:
+      // Up to the last base step that was as at the start; where the first was not, within it.
+      return tried.at > 0 ? std::min(tried.at, 0.9 * H) : H / n_.front() / 2;
+    default:
+      return H / 4;
+  }
+}
+
+void AccuracyStepping::take_first_order(BaseStep& base, double h) {
+  base.set_trial(false);
+  base.forgive();
+  base.restore(start_);
+  base.set_rest_speed(acceleration_ * smallest_);
+  step_by_events(base, h);
+  tally_.estimated_error += acceleration_ * h * h / 2;
+  modes_known_ = false;
+  looking_ = h;
+  next_ = std::min(options_.longest, 4 * h);
+}
+
+// Are there as many switches and impacts as smallest steps?
+bool AccuracyStepping::piles_up(double t) {
+  if (stumbles_.size() < pile) return false;
+  const bool piled = t - stumbles_.front() <= static_cast<double>(pile) * smallest_;
+  stumbles_.clear();
+  if (piled)
+    batch_ = std::min(2 * batch_ + static_cast<long>(pile), 100000L);
+  else
+    batch_ = 0;
+  first_order_left_ = batch_;
+  return piled;
+}
+
+void AccuracyStepping::step(BaseStep& base) {
+  step_once(base);
+  tally_.base_solves += base.record().solves;
+}
+
+void AccuracyStepping::step_once(BaseStep& base) {
+  const double t0 = base.state().t, edge = until_edge(t0);
+  base.hold_contacts(true);
+  base.set_trial(false);
+  base.choose_forces_at(t0);
+  if (std::binary_search(edges_.begin(), edges_.end(), t0)) {
+    modes_known_ = false;
+    looking_ = smallest_;
+    next_ = std::min(next_, 16 * smallest_);
+  }
+  take_impact(base);
+  if (!base.going_on()) return;
+  base.save(start_);
+  const double limit = edge - t0;
+  const auto end = [&](double H) { return H >= limit ? edge : t0 + H; };
+  const auto first_order = [&](long& count, double h) {
+    h = std::min(h, limit);
+    take_first_order(base, h);
+    ++count;
+    if (base.going_on()) base.end_at(end(h));
+  };
+  if (first_order_left_ > 0) {
+    --first_order_left_;
+    return first_order(tally_.first_order, smallest_);
+  }
+  if (piles_up(t0)) return first_order(tally_.first_order, smallest_);
+
+  base.set_trial(true);
+  if (!modes_known_ && !probe(base, looking_, entry_)) {
+    ++tally_.refused;
+    return first_order(tally_.first_order, smallest_);
+  }
+  base.restore(start_);
+  base.look(0);
+  touching_ = base.contacts();
+  double H = std::min({next_, nearing_, limit, options_.longest});
+  bool nearing = false;
+  double last_H = 0, last_estimate = 0;           // of the last try that was not exact enough
+  if (H < limit && 2 * H > limit) H = limit / 2;  // no sliver before an edge
+  for (int tries = 0;; ++tries) {
+    const Try tried = attempt(base, H, end(H));
+    if (tried.what == Try::taken) {
+      ++tally_.taken;
+      const bool noisy = tried.estimate <= noise_ && tried.estimate * options_.duration > options_.accuracy * H;
+      if (noisy) ++tally_.noisy;
+      noise_ *= forget;
+      tally_.shortest = std::min(tally_.shortest, H);
+      tally_.longest = std::max(tally_.longest, H);
+      tally_.estimated_error += tried.estimate;
+      const double growth = safety * std::pow(std::max(tried.excess, 1e-12), -1.0 / growth_order());
+      next_ = std::max(H, std::min(next_, limit)) * std::clamp(growth, least_shrink, noisy ? slow_growth : most_growth);
+      next_ = std::min(options_.longest, std::max(next_, finest_));
+      nearing_ = nearing ? 2 * H : most_growth * nearing_;
+      break;
+    }
+    ++tally_.refused;
+    base.forgive();
+    if (tried.what == Try::inexact) {
+      // An estimate that does not fall with the step is the solver's noise, which a shorter one only counts more often.
+      if (last_H > 0 && H <= shorter * last_H && tried.estimate >= plateau * last_estimate) {
+        noise_ = twice * std::max(tried.estimate, last_estimate);
+        next_ = H = last_H;
+        continue;
+      }
+      last_H = H;
+      last_estimate = tried.estimate;
+    }
+    const double least = tried.jumps ? finest_ : smallest_;
+    if (tries >= most_tries || (tried.what != Try::arrived && H <= least)) {
+      stumbles_.push_back(t0);
+      return first_order(tried.what == Try::switched ? tally_.switches : tally_.first_order, std::min(H, smallest_));
+    }
+    H = next_length(tried, H);
+    nearing = tried.what == Try::arrived;
+    if (!nearing) next_ = H = std::max(H, std::min(least, limit));
+  }
+  base.set_trial(false);
+  base.restore(end_);
+  base.settle();
+}
+
+}  // namespace cb

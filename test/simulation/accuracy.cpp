@@ -1,0 +1,318 @@
+// Steps to a wanted accuracy (simulation/stepping/accuracy.h): orders, what switches leave, wanted against reached.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <numbers>
+
+#include "closed_forms.h"
+#include "simulation/stepping/extrapolation.h"
+
+using namespace cb;
+using namespace cb::test;
+
+namespace {
+
+constexpr double g = 9.8;
+
+/// A scene around the elements of <bodies>.
+Scenario scene(const std::string& bodies, double duration, const std::string& gravity = "0 -9.8 0") {
+  std::string folder = (std::filesystem::temp_directory_path() / "accuracy_").string() + std::string(6, 'X');
+  REQUIRE(mkdtemp(folder.data()) != nullptr);
+  const std::string path = folder + "/scene.xml";
+  std::ofstream(path) << "<scenario title=\"test\"><simulation step=\"1e-3\" duration=\"" << duration
+                      << "\"/><reference kind=\"missing\"/><gravity constant=\"" << gravity << "\"/><bodies>" << bodies
+                      << "</bodies></scenario>";
+  const Scenario s = load_scenario(path, {});
+  std::filesystem::remove_all(folder);
+  return s;
+}
+
+SimulationOptions accurate(const Scenario& s, double accuracy, int order = 0) {
+  SimulationOptions options;
+  options.stepping = Stepping::accuracy;
+  options.step = s.step;
+  options.duration = s.duration;
+  options.accuracy = accuracy;
+  options.order = order;
+  return options;
+}
+
+ContactMethod precise(const std::string& name) {
+  MethodOptions options;
+  options.k = 8;
+  options.epsilon = 1e-22;
+  return find_method(name)->make(options);
+}
+
+struct Ended {
+  State state;
+  AccuracyTally tally;
+};
+
+Ended run(const Scenario& s, const SimulationOptions& options, const std::string& name = "convex",
+          const std::function<void(const State&)>& look = {}) {
+  Simulation simulation(s, options, precise(name), find_method(name)->law);
+  while (!simulation.done()) {
+    const Status status = simulation.step().status;
+    INFO(simulation.reason());
+    REQUIRE(status == Status::ok);
+    if (look) look(simulation.state());
+  }
+  CHECK(simulation.state().t == s.duration);
+  return {simulation.state(), *simulation.accuracy()};
+}
+
+/// Macro steps of one length H, whatever the error.
+Ended run_fixed(const Scenario& s, int order, double H) {
+  SimulationOptions options = accurate(s, 1e-3, order);
+  options.longest = H;
+  options.accuracy = 1e6;
+  options.smallest = H / 4;
+  return run(s, options);
+}
+
+using Error = std::function<double(const State&)>;
+
+/// Over three halvings of H the error falls by 2^p each time, p to 0.2.
+void check_orders(const Scenario& s, double H, const Error& error) {
+  for (int order = 1; order <= 4; ++order) {
+    double before = error(run_fixed(s, order, H).state);
+    for (int halving = 1; halving <= 3; ++halving) {
+      const double after = error(run_fixed(s, order, H / std::pow(2, halving)).state);
+      INFO("order " << order << ", halving " << halving << ": " << before << " -> " << after);
+      CHECK(std::log2(before / after) == Approx(order).margin(0.2));
+      before = after;
+    }
+  }
+}
+
+/// Distance from what order 6 with short macro steps gives: body's places, and turns by a radius of 1 m.
+Error from_fine(const Scenario& s, double H) {
+  const State fine = run_fixed(s, 6, H).state;
+  return [fine](const State& state) { return distance(std::vector<double>(fine.pose.size(), 1.0), state, fine); };
+}
+
+/// The slider of scenarios/circular_sliding.xml on its steady circle of radius sqrt(a^2 - mu^2 g^2), drive a = 0.4.
+Scenario circle(double duration) {
+  constexpr double mu = 0.02, drive = 0.4;
+  const double lag = std::acos(mu * g / drive), radius = drive * std::sin(lag);
+  Scenario s = empty_scene(1e-3, duration);
+  s.gravity.constant = {0, -g, 0};
+  s.gravity.harmonic[0] = {drive, 1, 0};
+  s.gravity.harmonic[2] = {drive, 1, -std::numbers::pi / 2};
+  add_ground(s);
+  add_box(s, Vec3::Ones(), 1, {Vec3(-radius * std::sin(lag), 0.5, -radius * std::cos(lag)), Quat::Identity()},
+          Vec3(radius * std::cos(lag), 0, -radius * std::sin(lag)));
+  collide_all(s, mu);
+  return s;
+}
+double off_circle(const State& state) {
+  constexpr double mu = 0.02, drive = 0.4;
+  const double lag = std::acos(mu * g / drive), radius = drive * std::sin(lag), angle = state.t - lag;
+  return (state.pose[0].p - Vec3(radius * std::sin(angle), 0.5, -radius * std::cos(angle))).norm();
+}
+
+}  // namespace
+
+TEST_CASE("extrapolation in powers of h is exact for polynomials of a degree below its order") {
+  std::vector<std::vector<double>> results;
+  const std::vector<int> n = {1, 2, 3, 4};
+  for (const int steps : n) {
+    const double h = 1.0 / steps;
+    results.push_back({5 + 3 * h - 2 * h * h + 7 * h * h * h, 5 - h});
+  }
+  std::vector<double> best, neighbour, before;
+  extrapolate(results, n, best, neighbour, before);
+  CHECK(best[0] == Approx(5).epsilon(1e-13));
+  CHECK(best[1] == Approx(5).epsilon(1e-13));
+  CHECK(neighbour[1] == Approx(5).epsilon(1e-13));
+  CHECK(std::abs(neighbour[0] - 5) > 0.1);  // a cubic needs four
+}
+
+TEST_CASE("a state is what its vector says, seen from another one") {
+  const Scenario s = scene(R"(<robot name="r"><link name="base" mass="2" position="1 0 0" inertia="1 2 3"/>
+    <link name="tip" mass="1" position="2 0 0" inertia="1 1 2"/>
+    <joint name="floating" kind="free" parent="world" child="base"/>
+    <joint name="hinge" kind="revolute" parent="base" child="tip" anchor="1.5 0 0" axis="0 0 1" velocity="3"/></robot>
+    <box name="b" size="1 2 3" mass="1" position="0 5 0" velocity="1 2 3" angular_velocity="3 2 1"/>)",
+                           1);
+  const State later = run_fixed(s, 1, 0.1).state;
+  std::vector<double> x;
+  to_vector(s.model, s.initial, later, x);
+  State again = s.initial;
+  from_vector(s.model, s.initial, x, again);
+  CHECK(distance({1, 1, 1}, again, later) < 1e-14);
+  CHECK(speed_difference({1, 1, 1}, again, later) < 1e-13);
+}
+
+TEST_CASE("on the steady circle macro steps of p sequences are of order p") {
+  const Scenario s = circle(3.2);
+  check_orders(s, 0.1, off_circle);
+}
+
+TEST_CASE("a sphere that rolls down a fixed one is stepped with order p") {
+  // Gaps between round surfaces are of second order in a base step: what keeps them closed has to be smooth in it too.
+  Scenario s = empty_scene(1e-3, 0.8);
+  s.gravity.constant = {0, -g, 0};
+  Shape fixed = sphere_shape(2);
+  fixed.name = "fixed";
+  s.shapes.push_back(fixed);
+  add_sphere(s, 0.5, 2, {2.5 * std::sin(0.2), 2.5 * std::cos(0.2), 0}, {0, 0, 0.3},
+             {0.6 * std::cos(0.2), -0.6 * std::sin(0.2), 0});
+  collide_all(s, 3);
+  check_orders(s, 0.05, from_fine(s, 0.005));
+}
+
+TEST_CASE("a body that tumbles in free flight is stepped with order p") {
+  Scenario s = empty_scene(1e-3, 1.6);
+  s.gravity.constant = Vec3::Zero();
+  add_box(s, {1, 2, 3}, 1, Pose(), Vec3::Zero(), {0.3, 1.2, 0.2});
+  check_orders(s, 0.2, from_fine(s, 0.02));
+}
+
+TEST_CASE("a pendulum on a joint is stepped with order p") {
+  const Scenario s =
+      scene(R"(<robot name="pendulum"><link name="bar" mass="3" position="0.5 0 0" inertia="1e-3 0.25 0.25"/>
+    <joint name="hinge" kind="revolute" parent="world" child="bar" anchor="0 0 0" axis="0 0 1" damping="0.5"/></robot>)",
+            0.8);
+  // 1 kg m^2 about the hinge: q'' = -3 g / 2 cos q - q' / 2, by Runge and Kutta's method.
+  double q = 0, w = 0;
+  constexpr int steps = 8000;
+  const double h = s.duration / steps;
+  const auto f = [](double at, double rate) { return -1.5 * g * std::cos(at) - 0.5 * rate; };
+  for (int i = 0; i < steps; ++i) {
+    const double k1 = w, l1 = f(q, w), k2 = w + h / 2 * l1, l2 = f(q + h / 2 * k1, k2);
+    const double k3 = w + h / 2 * l2, l3 = f(q + h / 2 * k2, k3), k4 = w + h * l3, l4 = f(q + h * k3, k4);
+    q += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+    w += h / 6 * (l1 + 2 * l2 + 2 * l3 + l4);
+  }
+  check_orders(s, 0.025, [&](const State& state) { return std::abs(state.q[0] - q) + std::abs(state.qd[0] - w); });
+}
+
+TEST_CASE("an arm of two links with damped joints is stepped with order p") {
+  const Scenario s =
+      scene(R"(<robot name="arm"><link name="upper" mass="3" position="0.5 0 0" inertia="1e-2 0.25 0.25"/>
+    <link name="lower" mass="2" position="1.5 0 0" inertia="1e-2 0.2 0.2"/>
+    <joint name="shoulder" kind="revolute" parent="world" child="upper" anchor="0 0 0" axis="0 0 1" damping="1"/>
+    <joint name="elbow" kind="revolute" parent="upper" child="lower" anchor="1 0 0" axis="0 0 1" damping="0.5" velocity="1"/>
+    </robot>)",
+            0.8);
+  check_orders(s, 0.025, from_fine(s, 0.005));
+}
+
+TEST_CASE("what a box that stops is off by falls as the square of the smallest step") {
+  // 1 m/s over mu g = 4.9 m/s^2: it stops after 0.1020408 m.
+  Scenario s = empty_scene(1e-3, 0.5);
+  s.gravity.constant = {0, -g, 0};
+  add_ground(s);
+  add_box(s, Vec3::Ones(), 1, {{0, 0.5, 0}, Quat::Identity()}, {1, 0, 0});
+  collide_all(s, 0.5);
+  for (const double smallest : {1e-2, 1e-3, 1e-4}) {
+    SimulationOptions options = accurate(s, 1e3, 4);
+    options.smallest = smallest;
+    options.longest = 0.1;
+    const Ended ended = run(s, options);
+    INFO(smallest);
+    CHECK(std::abs(ended.state.pose[0].p.x() - 1 / g) <= 4.9 * smallest * smallest);
+    CHECK(ended.tally.switches == 1);
+  }
+}
+
+TEST_CASE("a box that a growing pull sets off is off by the square of the smallest step") {
+  // Gravity's share along x is 6 sin t: it starts where that passes mu g = 1.96, and slides on with 6 sin t - 1.96.
+  Scenario s = empty_scene(1e-3, 1);
+  s.gravity.constant = {0, -g, 0};
+  s.gravity.harmonic[0] = {6, 1, -std::numbers::pi / 2};
+  add_ground(s);
+  add_box(s, Vec3(4, 1, 4), 1, {{0, 0.5, 0}, Quat::Identity()});
+  collide_all(s, 0.2);
+  const double t0 = std::asin(1.96 / 6), d = 1 - t0;
+  const double x = 6 * (-std::sin(1) + std::sin(t0)) + 6 * std::cos(t0) * d - 0.98 * d * d;
+  for (const double smallest : {1e-2, 1e-3, 1e-4}) {
+    SimulationOptions options = accurate(s, 1e3, 4);
+    options.smallest = smallest;
+    options.longest = 0.05;
+    const Ended ended = run(s, options);
+    INFO(smallest);
+    CHECK(std::abs(ended.state.pose[0].p.x() - x) <= 10 * smallest * smallest);
+    CHECK(ended.tally.switches >= 1);
+  }
+}
+
+TEST_CASE(
+    "a circle is followed as exactly as it is asked for, and no solve is wasted on more than a hundred times that") {
+  const Scenario s = circle(10);
+  for (const double wanted : {1e-4, 1e-6, 1e-8, 1e-10}) {
+    double reached = 0;
+    const Ended ended = run(s, accurate(s, wanted), "convex",
+                            [&](const State& state) { reached = std::max(reached, off_circle(state)); });
+    INFO(wanted);
+    CHECK(reached <= 10 * wanted);
+    CHECK(reached >= wanted / 100);
+    CHECK(ended.tally.estimated_error <= wanted);
+    CHECK(ended.tally.base_solves < 5000);
+  }
+}
+
+TEST_CASE("a box that is pushed and let go is where it should be, with both laws that have an expansion") {
+  // mu = 0.1, 2 m/s^2 of push from 0.5 to 1.25 s: slides with 2 - 0.98, then stops with 0.98.
+  Scenario s = empty_scene(1e-3, 3);
+  s.gravity.constant = {0, -g, 0};
+  s.forces.push_back({0, {2, 0, 0}, 0.5, 1.25});
+  add_ground(s);
+  add_box(s, Vec3::Ones(), 1, {{0, 0.5, 0}, Quat::Identity()});
+  collide_all(s, 0.1);
+  const double v = 1.02 * 0.75, x = v * 0.75 / 2 + v * v / 1.96;
+  for (const std::string name : {"convex", "ap"})
+    for (const double wanted : {1e-4, 1e-6, 1e-8, 1e-10}) {
+      const Ended ended = run(s, accurate(s, wanted), name);
+      INFO(name << " " << wanted);
+      CHECK(std::abs(ended.state.pose[0].p.x() - x) <= 10 * wanted);
+      CHECK(ended.tally.base_solves < 1000);
+    }
+}
+
+TEST_CASE("a ball bounces where it should until its bounces are too low to matter, and lies still then") {
+  // Let go 1 m above the ground, e = 0.5: it lands at t0 = sqrt(2/g), and flies 2 e^n v0 / g from landing n on, 3 t0 in
+  // all.
+  Scenario s = empty_scene(1e-3, 2);
+  s.gravity.constant = {0, -g, 0};
+  add_ground(s);
+  add_sphere(s, 0.5, 1, {0, 1.5, 0});
+  collide_all(s, 0, 0.5);
+  const double t0 = std::sqrt(2 / g), v0 = g * t0;
+  const auto height = [&](double t) {
+    double landed = t0, v = 0.5 * v0;
+    if (t < t0) return 1 - g * t * t / 2;
+    for (; v > 1e-14; v /= 2) {
+      const double flight = 2 * v / g, in_air = t - landed;
+      if (in_air < flight) return v * in_air - g * in_air * in_air / 2;
+      landed += flight;
+    }
+    return 0.0;
+  };
+  for (const double wanted : {1e-4, 1e-6, 1e-8, 1e-10}) {
+    double reached = 0;
+    const Ended ended = run(s, accurate(s, wanted), "convex", [&](const State& state) {
+      reached = std::max(reached, std::abs(state.pose[0].p.y() - 0.5 - height(state.t)));
+    });
+    INFO(wanted);
+    CHECK(reached <= 10 * wanted);
+    CHECK(ended.tally.impacts >= 6);
+    CHECK(ended.tally.base_steps < 20000);
+  }
+}
+
+TEST_CASE("macro steps end at records") {
+  const Scenario s = circle(1);
+  SimulationOptions options = accurate(s, 1e-6);
+  options.record_interval = 0.1;
+  int records = 0;
+  run(s, options, "convex", [&](const State& state) {
+    for (int i = 1; i <= 10; ++i) records += std::abs(state.t - 0.1 * i) < 1e-15 ? 1 : 0;
+  });
+  CHECK(records == 10);
+}

@@ -1,0 +1,126 @@
+// Stepping by steps (simulation/stepping/steps.h): one problem a step, open contacts with their gap over h.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "closed_forms.h"
+
+using namespace cb;
+using namespace cb::test;
+
+namespace {
+
+constexpr double g = 9.8;
+
+/// Runs a scene by steps; `look` after each.
+template <class Look>
+State run(const Scenario& s, const std::string& method, const Look& look) {
+  SimulationOptions options;
+  options.stepping = Stepping::steps;
+  options.step = s.step;
+  options.duration = s.duration;
+  MethodOptions with;
+  with.k = 8;
+  Simulation simulation(s, options, find_method(method)->make(with), find_method(method)->law);
+  while (!simulation.done()) {
+    const StepRecord& record = simulation.step();
+    INFO(simulation.reason());
+    REQUIRE(record.status == Status::ok);
+    REQUIRE(record.solves <= 1);
+    look(simulation.state(), record);
+  }
+  return simulation.state();
+}
+
+Scenario falling_sphere(double h, double duration, double mu, double restitution, double spin = 0) {
+  Scenario s = empty_scene(h, duration);
+  s.gravity.constant = {0, -g, 0};
+  add_ground(s);
+  add_sphere(s, 0.5, 1, {0, 0.6, 0}, {1, 0, 0}, {0, 0, spin});
+  collide_all(s, mu, restitution);
+  return s;
+}
+
+}  // namespace
+
+TEST_CASE("by steps what falls lies on the ground when it lands, with every method, and never in it") {
+  for (const MethodRow& row : methods()) {
+    INFO(row.name);
+    const State end = run(falling_sphere(7e-3, 0.5, 0.5, 0), std::string(row.name),
+                          [](const State& state, const StepRecord&) { CHECK(state.pose[0].p.y() >= 0.5 - 1e-9); });
+    CHECK(end.pose[0].p.y() == Approx(0.5).margin(1e-9));
+    CHECK(std::abs(end.v[1]) < 1e-12);
+  }
+}
+
+TEST_CASE("by steps an open contact closes by its gap and no further, and pulls nothing") {
+  // 0.01 m above the ground, let go: in one step of 0.1 s it would fall 0.098 m.
+  Scenario s = falling_sphere(0.1, 0.1, 0, 0);
+  s.initial.pose[0].p.y() = 0.51;
+  const State end = run(s, "ap", [](const State&, const StepRecord& record) { CHECK(record.contacts == 1); });
+  CHECK(end.v[1] == Approx(-0.1).epsilon(1e-12));
+  CHECK(end.pose[0].p.y() == Approx(0.5).epsilon(1e-12));
+  s.initial.pose[0].p.y() = 0.7;  // out of reach: free fall
+  CHECK(run(s, "ap", [](const State&, const StepRecord& record) { CHECK(record.solves == 0); }).v[1] ==
+        Approx(-0.98).epsilon(1e-12));
+}
+
+TEST_CASE("by steps a ball parts with e times the speed it comes with, at most a step early") {
+  for (const std::string method : {"ap", "convex"}) {
+    double before = 0, after = 0, parted = 0;
+    Scenario s = falling_sphere(1e-3, 0.2, 0, 0.5);
+    double last = 0;
+    run(s, method, [&](const State& state, const StepRecord&) {
+      const double v = state.v[1];
+      if (after == 0 && v > 0) {
+        before = last - g * s.step;
+        after = v;
+        parted = state.t;
+      }
+      last = v;
+    });
+    INFO(method);
+    CHECK(after == Approx(-0.5 * before).epsilon(1e-9));
+    CHECK(parted == Approx(std::sqrt(2 * 0.1 / g)).margin(2 * s.step));
+  }
+}
+
+TEST_CASE("by steps the error of a sphere that lands and begins to roll is of first order") {
+  // With mu = 1 it sticks at once: rolls with v (5 + 2 w r / v) / 7 along the plane from the landing on; w = 0.
+  const double landing = std::sqrt(2 * 0.1 / g), x = landing + (1 - landing) * 5 / 7;
+  double worst = 0;
+  for (const double h : {4e-3, 2e-3, 1e-3, 5e-4}) {
+    const State end = run(falling_sphere(h, 1, 1, 0), "convex", [](const State&, const StepRecord&) {});
+    worst = std::max(worst, std::abs(end.pose[0].p.x() - x) / h);
+  }
+  CHECK(worst < 1);
+}
+
+TEST_CASE("by steps a box slides and stops as by events, and a tower stands") {
+  Scenario s = empty_scene(1e-3, 0.5);
+  s.gravity.constant = {0, -g, 0};
+  add_ground(s);
+  add_box(s, Vec3::Ones(), 1, {{0, 0.5, 0}, Quat::Identity()}, {1, 0, 0});
+  collide_all(s, 0.5);
+  CHECK(run(s, "convex", [](const State&, const StepRecord&) {}).pose[0].p.x() == Approx(1 / g).margin(1e-3));
+
+  Scenario tower = empty_scene(1e-3, 0.1);
+  tower.gravity.constant = {0, -g, 0};
+  add_ground(tower);
+  for (int i = 0; i < 4; ++i) add_box(tower, Vec3::Ones(), 1, {{0, 0.5 + i, 0}, Quat::Identity()});
+  collide_all(tower, 0.5);
+  for (const std::string method : {"ap", "convex"}) {
+    const State end = run(tower, method, [](const State&, const StepRecord&) {});
+    for (int i = 0; i < 4; ++i) CHECK((end.pose[static_cast<std::size_t>(i)].p - Vec3(0, 0.5 + i, 0)).norm() < 1e-9);
+  }
+}
+
+TEST_CASE("by steps a box that falls on a corner is never deeper than a closed gap at the end of a step") {
+  Scenario s = empty_scene(2e-3, 1);
+  s.gravity.constant = {0, -g, 0};
+  add_ground(s);
+  const Quat tilt(Eigen::AngleAxisd(0.6, Vec3(1, 0.3, 0.2).normalized()));
+  add_box(s, {1, 0.6, 0.8}, 1, {{0, 1.2, 0}, tilt}, {0.5, 0, 0}, {1, 2, 3});
+  collide_all(s, 0.4);
+  for (const std::string method : {"ap", "convex"})
+    run(s, method, [](const State&, const StepRecord& record) { CHECK(record.max_penetration <= 1e-9); });
+}
