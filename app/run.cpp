@@ -227,7 +227,7 @@ RunPlan make_plan(const RunFlags& flags) {
   plan.options = method_options(flags, *plan.method, plan.scenario.k, plan.scenario.compression_bound);
   // What a solver leaves open is multiplied by the extrapolation's weights.
   constexpr double open_energy = 1e-12;  // J a metre of the accuracy
-  if (plan.simulation.stepping == Stepping::accuracy && !flags.epsilon && !flags.epsilon_relative)
+  if (plan.simulation.stepping == Stepping::accuracy && !flags.asked("epsilon") && !flags.asked("epsilon-relative"))
     plan.options.epsilon = std::min(plan.options.epsilon, open_energy * plan.simulation.accuracy);
   plan.unavailable = unavailable_reason(*plan.method, plan.options);
   if (const std::string_view why = plan.method->law.no_expansion;
