@@ -53,7 +53,9 @@ constexpr std::size_t pile = 12;  // switches and impacts within as many smalles
 constexpr double same_way = 0.5;  // cosine: slip that has turned further has switched
 
 /// Order for a wanted accuracy (m), where none is asked for: what was fastest on the scenes with a closed form.
-int order_for(double accuracy) { return accuracy >= 1e-5 ? 3 : accuracy >= 1e-7 ? 4 : accuracy >= 1e-9 ? 5 : 6; }
+int order_for(double accuracy, bool robots) {
+  return (accuracy >= 1e-5 ? 4 : accuracy >= 1e-7 ? 5 : 6) - (robots ? 1 : 0);
+}
 
 /// Largest acceleration that gravity and the forces of a scene give a body, m/s^2; 1 where there are none.
 double largest_acceleration(const Scenario& scenario) {
@@ -87,7 +89,7 @@ bool same(const std::vector<BaseStep::Mode>& a, const std::vector<BaseStep::Mode
 AccuracyStepping::AccuracyStepping(const Scenario& scenario, const SimulationOptions& options)
     : model_(scenario.model),
       options_(options),
-      order_(options.order > 0 ? options.order : order_for(options.accuracy)),
+      order_(options.order > 0 ? options.order : order_for(options.accuracy, !scenario.model.trees.empty())),
       acceleration_(largest_acceleration(scenario)),
       smallest_(options.smallest > 0
                     ? options.smallest
@@ -262,18 +264,6 @@ double AccuracyStepping::next_length(const Try& tried, double H) const {
   }
 }
 
-void AccuracyStepping::take_first_order(BaseStep& base, double h) {
-  base.set_trial(false);
-  base.forgive();
-  base.restore(start_);
-  base.set_rest_speed(acceleration_ * smallest_);
-  step_by_events(base, h);
-  tally_.estimated_error += acceleration_ * h * h / 2;
-  modes_known_ = false;
-  looking_ = h;
-  next_ = std::min(options_.longest, 4 * h);
-}
-
 // Are there as many switches and impacts as smallest steps?
 bool AccuracyStepping::piles_up(double t) {
   if (stumbles_.size() < pile) return false;
@@ -292,60 +282,51 @@ void AccuracyStepping::step(BaseStep& base) {
   tally_.base_solves += base.record().solves;
 }
 
-void AccuracyStepping::step_once(BaseStep& base) {
-  const double t0 = base.state().t, edge = until_edge(t0);
-  base.hold_contacts(true);
+void AccuracyStepping::take_first_order(BaseStep& base, double h, double edge, long& count) {
+  const double t0 = start_.state.t;
+  h = std::min(h, edge - t0);
   base.set_trial(false);
-  base.choose_forces_at(t0);
-  if (std::binary_search(edges_.begin(), edges_.end(), t0)) {
-    modes_known_ = false;
-    looking_ = smallest_;
-    next_ = std::min(next_, 16 * smallest_);
-  }
-  take_impact(base);
-  if (!base.going_on()) return;
-  base.save(start_);
-  const double limit = edge - t0;
-  const auto end = [&](double H) { return H >= limit ? edge : t0 + H; };
-  const auto first_order = [&](long& count, double h) {
-    h = std::min(h, limit);
-    take_first_order(base, h);
-    ++count;
-    if (base.going_on()) base.end_at(end(h));
-  };
-  if (first_order_left_ > 0) {
-    --first_order_left_;
-    return first_order(tally_.first_order, smallest_);
-  }
-  if (piles_up(t0)) return first_order(tally_.first_order, smallest_);
-
-  base.set_trial(true);
-  if (!modes_known_ && !probe(base, looking_, entry_)) {
-    ++tally_.refused;
-    return first_order(tally_.first_order, smallest_);
-  }
+  base.forgive();
   base.restore(start_);
-  base.look(0);
-  touching_ = base.contacts();
+  base.set_rest_speed(acceleration_ * smallest_);
+  step_by_events(base, h);
+  ++count;
+  tally_.estimated_error += acceleration_ * h * h / 2;
+  modes_known_ = false;
+  looking_ = h;
+  next_ = std::min(options_.longest, 4 * h);
+  if (base.going_on()) base.end_at(h >= edge - t0 ? edge : t0 + h);
+}
+
+// Counts a macro step of H that was taken, and finds the next one's length. `nearing`: it ended at a time of contact.
+void AccuracyStepping::go_on_from(const Try& taken, double H, double limit, bool nearing) {
+  const bool noisy = taken.estimate <= noise_ && taken.estimate * options_.duration > options_.accuracy * H;
+  ++tally_.taken;
+  if (noisy) ++tally_.noisy;
+  tally_.shortest = std::min(tally_.shortest, H);
+  tally_.longest = std::max(tally_.longest, H);
+  tally_.estimated_error += taken.estimate;
+  noise_ *= forget;
+  const double growth = safety * std::pow(std::max(taken.excess, 1e-12), -1.0 / growth_order());
+  next_ = std::max(H, std::min(next_, limit)) * std::clamp(growth, least_shrink, noisy ? slow_growth : most_growth);
+  next_ = std::min(options_.longest, std::max(next_, finest_));
+  nearing_ = nearing ? 2 * H : most_growth * nearing_;
+}
+
+// Tries until a macro step is taken, or one of first order in its place.
+void AccuracyStepping::take_macro_step(BaseStep& base, double edge) {
+  const double t0 = start_.state.t, limit = edge - t0;
   double H = std::min({next_, nearing_, limit, options_.longest});
-  bool nearing = false;
-  double last_H = 0, last_estimate = 0;           // of the last try that was not exact enough
   if (H < limit && 2 * H > limit) H = limit / 2;  // no sliver before an edge
+  bool nearing = false;
+  double last_H = 0, last_estimate = 0;  // of the last try that was not exact enough
   for (int tries = 0;; ++tries) {
-    const Try tried = attempt(base, H, end(H));
+    const Try tried = attempt(base, H, H >= limit ? edge : t0 + H);
     if (tried.what == Try::taken) {
-      ++tally_.taken;
-      const bool noisy = tried.estimate <= noise_ && tried.estimate * options_.duration > options_.accuracy * H;
-      if (noisy) ++tally_.noisy;
-      noise_ *= forget;
-      tally_.shortest = std::min(tally_.shortest, H);
-      tally_.longest = std::max(tally_.longest, H);
-      tally_.estimated_error += tried.estimate;
-      const double growth = safety * std::pow(std::max(tried.excess, 1e-12), -1.0 / growth_order());
-      next_ = std::max(H, std::min(next_, limit)) * std::clamp(growth, least_shrink, noisy ? slow_growth : most_growth);
-      next_ = std::min(options_.longest, std::max(next_, finest_));
-      nearing_ = nearing ? 2 * H : most_growth * nearing_;
-      break;
+      go_on_from(tried, H, limit, nearing);
+      base.set_trial(false);
+      base.restore(end_);
+      return base.settle();
     }
     ++tally_.refused;
     base.forgive();
@@ -362,15 +343,41 @@ void AccuracyStepping::step_once(BaseStep& base) {
     const double least = tried.jumps ? finest_ : smallest_;
     if (tries >= most_tries || (tried.what != Try::arrived && H <= least)) {
       stumbles_.push_back(t0);
-      return first_order(tried.what == Try::switched ? tally_.switches : tally_.first_order, std::min(H, smallest_));
+      return take_first_order(base, std::min(H, smallest_), edge,
+                              tried.what == Try::switched ? tally_.switches : tally_.first_order);
     }
     H = next_length(tried, H);
     nearing = tried.what == Try::arrived;
     if (!nearing) next_ = H = std::max(H, std::min(least, limit));
   }
+}
+
+void AccuracyStepping::step_once(BaseStep& base) {
+  const double t0 = base.state().t, edge = until_edge(t0);
+  base.hold_contacts(true);
   base.set_trial(false);
-  base.restore(end_);
-  base.settle();
+  base.choose_forces_at(t0);
+  if (std::binary_search(edges_.begin(), edges_.end(), t0)) {
+    modes_known_ = false;
+    looking_ = smallest_;
+    next_ = std::min(next_, 16 * smallest_);
+  }
+  take_impact(base);
+  if (!base.going_on()) return;
+  base.save(start_);
+  if (first_order_left_ > 0 || piles_up(t0)) {
+    --first_order_left_;
+    return take_first_order(base, smallest_, edge, tally_.first_order);
+  }
+  base.set_trial(true);
+  if (!modes_known_ && !probe(base, looking_, entry_)) {
+    ++tally_.refused;
+    return take_first_order(base, smallest_, edge, tally_.first_order);
+  }
+  base.restore(start_);
+  base.look(0);
+  touching_ = base.contacts();
+  take_macro_step(base, edge);
 }
 
 }  // namespace cb

@@ -35,7 +35,9 @@ class AccuracyStepping {
   int growth_order() const { return order_ >= 3 ? order_ : std::max(1, order_ - 1); }
   Try leave(BaseStep& base, double H, double t_end);
   double next_length(const Try& tried, double H) const;
-  void take_first_order(BaseStep& base, double h);
+  void take_first_order(BaseStep& base, double h, double edge, long& count);
+  void go_on_from(const Try& taken, double H, double limit, bool nearing);
+  void take_macro_step(BaseStep& base, double edge);
   bool piles_up(double t);
 
   const Model& model_;
