@@ -201,7 +201,9 @@ int check(const CheckFlags& flags) {
   const auto [points, pairs] = contacts_at_start(scenario);
   line("contacts", fmt::format("{} at the start, on {} pairs of shapes", points, pairs));
   if (row) line("method", fmt::format("{}: {}", row->name, row->summary));
-  if (row && row->law == convex_law() && scenario.compression_bound.value_or(MethodOptions().compression_bound))
+  const auto bounds = [](const OptionRow& option) { return option.flag == "compression-bound"; };
+  if (row && std::any_of(row->options.begin(), row->options.end(), bounds) &&
+      scenario.compression_bound.value_or(MethodOptions().compression_bound))
     for (const std::string& note : bound_notes(scenario)) line("note", note);
   for (const std::string& what : left_out(scenario)) line("left out", what);
   std::string fault = fault_at_start(scenario);

@@ -70,8 +70,11 @@ bool DrumwrightShell::offer(const ConvexProposer& proposer) {
   const double limit = judge_.limit_of(proposer.allowed);
   const Certificate certificate = judge_(island_, program_, answer_.r, multiplier_);
   const bool done = judge_.good(island_, certificate, proposer.allowed);
+  // A gap within the rounding of its own data is better than a smaller one beyond its own; but large multipliers would
+  // excuse anything.
   const bool was_done = judge_.good(island_, best_.certificate, Allowed::backward);
-  const bool better = best_.certificate.infeasibility > limit || (done && !was_done) ||
+  const bool better = best_.certificate.infeasibility > limit ||
+                      (done && !was_done && !judge_.excused(island_, certificate)) ||
                       std::abs(certificate.gap) < std::abs(best_.certificate.gap);
   if (certificate.infeasibility > limit || !better || (was_done && !done)) return false;
   best_.certificate = certificate;
