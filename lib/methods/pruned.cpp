@@ -302,9 +302,13 @@ void Pruned::take_over(const ProblemPart& part, ContactSolution& solution) const
 }
 
 // Do the contacts left out satisfy the law with zero impulse? Those that do not are brought back, and the answer is
-// false.
+// false. So are all where the method gave up: what it cannot answer without them it may with them.
 bool Pruned::certify(const ContactProblem& problem, ContactSolution& solution) {
-  if (gave_up(solution) || !factor_.factor(problem.M)) return true;  // nothing to complete
+  if (gave_up(solution)) {
+    bring_all_back();
+    return false;
+  }
+  if (!factor_.factor(problem.M)) return true;  // nothing to complete
   apply_impulse(problem, factor_, solution.impulse, v_);
   contact_velocity(problem, v_, u_plus_);
   const int nc = problem.nc();

@@ -213,6 +213,26 @@ TEST_CASE("what parts by rounding alone is not left out of the bound's proof", "
   CHECK(Referee::holds(Referee().check(problem, s, convex_law(), v_plus), 1e-9));
 }
 
+// Beside three contacts that part, all its sequences of bases lead out of the feasible region; with them one does not.
+TEST_CASE("what a method cannot answer without the contacts that part it is asked with them", "[ap][pruned]") {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problems are not read");
+    return;
+  }
+  const ContactProblem problem =
+      read_contact_problem(std::string(TEST_DATA) + "/events/parting_contacts_help.hdf5").problem;
+  const auto left_out = std::make_shared<LeftOut>();
+  MethodOptions options;
+  options.solver = "ynl";
+  options.k = 4;
+  ContactSolution s;
+  pruned(*find_method("ap"), options, left_out)(problem, s);
+  CHECK(left_out->brought_back > 0);
+  CHECK(s.status == Status::ok);
+  std::vector<double> v_plus;
+  CHECK(Referee::holds(Referee().check(problem, s, anitescu_potra_law(), v_plus), 1e-9));
+}
+
 namespace {
 
 /// The answer to a stored problem, with the bound: `ok`, and the referee agrees.
@@ -383,8 +403,8 @@ TEST_CASE("an island at rest that rolls is solved like one that falls, at any sc
 
 // Events of scenarios/grasp.xml at k = 8: the pads' corners are redundant but for 1e-9, so bases of Lemke's path are
 // all but singular and its vertices infeasible by 1e-9 and more. The first took 4302 pivots and ended inaccurate. Which
-// vertex the path first comes to hangs on rounding, and so on the order of the contacts. From some orders a repair brings
-// nothing and the next one, under another perturbation, does: one that gains nothing is no reason to stop.
+// vertex the path first comes to hangs on rounding, and so on the order of the contacts. From some orders a repair
+// brings nothing and the next one, under another perturbation, does: one that gains nothing is no reason to stop.
 TEST_CASE("Lemke's method goes on from a vertex that is all but right to the exact one", "[ap]") {
   if (!fclib_available()) {
     WARN("no HDF5 in this build: the stored problems are not read");
