@@ -10,7 +10,7 @@
 namespace cb {
 
 /// Convex program over second-order cones, in sparse variables (v and r):
-///   minimise    1/2 v.M v        with v = v0 + M^-1 J^T r   (v0 = v_minus)
+///   minimise    1/2 v.M v + w.r  with v = v0 + M^-1 J^T r   (v0 = v_minus)
 ///   subject to  N v + w_n + slack >= 0              (where `bounded_below`; N: first row of each band)
 ///               N v + w_n = 0                       (where `fixed` says so, in place of >= 0)
 ///               r_i in K_i = { |r_t| <= mu_i r_n }   (band i of J; mu_i = 0 leaves r_n >= 0, r_t = 0)

@@ -1,19 +1,23 @@
 // Primal-dual interior point method for the cone programs of cone_program.h.
 //
 // Problem (nc contacts, r in N s, v and u in m/s, energies in J):
-//   min 1/2 v.M v,  v = v0 + M^-1 J^T r,   r_i in K_i,   u_n = N v + w_n >= 0 (or = 0),   d.r <= kappa
-// Optimality, with y_i in the dual cone K_i*: mu |y_t| <= y_n, eta >= 0 (free where u_n = 0 is asked), s >= 0:
+//   min 1/2 v.M v + w.r,  v = v0 + M^-1 J^T r,   r_i in K_i,   u_n = N v + w_n >= 0 (or = 0),   d.r <= kappa
+// where K_i: |r_t| <= mu r_n, N: the normal rows of J, d: the contacts' shares in the bound (1, or 0). Optimality, with
+// y_i in the dual cone K_i*: mu |y_t| <= y_n, eta >= 0 (free where u_n = 0 is asked), s >= 0:
 //   y = J v_hat + w + s d,  v_hat = v - M^-1 N^T eta,   r.y = 0,   eta.u_n = 0,   s (kappa - d.r) = 0
-// The iterates keep r, y, eta, a, s, b inside their cones, with a - u_n and b - (kappa - d.r) going to zero.
+// The iterates keep r, y, eta, a, s, b inside their cones; y less its value above, a - u_n and b - (kappa - d.r) go to
+// zero. They end where look() says so: solved, or no longer getting better (iterates.h).
 //
 // Source: S. Boyd, L. Vandenberghe, Convex Optimization, 2004, ch. 11.7 (primal-dual method), with
 //   1. Nesterov-Todd scaling and Mehrotra's predictor and corrector for second-order cones in place of the barrier of
 //      the squared constraint (L. Vandenberghe, The CVXOPT linear and quadratic cone program solvers, 2010, sec. 4-6);
-//   2. a finish by Newton's method (polish.h), because a barrier method ends at the square root of rounding on
+//   2. a finish by Newton's method (polish.h; tried by look() and finish()), because a barrier method ends at the
+//   square root of rounding on
 //      degenerate problems (r is not unique, strict feasibility may fail).
-// One loop, over the numbers, the linear system and what is kept of the iterates (iterates.h): in double, with a sparse
+// One loop for every kind of numbers, linear system and keeping of iterates (iterates.h): in double, with a sparse
 // system (sparse_newton.h) and iterates that are polished; in DoubleDouble, with a dense one (dense_newton.h).
-// Fails with `nonconverged` (iteration limit or step length), `singular`, `not_finite`; r is then the best iterate met.
+// Fails with `nonconverged` (iteration limit or step length), `singular`: r is then the best iterate met; `not_finite`
+// where the data are, r = 0.
 
 #include "cone/interior_point.h"
 

@@ -1,9 +1,10 @@
 // Contact as a convex program.
 //
 // Problem (nc contacts, nv velocities; contact/problem.h), for each island of bodies joined by contacts:
-//   min 1/2 v.M v,  v = v- + M^-1 J^T r,   N v + w_n >= 0,   |r_t| <= mu r_n,   1.r_n <= kappa            (1)
+//   min 1/2 v.M v + w.r,  v = v- + M^-1 J^T r,   N v + w_n >= 0,   |r_t| <= mu r_n,   1.r_n <= kappa      (1)
 // kappa (N s): least 1.f over the solutions f of the frictionless problem (mu = 0, no bound). Energies in J.
-// An answer is (r, eta): with y = u - W_(:,n) eta + s 1_n and the least s >= 0 that puts every y_i into the dual cone,
+// An answer is (r, eta): with u = J v + w, y = u - W_(:,n) eta + s 1_n and the least s >= 0 that puts every y_i into
+// the dual cone,
 //   gap = eta.(u_n)+ + s (kappa - 1.r_n)+ + r.y                                                           (2)
 // bounds the suboptimality; how far u_n is below 0 and the sum beyond kappa is an infeasibility, accepted up to 1e-9 of
 // the island. No solver is trusted beyond it (convex_judge.h). Without the bound s = 0, and a y outside the
@@ -14,22 +15,26 @@
 // the principle of maximum dissipation, WAFR 2010; their code of 2012 has the bound of kappa switched off.
 // Differences: 1. second-order cones, not squares; 2. an active-set finish, so that answers are good to rounding;
 // 3. answers are proposed (convex_proposers.cpp), those of one or two factorisations first, and count only if (2) says
-// so; 4. flat scenes (below); 5. where the bounds leave no room, a program with bounds missed by half of what is
-// accepted, which has an interior. The loop is in propose(); kappa and its proof come from convex_bound.cpp.
+// so; 4. program (3) where the bound leaves (1) no interior (convex_lift.h); 5. where the bounds leave no room, a
+// program with bounds missed by half of what is accepted, which has an interior. The loop is in propose(); kappa and
+// its proof come from convex_bound.cpp.
 //
 // Without the bound N v + w_n >= 0 follows from optimality (u is in the dual cone), so it is left out and eta = 0.
 // With it, strict feasibility can fail. Let z be a velocity with N z = 1, T z = 0 on all contacts of the island and
-// M z = N^T lambda with lambda >= 0 where the frictionless solution touches (a stack lifted, each interface by the same
-// amount). Every feasible r has 1.r_n = z.J^T r = lambda.(u_n - u_n-), and kappa = -lambda.u_n- likewise; so the bound
-// says lambda.u_n <= 0: u_n = 0 on the support of lambda, and then 1.r_n = kappa by itself. The program solved is then
-//   min 1/2 v.M v,   N v + w_n = 0,   r in cones                                                          (3)
+// M z = N^T lambda with lambda >= 0, zero but where the frictionless solution touches (a stack lifted, each interface
+// by the same amount). Every feasible r has 1.r_n = z.J^T r = lambda.(u_n - u_n-), and kappa = -lambda.u_n- likewise;
+// so the bound says lambda.u_n <= 0: u_n = 0 on the support of lambda, and then 1.r_n = kappa by itself. The program
+// solved is then
+//   min 1/2 v.M v + w.r,   N v + w_n = 0 on the support of lambda,   r in cones                           (3)
 // with multipliers eta of either sign. Since W_(:,n) lambda = 1_n, (eta + t lambda, s = t) is a certificate of (1) for
 // every t large enough.
 //
 // Restitution (Poisson): normal impulses of the first phase times 1 + theta e; where a contact still approaches, a
 // second phase from the velocity reached. In the paper theta = 1, by which events with friction or coupled contacts
 // gain energy; here theta <= 1 is the largest by which an island does not (restitution.h; difference 6).
-// Fails: `nonconverged`, `singular`, `not_finite` with the best feasible impulses met (at worst the frictionless ones).
+// Fails: `nonconverged`, `singular`, with the best feasible impulses met (at worst the frictionless ones);
+// `inaccurate`, where rounding left more than epsilon over all islands; `not_finite`, `input_error` for the data,
+// without impulses.
 
 #include "methods/drumwright_shell.h"
 
@@ -42,8 +47,8 @@
 
 namespace cb {
 
-// Answers are proposed, cheapest first, and each counts for what its certificate says: the best is kept, and where it
-// is good nobody else is asked.
+// The loop over the island's proposers, cheapest first. Each answer counts for what its certificate says: the best is
+// kept, and where it is good nobody else is asked, unless it is good only beside rounding of large impulses (excused).
 ConeStatus DrumwrightShell::propose(ConvexPrevious* previous) {
   const ConvexEvent event{tolerances_, island_, bound_, program_, start_of(previous)};
   if (previous != nullptr) previous->by_newton = false;

@@ -66,7 +66,8 @@ TEST_CASE("elastic balls of masses 1 and 100^k at a wall meet as often as the di
   }
 }
 
-TEST_CASE("an elastic pair that meets more than eleven thousand times in a step ends the run as a stall that names it") {
+TEST_CASE(
+    "an elastic pair that meets more than eleven thousand times in a step ends the run as a stall that names it") {
   const Scenario s = squeezed(1e8, 1, 1, 1);
   SimulationOptions options;
   options.step = options.duration = 1;
