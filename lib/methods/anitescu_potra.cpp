@@ -21,8 +21,7 @@
 //  4. A contact with mu = 0 has no use for its c_t and lam: where told so (MethodOptions::idle_friction) they are no
 //     unknowns, and z gets c_t = 0 and the lam that its slip asks for. Not with e > 0 or regularisation.
 //  5. In the source theta = 1. Islands that gain energy by that are solved once more with the largest theta by which
-//  they
-//     cannot (restitution.h).
+//     they cannot (restitution.h).
 //  6. Optional regularisation: E is added to the diagonal of all rows of the LCP, in the unit of each row.
 //
 // With --warm-start, where the previous event left everything at rest, its impulses are tried first: if they hold the

@@ -31,7 +31,7 @@
 //
 // Restitution (Poisson): normal impulses of the first phase times 1 + theta e; where a contact still approaches, a
 // second phase from the velocity reached. In the paper theta = 1, by which events with friction or coupled contacts
-// gain energy; here theta <= 1 is the largest by which an island does not (restitution.h; difference 6).
+// gain energy; here theta <= 1 is the largest by which an island does not (restitution.h).
 // Fails: `nonconverged`, `singular`, with the best feasible impulses met (at worst the frictionless ones);
 // `inaccurate`, where rounding left more than epsilon over all islands; `not_finite`, `input_error` for the data,
 // without impulses.

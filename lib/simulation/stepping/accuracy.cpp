@@ -4,17 +4,15 @@
 // (m) of the error of any body's place over the run. Find steps that keep it. Source: extrapolation of one-step methods
 // in powers of h (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.9), between the switches of
 // nonsmooth mechanics (Studer, Leine, Glocker, IJNME 76 (2008) 1747).
-//   1. From one start a macro step H is crossed by sequences of n = 1, ..., p equal base steps. Their ends are
-//   extrapolated
-//      (order p); the neighbour in the table estimates the error, per unit of time: estimate <= A H / T.
+//   1. From one start a macro step H is crossed by sequences of n = 1, ..., p equal base steps (robots: 2, ..., p + 1).
+//      Their ends are extrapolated (order p); the neighbour in the table estimates the error, per unit of time:
+//      estimate <= A H / T.
 //   2. In all base steps of all sequences, at the start and at the end every contact has one mode (BaseStep::Mode),
-//   read from
-//      velocities. Start and end are read after a base step of the smallest length from there, so that the forces there
-//      count.
+//      read from velocities. Start and end are read after a base step of the smallest length from there, so that the
+//      forces there count.
 //   3. Where modes differ H shrinks, down to the smallest step, which is taken by events; then H is small and grows.
 //   4. Macro steps end where forces begin and end, at records, and where a contact closes: a try that meets a time of
-//   contact
-//      is shortened to it, until none does. Each time what is left falls as its square. There one event with
+//      contact is shortened to it, until none does. Each time what is left falls as its square. There one event with
 //      restitution.
 //   5. After a macro step the points that touched are brought to gap 0 by the least displacement.
 // Differences from the source: the smallest step splits at times of contact, as stepping by events does; where switches
@@ -47,7 +45,6 @@ constexpr double safety = 0.8;       // of the length that would just do
 constexpr double most_growth = 5;    // from one macro step to the next
 constexpr double slow_growth = 1.5;  // the same where the estimate is noise
 constexpr double least_shrink = 0.1;
-constexpr double turn_limit = 1;  // rad: no body turns further in a macro step
 constexpr int most_tries = 200;   // of one macro step; then one of first order
 constexpr std::size_t pile = 12;  // switches and impacts within as many smallest steps pile up
 constexpr double same_way = 0.5;  // cosine: slip that has turned further has switched

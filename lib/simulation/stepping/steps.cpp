@@ -6,11 +6,10 @@
 // Poses move by h v+. Source: Stewart and Trinkle, Int. J. Numer. Meth. Engng 39 (1996) 2673; Anitescu and Potra,
 // Nonlinear Dynamics 14 (1997) 231. Differences from the source:
 //   1. Points that touch have w_n = 0, however their gap is rounded; what overlaps at the end is taken away as in
-//   stepping by
-//      events (overlap.h).
+//      stepping by events (overlap.h).
 //   2. Restitution: a point of a pair with e > 0 whose gap would close within the step counts as touching, w_n = 0, so
-//   that
-//      u_n+ >= -e u_n- holds for the speed with which it comes. It parts by up to h u_n- early. Others part with e = 0.
+//      that u_n+ >= -e u_n- holds for the speed with which it comes. It parts by up to h u_n- early. Others part with
+//      e = 0.
 // When it fails: points that are looked ahead at are linear in the step. What turns far in one meets other points: it
 // overlaps at the end, up to the penetration limit, and is moved apart there.
 #include "simulation/stepping/steps.h"
