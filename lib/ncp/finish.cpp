@@ -22,10 +22,10 @@
 
 namespace cb {
 
-void AlartCurnierNewton::begin(const NcpProblem& problem, NcpMeasure& measure) {
+void AlartCurnierNewton::begin(const NcpProblem& problem, VelocitySystem& system, NcpMeasure& measure) {
   problem_ = &problem;
   measure_ = &measure;
-  system_.prepare(*problem.M, *problem.J);
+  system_ = &system;
   const std::size_t nc = problem.nc();
   G_.resize(9 * nc);
   c_.resize(3 * nc);
@@ -33,7 +33,7 @@ void AlartCurnierNewton::begin(const NcpProblem& problem, NcpMeasure& measure) {
   h_.resize(problem.nv());
 }
 
-void AlartCurnierNewton::linearise(double proximal) {
+void AlartCurnierNewton::linearise(double proximal, double touching) {
   const NcpProblem& p = *problem_;
   std::fill(G_.begin(), G_.end(), 0.0);
   for (int c = 0; c < p.nc(); ++c) {
@@ -42,7 +42,7 @@ void AlartCurnierNewton::linearise(double proximal) {
     const double x[] = {r[0] - u[0] / w, r[1] - u[1] / w, r[2] - u[2] / w};
     double *G = &G_[9 * c], *to = &c_[3 * c];
     for (int i = 0; i < 3; ++i) to[i] = -r[i];
-    if (!(x[0] > 0)) continue;
+    if (!(x[0] * w > -touching)) continue;
     G[0] = stiff;
     to[0] = -stiff * u[0];
     if (mu == 0) continue;
@@ -66,35 +66,51 @@ void AlartCurnierNewton::linearise(double proximal) {
   }
 }
 
-double AlartCurnierNewton::solve(const Options& o, std::vector<double>& r, std::vector<double>& u, int& steps) {
+// A step from r_; false where its system could not be factored, or has no numbers for an answer.
+bool AlartCurnierNewton::step(double proximal, double touching) {
   const NcpProblem& p = *problem_;
+  linearise(proximal, touching);
+  if (!system_->factor(G_)) return false;
+  std::fill(h_.begin(), h_.end(), 0.0);
+  multiply_transposed_add(*p.J, *p.M, c_, h_);
+  system_->solve_in_place(h_);
+  multiply(*p.J, *p.M, h_, du_);
+  for (int c = 0; c < p.nc(); ++c) {
+    const Eigen::Map<const Eigen::Matrix3d> G(&G_[9 * c]);
+    Eigen::Map<Eigen::Vector3d>(&r_[3 * c]) +=
+        Eigen::Map<const Eigen::Vector3d>(&c_[3 * c]) - G * Eigen::Map<const Eigen::Vector3d>(&du_[3 * c]);
+  }
+  if (!all_finite(r_)) return false;
+  measure_->velocities(r_, v_, u_);
+  return true;
+}
+
+double AlartCurnierNewton::solve(const Options& o, std::vector<double>& r, std::vector<double>& u, int& steps) {
   r_ = r;
   measure_->velocities(r_, v_, u_);
-  double best = measure_->residual(r_, u_);
+  double best = measure_->residual(r_, u_), proximal = o.proximal;
   if (!std::isfinite(best)) best = HUGE_VAL;
   u = u_;
-  for (int k = 0, without = 0; k < o.limit && without < o.patience && best > o.tolerance; ++k) {
+  for (int k = 0, without = 0, returns = 0; k < o.limit && best > o.tolerance; ++k) {
     poll_stop();
-    linearise(o.proximal);
     ++steps;
-    if (!system_.factor(G_)) break;
-    std::fill(h_.begin(), h_.end(), 0.0);
-    multiply_transposed_add(*p.J, *p.M, c_, h_);
-    system_.solve_in_place(h_);
-    multiply(*p.J, *p.M, h_, du_);
-    for (int c = 0; c < p.nc(); ++c) {
-      const Eigen::Map<const Eigen::Matrix3d> G(&G_[9 * c]);
-      Eigen::Map<Eigen::Vector3d>(&r_[3 * c]) +=
-          Eigen::Map<const Eigen::Vector3d>(&c_[3 * c]) - G * Eigen::Map<const Eigen::Vector3d>(&du_[3 * c]);
+    const double residual = step(proximal, k == 0 ? o.touching : 0) ? measure_->residual(r_, u_) : HUGE_VAL;
+    if (residual < 0.5 * best) {
+      without = 0;
+      if (residual > o.fast * best) proximal = std::max(o.least, o.falls * proximal);
+    } else if (++without >= o.patience || !std::isfinite(residual)) {
+      if (++returns > o.returns) break;
+      without = 0;
+      proximal *= o.grows;
     }
-    if (!all_finite(r_)) break;
-    measure_->velocities(r_, v_, u_);
-    const double residual = measure_->residual(r_, u_);
-    without = residual < 0.5 * best ? 0 : without + 1;
-    if (!(residual < best)) continue;
-    best = residual;
-    r = r_;
-    u = u_;
+    if (residual < best) {
+      best = residual;
+      r = r_;
+      u = u_;
+    } else if (without == 0) {
+      r_ = r;
+      u_ = u;
+    }
   }
   return best;
 }

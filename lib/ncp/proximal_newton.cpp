@@ -26,10 +26,10 @@
 
 namespace cb {
 
-void ProximalNewton::begin(const NcpProblem& problem, double size) {
+void ProximalNewton::begin(const NcpProblem& problem, VelocitySystem& system, double size) {
   problem_ = &problem;
   size_ = size;
-  system_.prepare(*problem.M, *problem.J);
+  system_ = &system;
   const std::size_t nc = problem.nc(), nv = problem.nv();
   y_.resize(3 * nc);
   r_.resize(3 * nc);
@@ -107,9 +107,9 @@ ProximalNewton::Ending ProximalNewton::solve(const Options& o, double alpha, std
     if (error <= std::max(o.tolerance * proximal_terms(alpha), o.rounding * size_)) return end(Ending::solved);
     linearise(alpha);
     ++steps;
-    if (!system_.factor(G_)) return end(Ending::singular);
+    if (!system_->factor(G_)) return end(Ending::singular);
     for (std::size_t i = 0; i < way_.size(); ++i) way_[i] = -F_[i];
-    system_.solve_in_place(way_);
+    system_->solve_in_place(way_);
     double part = 1, after = HUGE_VAL;
     for (int h = 0; h < o.halvings; ++h, part /= 2) {
       for (std::size_t i = 0; i < v.size(); ++i) next_[i] = v[i] + part * way_[i];
