@@ -1,10 +1,11 @@
 // Newton's method on Alart and Curnier's map,
-//   x = r - u / w;   open (x_n <= 0): r = 0;   else u_n = 0, and friction
+//   x = r - u / w (u_n / (w max(1, mu)));   open (x_n <= 0): r = 0;   else u_n = 0, and friction
 //     sticks (|x_t| <= mu x_n): u_t = 0;   slips: r_t = mu r_n x_t / |x_t|
 // of which each contact gives a linear piece dr = c - G du, and M dv = J^T dr, du = J dv the rest:
 //   (M + J^T G J) dv = J^T c
-// Where u is held at zero its row is u + du + proximal w dr = 0: r is not unique as a rule, and this picks the answer
-// next to the iterate. With P = I - d d^T, d = x_t / |x_t|, b = mu r_n / |x_t|, slipping friction is
+// Where u is held at zero its row is u + du + proximal w dr = 0 (times max(1, mu) along the normal): r is not unique as
+// a rule, and this picks the answer next to the iterate. With P = I - d d^T, d = x_t / |x_t|, b = mu r_n / |x_t|,
+// slipping friction is
 //   dr_t = d (mu (r_n + dr_n) - d.r_t) - P r_t / s - b P du_t / (w s),     s = 1 - b (1 - proximal)
 //
 // Source: P. Alart, A. Curnier, A mixed formulation for frictional contact problems prone to Newton like solution
@@ -37,14 +38,14 @@ void AlartCurnierNewton::linearise(double proximal, double touching) {
   const NcpProblem& p = *problem_;
   std::fill(G_.begin(), G_.end(), 0.0);
   for (int c = 0; c < p.nc(); ++c) {
-    const double w = p.weight[c], mu = p.mu[c], stiff = 1 / (proximal * w);
+    const double w = p.weight[c], mu = p.mu[c], m = std::max(1.0, mu), stiff = 1 / (proximal * w), stiff_n = stiff / m;
     const double *r = &r_[3 * c], *u = &u_[3 * c];
-    const double x[] = {r[0] - u[0] / w, r[1] - u[1] / w, r[2] - u[2] / w};
+    const double x[] = {r[0] - u[0] / (w * m), r[1] - u[1] / w, r[2] - u[2] / w};
     double *G = &G_[9 * c], *to = &c_[3 * c];
     for (int i = 0; i < 3; ++i) to[i] = -r[i];
-    if (!(x[0] * w > -touching)) continue;
-    G[0] = stiff;
-    to[0] = -stiff * u[0];
+    if (!(x[0] * w * m > -touching)) continue;
+    G[0] = stiff_n;
+    to[0] = -stiff_n * u[0];
     if (mu == 0) continue;
     const double size = std::sqrt(x[1] * x[1] + x[2] * x[2]);
     if (size <= mu * x[0]) {
@@ -58,7 +59,7 @@ void AlartCurnierNewton::linearise(double proximal, double touching) {
     // With dr_n = to_n - G_nn du_n in it.
     for (int i = 0; i < 2; ++i) {
       to[1 + i] = d[i] * (mu * (r[0] + to[0]) - along) - (r[1 + i] - d[i] * along) / s;
-      G[1 + i] = mu * stiff * d[i];
+      G[1 + i] = mu * stiff_n * d[i];
     }
     G[4] = k * (1 - d[0] * d[0]);
     G[8] = k * (1 - d[1] * d[1]);

@@ -48,8 +48,9 @@ struct NewtonOptions : NcpOptions {
     int quick = 6;  ///< Newton steps of one up to which alpha falls by all of it; three times as many: by the root
   };
   Path path{1, 0.1, 4, 1e-8, 40}, slow{10, 0.3, 2, 1e-8, 120};
-  double ahead = 1e-2;        ///< -: proximal term of the finish, over alpha or the interior steps' error
-  double finish_from = 1e-1;  ///< -: natural residual below which the finish is tried
+  double ahead = 1e-2;          ///< -: proximal term of the finish, over alpha or the interior steps' error
+  double near_rounding = 1e-6;  ///< -: natural residual after the finish from which rounding is looked at
+  double finish_from = 1e-1;    ///< -: natural residual below which the finish is tried
   /// -: of the fastest velocity before: contacts that part more slowly carry in the first guess.
   double touching = 1e-10;
   InteriorSteps::Options interior;
@@ -111,7 +112,12 @@ bool NcpNewton::finish(double proximal, int returns, std::string_view who, NcpSo
   AlartCurnierNewton::Options o = o_.finish;
   o.proximal = proximal;
   o.returns = returns;
-  return offer(finish_.solve(o, tried_, tried_u_, solution.iterations), who, solution);
+  const double residual = finish_.solve(o, tried_, tried_u_, solution.iterations);
+  if (offer(residual, who, solution)) return true;
+  if (!(residual < o_.near_rounding)) return false;
+  // What is left may be rounding.
+  return offer(std::min(residual, measure_.residual_beside_rounding(tried_, tried_u_)), who, solution) ||
+         solution.residual <= o_.accepted;
 }
 
 void NcpNewton::start_from(std::span<const double> r) {
@@ -225,8 +231,6 @@ void NcpNewton::operator()(const NcpProblem& p, NcpSolution& solution) {
   for (const std::string_view who : {"guess", "interior", "path", "slow", "swept"}) {
     poll_stop();
     const bool done = attempt(who, solution);
-    if (!done && std::isfinite(solution.residual) && solution.residual > o_.tolerance && solution.residual < 1e-6)
-      solution.residual = std::min(solution.residual, measure_.residual_beside_rounding(solution.r, solution.u));
     if (done || solution.residual <= o_.accepted) {
       solution.status = NcpStatus::solved;
       return;
