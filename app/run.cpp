@@ -294,12 +294,14 @@ struct HardProblem {
 };
 constexpr const char* hard_problem_file = "hard_problem.hdf5";
 
-/// What `solve` makes of a problem: status and answer of a method that knows of nothing before.
+/// What `solve` makes of a problem: status of the run's method where it knows of nothing before.
 Status solve_afresh(const RunPlan& plan, const ContactProblem& problem) {
   MethodOptions options = plan.options;
   options.warm_start = false;
   ContactSolution solution;
-  plan.method->make(options)(problem, solution);
+  const ContactMethod method =
+      plan.prune ? pruned(*plan.method, options, std::make_shared<LeftOut>()) : plan.method->make(options);
+  method(problem, solution);
   std::vector<double> v_plus;
   const Residuals residuals = Referee().check(problem, solution, plan.method->law, v_plus);
   if (Referee::holds(residuals, plan.simulation.accepted_residual)) return Status::ok;
@@ -315,9 +317,12 @@ std::string solve_command(const RunPlan& plan) {
   if (!options.solver.empty()) command += " --solver " + options.solver;
   if (!options.variant.empty()) command += " --variant " + options.variant;
   for (const OptionRow& row : plan.method->options) {
-    const std::string value = text_of(value_of(row, plan.method->options, options));
-    if (!value.empty() && !row.between_events) command += fmt::format(" --{} {}", row.flag, value);
+    const OptionValue value = value_of(row, plan.method->options, options);
+    const bool asked = row.always_named || value != value_of(row, plan.method->options, MethodOptions());
+    if (asked && !row.between_events && !text_of(value).empty())
+      command += fmt::format(" --{} {}", row.flag, text_of(value));
   }
+  if (plan.prune) command += " --prune on";
   return command;
 }
 
