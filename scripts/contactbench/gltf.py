@@ -1,4 +1,4 @@
-"""A motion as binary glTF 2.0 (Khronos, 2017): a node a body, animated, with a node a shape below it; y is up, metres."""
+"""A motion as binary glTF 2.0 (Khronos, 2017): a node a body, animated, a node a shape below it; y is up, metres."""
 import json
 import math
 import struct
@@ -29,14 +29,14 @@ def box(h):
         for sign in (1, -1):
             n, u, v = (np.roll(e, axis) for e in np.eye(3))
             u = sign * u
-            faces.append(patch(lambda i, j, n=sign * n, u=u, v=v: (h * (n + (2 * i - 1) * -v + (2 * j - 1) * u), n)))
+            faces.append(patch(lambda i, j, n=sign * n, u=u, v=v: (h * (n + (2 * i - 1) * v + (2 * j - 1) * u), n)))
     return joined(faces)
 
 
 def sphere(radius):
     def at(i, j):
         up, turn = math.pi * i, 2 * math.pi * j
-        n = np.array([math.sin(up) * math.cos(turn), math.cos(up), -math.sin(up) * math.sin(turn)])
+        n = np.array([math.sin(up) * math.cos(turn), math.cos(up), math.sin(up) * math.sin(turn)])
         return radius * n, n
 
     return patch(at, DOWN, AROUND)
@@ -45,7 +45,7 @@ def sphere(radius):
 def cylinder(radius, half):
     def rim(j):
         turn = 2 * math.pi * j
-        return np.array([math.cos(turn), 0, -math.sin(turn)])
+        return np.array([math.cos(turn), 0, math.sin(turn)])
 
     y = np.array([0.0, 1, 0])
     side = patch(lambda i, j: (radius * rim(j) + (1 - 2 * i) * half * y, rim(j)), 1, AROUND)
@@ -56,7 +56,7 @@ def cylinder(radius, half):
 
 def plane(size):
     y = np.array([0.0, 1, 0])
-    return patch(lambda i, j: (size * np.array([2 * j - 1, 0, 2 * i - 1]), y))
+    return patch(lambda i, j: (size * np.array([2 * i - 1, 0, 2 * j - 1]), y))
 
 
 def joined(parts):
@@ -86,8 +86,7 @@ class Buffer:
         values = np.asarray(values, dtype="<f4" if kind == FLOAT else "<u4")
         view = {"buffer": 0, "byteOffset": len(self.data), "byteLength": values.nbytes}
         self.views.append(view | ({"target": target} if target else {}))
-        accessor = {
-            "bufferView": len(self.views) - 1, "componentType": kind, "type": form, "count": len(values)}
+        accessor = {"bufferView": len(self.views) - 1, "componentType": kind, "type": form, "count": len(values)}
         if bounds:
             rows = values.reshape(len(values), -1)
             accessor |= {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
@@ -110,7 +109,8 @@ def file_of(motion):
     for body, place in zip(motion.bodies, motion.poses[0]):
         of_body[body] = len(nodes)
         roots.append(len(nodes))
-        nodes.append({"name": body, "children": []} | pose(dict(zip(("px", "py", "pz", "qx", "qy", "qz", "qw"), place))))
+        nodes.append({"name": body, "children": []} |
+                     pose(dict(zip(("px", "py", "pz", "qx", "qy", "qz", "qw"), place))))
     for shape in motion.shapes.to_dict("records"):
         points, normals, triangles = mesh_of(shape, extent)
         moves = shape["body"] in of_body
@@ -118,8 +118,8 @@ def file_of(motion):
         part = {
             "attributes": {
                 "POSITION": buffer.add(points, FLOAT, "VEC3", VERTICES, bounds=True), "NORMAL": buffer.add(
-                    normals, FLOAT, "VEC3", VERTICES)}, "indices": buffer.add(
-                        np.ravel(triangles), UINT, "SCALAR", INDICES), "material": material}
+                    normals, FLOAT, "VEC3", VERTICES)}, "indices": buffer.add(np.ravel(triangles), UINT, "SCALAR",
+                                                                              INDICES), "material": material}
         meshes.append({"name": shape["shape"], "primitives": [part]})
         (nodes[of_body[shape["body"]]]["children"] if moves else roots).append(len(nodes))
         nodes.append({"name": shape["shape"], "mesh": len(meshes) - 1} | pose(shape))

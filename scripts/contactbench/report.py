@@ -74,6 +74,6 @@ def main():
     count = worth.counted([[s["data"], s["timing"]] for s in said.values()],
                           [[s["worth"], s["worth_of_timing"]] for s in said.values()])
     (options.results / "report.html").write_text(
-        render("report.html", profile=results.profile, sections=sections, worth=count,
-               groups={title: [build.__name__ for build in group] for title, group in GROUPS.items()}))
+        render("report.html", profile=results.profile, sections=sections, worth=count, groups={
+            title: [build.__name__ for build in group] for title, group in GROUPS.items()}))
     table1.write(results, sections["table_one"].shown)

@@ -286,8 +286,6 @@ def unfinished(results):
 
 # Groups of the table of contents. A section that others do not build on is added at the end of its group.
 GROUPS = {
-    "Which method": (advice, error_time),
-    "The paper": (claim_table, table_one, figures),
+    "Which method": (advice, error_time), "The paper": (claim_table, table_one, figures),
     "Accuracy and cost": (convergence, performance, stored_problems, left_out),
-    "Where it gets hard": (stiff_cases, unfinished),
-    "About": (reading, )}
+    "Where it gets hard": (stiff_cases, unfinished), "About": (reading, )}

@@ -23,6 +23,7 @@ SCRIPTS = ("build/three.min.js", "examples/js/controls/OrbitControls.js")
 FRAMES = 400
 ROOM = 1_500_000  # bytes that the motion of a scene may take in the page, beside three.js
 MODES = ("open", "stick", "slip")
+PLACE, IMPULSE = ["px", "py", "pz"], ["rx", "ry", "rz"]
 POSE = ["px", "py", "pz", "qx", "qy", "qz", "qw"]  # three.js' and glTF's order of a quaternion
 # Of steps.csv: what is drawn over time, its unit, whether over powers of ten.
 CURVES = {
@@ -37,6 +38,18 @@ def table(path):
     except (OSError, ValueError):
         return pd.DataFrame()
     return rows[rows[rows.columns[-1]].notna() | (rows.index < len(rows) - 1)]
+
+
+def merged(rows, fixed):
+    """{t: contacts} of the steps that end at column `end`: those of a step's events at one point of a pair as one, with
+    the sum of the impulses and the mode of the largest; the impulse is that on what moves, of two on the upper one."""
+    arrow = rows[IMPULSE].to_numpy(float)
+    on_b = rows["a"].isin(fixed).to_numpy() | ~rows["b"].isin(fixed).to_numpy() & (arrow[:, 1] < 0)
+    rows = rows.assign(size=np.linalg.norm(arrow, axis=1), **dict(zip(IMPULSE, np.where(on_b, -1, 1) * arrow.T)))
+    keys = ["end", "a", "b", *(rows[p].round(3) for p in PLACE)]
+    some = rows.sort_values("size", kind="stable").groupby(keys, sort=False)
+    of = some[[*PLACE, "mode"]].last().assign(**some[IMPULSE].sum())
+    return dict(tuple(of.groupby(level=0)))
 
 
 class Motion:
@@ -54,11 +67,12 @@ class Motion:
         at = np.unique(np.linspace(0, count - 1, min(count, frames)).round().astype(int))
         self.t, self.poses = rows["t"].to_numpy(float)[::len(self.bodies)][at], poses[at]
         self.steps = table(self.folder / "steps.csv")
-        contacts = table(self.folder / "contacts.csv")
-        # The end of a step is the moment at which its contacts are shown.
-        moments = dict(zip(self.steps.get("step", ()), np.round(self.steps.get("t", ()), 9)))
-        known = contacts["step"].map(moments) if len(contacts) else []
-        groups = dict(tuple(contacts.groupby(known))) if len(contacts) else {}
+        contacts, groups = table(self.folder / "contacts.csv"), {}
+        if len(contacts):  # the end of a step is the moment at which its contacts are shown
+            ends = pd.Series(np.round(self.steps["t"], 9).values, index=self.steps["step"])
+            contacts["end"] = contacts["step"].map(ends)
+            fixed = self.shapes.loc[self.shapes["body"] == "", "shape"]
+            groups = merged(contacts[contacts["end"].isin(np.round(self.t, 9))], fixed)
         self.contacts = [groups.get(round(t, 9)) for t in self.t]
         self.label = label or self.name
 
@@ -91,18 +105,20 @@ class Motion:
     def page(self):
         """What the page needs of it."""
         rows = [c for c in self.contacts if c is not None]
-        all_of = pd.concat(rows) if rows else pd.DataFrame(columns=["px", "py", "pz", "rx", "ry", "rz", "mode"])
-        numbers = all_of[["px", "py", "pz", "rx", "ry", "rz"]].to_numpy(float)
+        all_of = pd.concat(rows) if rows else pd.DataFrame(columns=[*PLACE, *IMPULSE, "mode"])
+        numbers = all_of[[*PLACE, *IMPULSE]].to_numpy(float)
         modes = [MODES.index(mode) for mode in all_of["mode"]]
         return {
-            "label": self.label, "status": self.summary.get("status", ""), "bodies": self.bodies, "t": numbers_of(
-                self.t), "poses": packed(self.poses, "<f4"), "shapes": self.shapes.to_dict("records"), "contacts": {
+            "label": self.label,
+            "status": self.summary.get("status", ""), "bodies": self.bodies, "t": numbers_of(self.t), "poses": packed(
+                self.poses, "<f4"), "shapes": self.shapes.to_dict("records"), "contacts": {
                     "count": [0 if c is None else len(c) for c in self.contacts], "numbers": packed(numbers, "<f4"),
                     "modes": packed(modes, "u1")}, "impulse": largest(numbers[:, 3:]), "curves": self.curves()}
 
 
 def words_of(parameters):
-    return [f"{name}={value}" for name, value in parameters.items()]
+    return [
+        f"{name}={value:g}" if isinstance(value, float) else f"{name}={value}" for name, value in parameters.items()]
 
 
 def numbers_of(values, digits=6):
@@ -158,9 +174,7 @@ def scene_of(folders, reference=None, labels=(), frames=FRAMES):
     elif len(motions) == 2:
         runs[0]["curves"]["error"] = apart(motions[0].places(), motions[1].places())
         curves = {"error": ["distance between the two", "m", True]} | curves
-    # How far a run of the table is from its scene's exact answer is one number.
-    return {
-        "name": motions[0].scene, "title": motions[0].summary.get("title") or "", "runs": runs, "curves": curves}
+    return {"name": motions[0].scene, "title": motions[0].summary.get("title") or "", "runs": runs, "curves": curves}
 
 
 def page(scenes):
@@ -168,8 +182,8 @@ def page(scenes):
     try:
         scripts = [(THREE / name).read_text().replace("</script", "<\\/script") for name in SCRIPTS]
     except OSError:
-        raise program.ProgramError(f"three.js is not at {THREE}: scripts/setup.sh installs it (Debian's libjs-three)"
-                                   ) from None
+        raise program.ProgramError(
+            f"three.js is not at {THREE}: scripts/setup.sh installs it (Debian's libjs-three)") from None
     data = json.dumps({"scenes": scenes, "modes": MODES}, allow_nan=False).replace("</", "<\\/")
     return render("view.html", scripts=scripts, data=data, title=", ".join(s["name"] for s in scenes))
 
@@ -179,7 +193,8 @@ def main():
     parser.add_argument("runs", nargs="+", metavar="RUN",
                         help="folder of a run with --record-contacts; two of the same scene are compared")
     parser.add_argument("--reference", help="a run, or a stored reference, that errors over time are against")
-    parser.add_argument("--label", action="append", default=[], help="what a run is called, in their order [its method]")
+    parser.add_argument("--label", action="append", default=[],
+                        help="what a run is called, in their order [its method]")
     parser.add_argument("--frames", type=int, default=FRAMES, help=f"moments that are kept, at most [{FRAMES}]")
     parser.add_argument("--out", type=Path, default=Path("view.html"), help="the page [view.html]")
     parser.add_argument("--gltf", type=Path, help="write the first run's motion as binary glTF 2.0, and no page")

@@ -43,6 +43,9 @@ function build(run, number, size) {
     mesh.add(new THREE.LineSegments(new THREE.EdgesGeometry(geometry, 30), new THREE.LineBasicMaterial({ color: "#20242a", transparent: true, opacity: 0.55 })));
     (body < 0 ? root : run.nodes[body]).add(mesh);
   }
+  run.bodies.forEach((body, b) => {  // a link that collides with nothing: its centre of mass
+    if (!run.shapes.some(shape => shape.body === body)) run.nodes[b].add(new THREE.Mesh(new THREE.SphereBufferGeometry(0.03 * size, 12, 8), new THREE.MeshLambertMaterial({ color: "#9a9a96" })));
+  });
   const most = Math.max(1, ...run.contacts.count), shaft = new THREE.CylinderBufferGeometry(0.012, 0.012, 1, 8), head = new THREE.ConeBufferGeometry(0.035, 0.09, 12),
     dot = new THREE.SphereBufferGeometry(0.022, 10, 8);
   shaft.translate(0, 0.5, 0); head.translate(0, 0.045, 0);
@@ -55,10 +58,10 @@ function build(run, number, size) {
 function extent() {
   const box = new THREE.Box3(), v = new THREE.Vector3();
   for (const run of current.runs) {
-    const n = run.bodies.length, reach = run.bodies.map(body => Math.max(0.01, ...run.shapes.filter(s => s.body === body).map(s => Math.hypot(s.px, s.py, s.pz) + Math.hypot(s.hx, s.hy, s.hz, s.kind === "sphere" ? s.radius : 0))));
+    const n = run.bodies.length, reach = run.bodies.map(body => Math.max(0, ...run.shapes.filter(s => s.body === body).map(s => Math.hypot(s.px, s.py, s.pz) + Math.hypot(s.hx, s.hy, s.hz, s.kind === "sphere" ? s.radius : 0))));
     for (let i = 0; i < run.t.length; ++i) for (let b = 0; b < n; ++b) {
       v.fromArray(run.poses, 7 * (i * n + b));
-      if (isFinite(v.x)) { box.expandByPoint(v.clone().addScalar(reach[b])); box.expandByPoint(v.clone().addScalar(-reach[b])); }
+      if (reach[b] && isFinite(v.x)) { box.expandByPoint(v.clone().addScalar(reach[b])); box.expandByPoint(v.clone().addScalar(-reach[b])); }
     }
   }
   return box;
@@ -161,7 +164,9 @@ function look() {
   const sizes = current.runs[0].shapes.filter(s => s.body).map(s => 2 * Math.max(s.hx, s.hy, s.hz, s.radius)).sort((a, b) => a - b);
   current.size = Math.min(across, 4 * (sizes[sizes.length >> 1] || across)); current.impulse = Math.max(...current.runs.map(run => run.impulse));
   camera = new THREE.PerspectiveCamera(40, 1, across / 500, across * 50);
-  camera.position.copy(middle).add(new THREE.Vector3(0.55, 0.4, 1).normalize().multiplyScalar(1.45 * across));
+  const stage = byId("stage"), wide = stage.clientWidth / stage.clientHeight, parts = mode() === "side" ? current.runs.length : 1;
+  const narrow = Math.min(1, wide < 1 ? wide * parts : wide / parts);
+  camera.position.copy(middle).add(new THREE.Vector3(0.55, 0.4, 1).normalize().multiplyScalar(1.25 * across / Math.sqrt(narrow)));
   controls = new THREE.OrbitControls(camera, byId("canvas")); controls.target.copy(middle); controls.enableDamping = false; controls.addEventListener("change", () => { stale = true; });
 }
 function choose(number) {
@@ -175,7 +180,7 @@ function begin() {
   words.speed.forEach(s => byId("speed").add(new Option(s + " x", s, s === 1, s === 1)));
   byId("legend").innerHTML = DATA.modes.map(m => `<i class="key" style="background:var(--${m})"></i>${m}`).join("");
   DATA.scenes.forEach((s, i) => byId("scene").add(new Option(s.name, i))); byId("choice").hidden = DATA.scenes.length < 2;
-  try { renderer = new THREE.WebGLRenderer({ canvas: byId("canvas"), antialias: true, preserveDrawingBuffer: true }); } catch (error) {
+  try { renderer = new THREE.WebGLRenderer({ canvas: byId("canvas"), antialias: true, preserveDrawingBuffer: false }); } catch (error) {
     byId("fault").hidden = false; byId("fault").textContent = "This browser draws no WebGL: " + error.message; return;
   }
   renderer.setPixelRatio(Math.min(2, window.devicePixelRatio)); scene = new THREE.Scene();
