@@ -12,11 +12,26 @@ namespace {
 using Eigen::Vector3d;
 using ConstVec3 = Eigen::Map<const Vector3d>;
 
+/// Projection on the cone |x_t| <= mu x_n, rows n, t1, t2.
+Vector3d project_on_cone(const Vector3d& x, double mu) {
+  const double t = std::sqrt(x[1] * x[1] + x[2] * x[2]);
+  if (t <= mu * x[0]) return x;
+  if (mu * t <= -x[0]) return Vector3d::Zero();
+  const double n = (x[0] + mu * t) / (1 + mu * mu);
+  const double scale = t > 0 ? mu * n / t : 0;
+  return {n, scale * x[1], scale * x[2]};
+}
+
 }  // namespace
 
 double Evidence::open_work(const Vector3d& r, const Vector3d& u, const Vector3d& q, int contact) const {
   const double rho = open(contact);
   return rho > 0 ? rho * (r.norm() + (u.norm() + q.norm() + rho) / weight[contact]) : 0;
+}
+
+Vector3d coulomb_error(const Vector3d& r, const Vector3d& u, double mu, double weight) {
+  const Vector3d changed(u[0] + mu * std::sqrt(u[1] * u[1] + u[2] * u[2]), u[1], u[2]);
+  return r - project_on_cone(r - changed / weight, mu);
 }
 
 Worst feasible(const ContactProblem& problem, std::span<const double> r, const Evidence& at, Scale scale) {

@@ -35,6 +35,8 @@ struct MethodOptions {
   bool compression_bound = true;            ///< convex: bound the sum of normal impulses of each island
   double regularise = 0;                    ///< ap: added to the diagonal of the LCP
   bool idle_friction = true;                ///< ap: keep the unknowns of friction where mu = 0
+  int sweeps = 0;                           ///< coulomb by nsgs: sweeps after which it ends; 0: until it is done
+  double relaxation = 1;                    ///< coulomb by nsgs: over-relaxation, in (0, 2)
   bool warm_start = false;                  ///< ap, convex: try the active set of the previous event first
   std::shared_ptr<long> warm_starts;        ///< receives how many such starts were accepted, where it is given
   std::shared_ptr<AnsweredBy> answered_by;  ///< receives whose answers were taken, where it is given

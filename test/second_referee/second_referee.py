@@ -3,7 +3,7 @@
 problems and answers that second_referee_answers prints (answers.cpp), and where it finds anything else than the first one did, but
 for rounding, the test has failed.
 
-  second_referee.py PROGRAM                  stored problems, 1000 random answers, every event of three runs
+  second_referee.py PROGRAM                  stored problems, 1000 random answers, every event of four runs
   second_referee.py PROGRAM random 1000 7    only what PROGRAM prints for these arguments
 """
 import dataclasses
@@ -28,7 +28,8 @@ EPS = 2.0**-52
 NEAR = 0.1
 RANDOM = ("random", "1000", "7")
 RUNS = [("run", str(ROOT / "scenarios/sliding_box.xml"), "ap", "200"), ("run", str(ROOT / "scenarios/stack.xml"), "convex", "60"),
-        ("run", str(ROOT / "scenarios/impacting_sphere.xml"), "mirtich", "1000")]
+        ("run", str(ROOT / "scenarios/impacting_sphere.xml"), "mirtich", "1000"),
+        ("run", str(ROOT / "scenarios/sliding_box.xml"), "coulomb", "200")]
 
 
 def over(error, size):
@@ -206,8 +207,10 @@ class Judgement:
         law = self.answer["law"]
         if law == "convex" and not self.elastic:
             return self.convex()
+        if law == "coulomb" and not self.elastic:
+            return self.coulomb()
         look = Look(model=self.polygon() if law == "ap" else self.impact(law), tolerance=self.noise(self.S_g[self.p.island] if law == "convex" else self.S))
-        if self.elastic and law in ("ap", "convex"):
+        if self.elastic and law in ("ap", "convex", "coulomb"):
             look.model = largest(look.model, self.gains())
             look.tolerance += self.gain_noise()
         look.holds = look.model <= ACCEPTED
@@ -249,6 +252,17 @@ class Judgement:
             out = largest(out, over(np.abs(returned + p.e**2 * stored), energy[p.island]), over(friction, energy[p.island]),
                           over(np.abs(p.sums(balance)), energy))
         return out
+
+    def coulomb(self):
+        p = self.p
+        changed = self.u.copy()
+        changed[:, 0] += p.mu * norm(self.u[:, 1:])
+        e = self.r - on_cone(self.r - changed / p.weight[:, None], p.mu)
+        F = self.rho / (ACCEPTED * self.root)
+        look = Look(model=largest(over(self.root * norm(e), np.maximum(self.S, (1 + p.mu) * F))), tolerance=self.noise(self.S))
+        look.holds = look.model <= ACCEPTED
+        look.near = abs(look.model - ACCEPTED) <= look.tolerance
+        return look
 
     def polygon(self):
         p, k = self.p, self.answer["k"]
