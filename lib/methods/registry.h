@@ -45,5 +45,6 @@ MethodRow anitescu_potra_row();
 MethodRow drumwright_shell_row();
 MethodRow newton_row();
 MethodRow mirtich_row();
+MethodRow soft_row();
 
 }  // namespace cb

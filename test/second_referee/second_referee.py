@@ -206,7 +206,8 @@ class Judgement:
         law = self.answer["law"]
         if law == "convex" and not self.elastic:
             return self.convex()
-        look = Look(model=self.polygon() if law == "ap" else self.impact(law), tolerance=self.noise(self.S_g[self.p.island] if law == "convex" else self.S))
+        model = self.polygon() if law == "ap" else self.soft() if law == "soft" else self.impact(law)
+        look = Look(model=model, tolerance=self.noise(self.S_g[self.p.island] if law == "convex" else self.S))
         if self.elastic and law in ("ap", "convex"):
             look.model = largest(look.model, self.gains())
             look.tolerance += self.gain_noise()
@@ -249,6 +250,21 @@ class Judgement:
             out = largest(out, over(np.abs(returned + p.e**2 * stored), energy[p.island]), over(friction, energy[p.island]),
                           over(np.abs(p.sums(balance)), energy))
         return out
+
+    def soft(self):
+        """The natural map of the regularised law, R by its own formulas."""
+        p, soft = self.p, self.answer["softness"]
+        blocks = np.array([p.W[3 * c : 3 * c + 3, 3 * c : 3 * c + 3] for c in range(p.nc)]).reshape(p.nc, 3, 3)
+        if soft["rule"] == "mujoco":
+            normal = blocks[:, 0, 0] * (1 / soft["impedance"] - 1)
+            along = normal / soft["impratio"]
+        else:
+            w = np.where(p.limit, blocks[:, 0, 0], np.sqrt(np.sum(blocks**2, axis=(1, 2))) / 3)
+            normal = np.maximum(w * (soft["beta"] / (2 * math.pi)) ** 2, soft["compliance"])
+            along = soft["sigma"] * w
+        y = self.u + np.stack([normal, along, along], axis=1) * self.r
+        y[:, 0] += p.e * np.minimum(p.u_minus[:, 0], 0)
+        return largest(over(self.root * norm(self.r - on_cone(self.r - y / p.weight[:, None], p.mu)), self.S))
 
     def polygon(self):
         p, k = self.p, self.answer["k"]
