@@ -36,6 +36,8 @@ struct MethodOptions {
   bool compression_bound = true;            ///< convex: bound the sum of normal impulses of each island
   double regularise = 0;                    ///< ap: added to the diagonal of the LCP
   bool idle_friction = true;                ///< ap: keep the unknowns of friction where mu = 0
+  int sweeps = 0;                           ///< coulomb by nsgs: sweeps after which it ends; 0: until it is done
+  double relaxation = 1;                    ///< coulomb by nsgs: over-relaxation, in (0, 2)
   double beta = 1;                          ///< soft sap: R_n = beta^2 w / (4 pi^2), near rigid
   double sigma = 1e-3;                      ///< soft sap: R_t = sigma w
   double compliance = 0;                    ///< soft sap: R_n is at least this, 1/kg

@@ -14,12 +14,14 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using ConstVec3 = Eigen::Map<const Vector3d>;
 
+ConstVec3 at(const std::vector<double>& x, int c) { return ConstVec3(&x[3 * static_cast<std::size_t>(c)]); }
+
 bool sticks(double mu, const Regularisation& R, double u_n, double slip) { return slip * R.n <= -mu * u_n * R.t; }
 
 }  // namespace
 
 bool SoftContacts::describe(const ContactProblem& problem, const BlockCholesky& factor, const Softness& softness,
-                            const std::vector<double>& u_minus, std::string& reason) {
+                            std::string& reason) {
   diagonal_blocks(problem, factor, W_);
   contact_weights(problem, factor, weight_);
   contacts_.resize(problem.nc());
@@ -32,15 +34,9 @@ bool SoftContacts::describe(const ContactProblem& problem, const BlockCholesky& 
       reason = "contact " + std::to_string(c) + " has a negative coefficient of friction";
       return false;
     }
-    contacts_[c] = {regularisation(W_[c], is_limit(problem, c), softness), problem.mu[c],
-                    problem.restitution[c] * std::min(u_minus[3 * c], 0.0), weight_[c]};
+    contacts_[c] = {regularisation(W_[c], is_limit(problem, c), softness), problem.mu[c], weight_[c]};
   }
   return true;
-}
-
-Vector3d SoftContacts::moved(int c, const std::vector<double>& u) const {
-  const std::size_t at = 3 * static_cast<std::size_t>(c);
-  return {u[at] + contacts_[c].back, u[at + 1], u[at + 2]};
 }
 
 Vector3d SoftContacts::impulse(const Contact& c, const Vector3d& u) {
@@ -73,7 +69,7 @@ double SoftContacts::impulses(const std::vector<double>& u, std::vector<double>&
   double cost = 0;
   r.resize(u.size());
   for (int c = 0; c < static_cast<int>(contacts_.size()); ++c) {
-    const Vector3d one = impulse(contacts_[c], moved(c, u));
+    const Vector3d one = impulse(contacts_[c], at(u, c));
     Eigen::Map<Vector3d>(&r[3 * static_cast<std::size_t>(c)]) = one;
     const Regularisation& R = contacts_[c].R;
     cost += 0.5 * (R.n * one[0] * one[0] + R.t * one.tail<2>().squaredNorm());
@@ -84,17 +80,16 @@ double SoftContacts::impulses(const std::vector<double>& u, std::vector<double>&
 void SoftContacts::curvatures(const std::vector<double>& u, std::vector<double>& G) const {
   G.resize(3 * u.size());
   for (int c = 0; c < static_cast<int>(contacts_.size()); ++c)
-    Eigen::Map<Matrix3d>(&G[9 * static_cast<std::size_t>(c)]) = curvature(contacts_[c], moved(c, u));
+    Eigen::Map<Matrix3d>(&G[9 * static_cast<std::size_t>(c)]) = curvature(contacts_[c], at(u, c));
 }
 
 SoftContacts::Along SoftContacts::along(const std::vector<double>& u, const std::vector<double>& du,
                                         double alpha) const {
   Along out;
   for (int c = 0; c < static_cast<int>(contacts_.size()); ++c) {
-    const Vector3d direction = ConstVec3(&du[3 * static_cast<std::size_t>(c)]);
-    const Vector3d at = moved(c, u) + alpha * direction;
-    out.slope -= impulse(contacts_[c], at).dot(direction);
-    out.curvature += direction.dot(curvature(contacts_[c], at) * direction);
+    const Vector3d direction = at(du, c), there = at(u, c) + alpha * direction;
+    out.slope -= impulse(contacts_[c], there).dot(direction);
+    out.curvature += direction.dot(curvature(contacts_[c], there) * direction);
   }
   return out;
 }
@@ -105,9 +100,9 @@ double SoftContacts::residual(const std::vector<double>& r, const std::vector<do
   double speed = 0, impulse2 = 0, plus2 = 0, minus2 = 0, worst = 0;
   for (int c = 0; c < nc && !own; ++c) {
     const double w = weight_[c];
-    const double plus = ConstVec3(&u_plus[3 * c]).squaredNorm(), minus = ConstVec3(&u_minus[3 * c]).squaredNorm();
+    const double plus = at(u_plus, c).squaredNorm(), minus = at(u_minus, c).squaredNorm();
     speed = std::max({speed, plus, minus});
-    impulse2 += w * ConstVec3(&r[3 * c]).squaredNorm();
+    impulse2 += w * at(r, c).squaredNorm();
     plus2 += plus / w;
     minus2 += minus / w;
   }
@@ -115,8 +110,8 @@ double SoftContacts::residual(const std::vector<double>& r, const std::vector<do
   for (int c = 0; c < nc; ++c) {
     const Contact& contact = contacts_[c];
     const double w = contact.w;
-    const ConstVec3 rc(&r[3 * c]), u(&u_plus[3 * c]), q(&u_minus[3 * c]);
-    const Vector3d y = moved(c, u_plus) + Vector3d(contact.R.n, contact.R.t, contact.R.t).cwiseProduct(rc);
+    const ConstVec3 rc = at(r, c), u = at(u_plus, c), q = at(u_minus, c);
+    const Vector3d y = u + Vector3d(contact.R.n, contact.R.t, contact.R.t).cwiseProduct(rc);
     const double error2 = w * (rc - project_on_cone(rc - y / w, contact.mu)).squaredNorm();
     const double size2 = std::max(
         {w * rc.squaredNorm(), u.squaredNorm() / w, q.squaredNorm() / w, own ? 0 : std::min(island, speed / w)});

@@ -8,18 +8,18 @@
 
 namespace cb {
 
-/// The contacts of a regularised convex program: impulses r = P(-R^-1 (u + b)), P the projection on the friction cone
+/// The contacts of a regularised convex program: impulses r = P(-R^-1 u), P the projection on the friction cone
 /// in the norm of R, and the cost l(u) = 1/2 r.R r that they are the negative gradient of (soft.cpp). With slip s =
-/// |u_t| and D = R_n + mu^2 R_t (u for u + b, d = (1, -mu u_t / s)):
+/// |u_t|, t = u_t / s, D = R_n + mu^2 R_t and d = (1, -mu t):
 ///   parts, u_n >= mu s:              r = 0
 ///   sticks, s / R_t <= -mu u_n / R_n: r = -R^-1 u                          G = R^-1
 ///   slides:                          r = (mu s - u_n) / D d                G = d d^T / D + mu r_n / s (I - t t^T)
 /// G = -dr/du, positive semidefinite.
 class SoftContacts {
  public:
-  /// Finds R, b and weights. False where a contact has no say (W_ii = 0) or mu < 0; `reason` names it.
+  /// Finds R and weights. False where a contact has no say (W_ii = 0) or mu < 0; `reason` names it.
   bool describe(const ContactProblem& problem, const BlockCholesky& factor, const Softness& softness,
-                const std::vector<double>& u_minus, std::string& reason);
+                std::string& reason);
   /// r (3 nc, N s) at velocities u (3 nc, m/s); returns the sum of l, J.
   double impulses(const std::vector<double>& u, std::vector<double>& r) const;
   /// G (9 nc, kg) at u.
@@ -37,11 +37,10 @@ class SoftContacts {
  private:
   struct Contact {
     Regularisation R;
-    double mu, back, w;  // -, m/s (b_n), 1/kg
+    double mu, w;  // -, 1/kg
   };
   static Eigen::Vector3d impulse(const Contact& c, const Eigen::Vector3d& u);
   static Eigen::Matrix3d curvature(const Contact& c, const Eigen::Vector3d& u);
-  Eigen::Vector3d moved(int c, const std::vector<double>& u) const;
 
   std::vector<Contact> contacts_;
   std::vector<Eigen::Matrix3d> W_;

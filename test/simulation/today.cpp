@@ -42,8 +42,9 @@ double height(const Scenario& s, const Claimant& who, Stepping way, double durat
 
 }  // namespace
 
-// Each of four contacts carries a quarter of m g sin(tilt) h, under which it slips by R_t of that, R_t = sigma w with w =
-// |W_ii| / 3. W_ii = 5.5 I - 6 a a^T of a cube, a = (+-1, +-1, +-1)/2: |W_ii|^2 = 3 * 4^2 + 6 * 1.5^2 = 61.5 (1/kg)^2.
+// Each of four contacts carries a quarter of m g sin(tilt) h, under which it slips by R_t of that, R_t = sigma w with w
+// = |W_ii| / 3. W_ii = 5.5 I - 6 a a^T of a cube, a = (+-1, +-1, +-1)/2: |W_ii|^2 = 3 * 4^2 + 6 * 1.5^2 = 61.5
+// (1/kg)^2.
 TEST_CASE("soft never sticks: a cube on a slope creeps with sigma w/4 m g sin(tilt) h, half as far at half the step") {
   const double tilt = 0.4, sigma = 1e-3, w = std::sqrt(61.5) / 3;
   for (const Stepping way : {Stepping::events, Stepping::steps}) {
