@@ -2,9 +2,9 @@
 //
 // Problem (nc contacts, nv velocities; contact/problem.h; energies in J):
 //   min over v of 1/2 (v - v-).M (v - v-) + sum_i l_i(u_i),   u = J v + w                                     (1)
-// l_i(u) = 1/2 r.R_i r with r = P_i(-R_i^-1 (u + b_i)), P_i the projection on |r_t| <= mu r_n in the norm of R_i =
+// l_i(u) = 1/2 r.R_i r with r = P_i(-R_i^-1 u), P_i the projection on |r_t| <= mu r_n in the norm of R_i =
 // diag(R_n, R_t, R_t), 1/kg (soft_contacts.h). -grad l_i = r_i are the impulses. (1) is the dual of
-//   min over r in K of 1/2 r.(W + R) r + r.(q + b)                                                            (2)
+//   min over r in K of 1/2 r.(W + R) r + r.q,   q = J v- + w (2)
 // Both are strictly convex: one v, one r. R follows from W_ii by two rules (contact/softness.h), `sap` and `mujoco`.
 //
 // How: Newton on the gradient M (v - v-) - J^T r, with H = M + J^T G J, G the blocks -dr_i/du_i, factored by blocks of
@@ -18,8 +18,9 @@
 // Differences: 1. no step h is known: `sap` is near rigid (R_n = beta^2 w / (4 pi^2)) unless --compliance says what
 // 1 / (h (h + tau_d) k) is, and gaps are the offset's, w_n = g / h by steps (docs/stepping.md); 2. `mujoco` asks that a
 // contact stop within the step, which is its stiffest time constant, 2 h; impedance is a constant; 3. restitution,
-// which neither has: Newton's, b_n = e u_n- (u_n- < 0), which can gain energy where friction turns with it; 4. solved
-// to rounding.
+// which neither has (Poisson, as `ap` and `convex` have it): normal impulses of a first phase times 1 + theta e,
+// theta <= 1 the largest by which no island gains energy (restitution.h), and then (1) once more from the velocity
+// reached; 4. solved to rounding.
 // Fails: `nonconverged` where the conditions hold to less than `accepted`, with the best impulses; `singular`: M or H
 // not positive definite; `not_finite`, `input_error`: the data, without impulses.
 
@@ -31,6 +32,7 @@
 #include "linalg/finite.h"
 #include "linalg/stop.h"
 #include "methods/registry.h"
+#include "methods/restitution.h"
 #include "methods/same_event.h"
 #include "methods/soft_contacts.h"
 
@@ -59,7 +61,9 @@ class Soft {
 
  private:
   bool begin(const ContactProblem& problem, ContactSolution& solution);
+  bool solve(const ContactProblem& problem, const std::vector<double>& v0, ContactSolution& solution);
   void start(const ContactProblem& problem);
+  void velocity_after(const ContactProblem& problem, const std::vector<double>& r);
   Status descend(const ContactProblem& problem, ContactSolution& solution);
   double look(const ContactProblem& problem);
   bool find_step(const ContactProblem& problem);
@@ -70,11 +74,17 @@ class Soft {
   BlockCholesky factor_;
   SoftContacts contacts_;
   KktSystem system_;
-  std::vector<double> v_, dv_, v_plus_, momentum_;     // nv
-  std::vector<double> u_, du_, u_minus_, u_plus_, r_;  // 3 nc
-  std::vector<double> G_;                              // 9 nc
-  std::vector<double> best_, previous_;                // 3 nc, N s
+  std::vector<double> v0_, v_, dv_, v_plus_, momentum_;  // nv
+  std::vector<double> u_, du_, u_minus_, u_plus_, r_;    // 3 nc
+  std::vector<double> G_;                                // 9 nc
+  std::vector<double> best_, previous_;                  // 3 nc, N s
   int previous_nv_ = -1;
+
+  // Of restitution.
+  Restitution restitution_;
+  Islands islands_;
+  std::vector<char> bounded_;          // per island
+  std::vector<double> first_impulse_;  // 3 nc, N s
 };
 
 void fail(ContactSolution& solution, Status status, std::string reason) {
@@ -88,18 +98,46 @@ void Soft::operator()(const ContactProblem& problem, ContactSolution& solution) 
   solution.impulse.assign(3 * problem.nc(), 0.0);
   solution.size = problem.nv();
   if (!begin(problem, solution) || problem.nc() == 0) return;
+  if (!solve(problem, problem.v_minus, solution)) return;
+  const bool elastic =
+      std::any_of(problem.restitution.begin(), problem.restitution.end(), [](double e) { return e != 0; });
+  if (!elastic) {
+    previous_ = best_;
+    previous_nv_ = problem.nv();
+    return;
+  }
+  previous_nv_ = -1;
+  find_islands(problem, islands_);
+  bounded_.assign(islands_.count, 1);
+  solution.restitution_scale = restitution_.give_back(problem, factor_, islands_, bounded_, solution.impulse);
+  first_impulse_ = solution.impulse;
+  if (!solve(problem, restitution_.v(), solution)) return;
+  for (std::size_t i = 0; i < first_impulse_.size(); ++i) solution.impulse[i] += first_impulse_[i];
+}
+
+// One phase (restitution has two), from v0.
+bool Soft::solve(const ContactProblem& problem, const std::vector<double>& v0, ContactSolution& solution) {
+  v0_ = v0;
+  contact_velocity(problem, v0_, u_minus_);
+  best_.assign(u_minus_.size(), 0.0);
   start(problem);
   const Status ending = descend(problem, solution);
   solution.impulse = best_;
-  if (ending == Status::ok) {
-    previous_ = best_;
-    previous_nv_ = problem.nv();
-  } else {
-    fail(solution, ending,
-         ending == Status::singular     ? "a Newton system could not be factored"
-         : ending == Status::not_finite ? "overflow in Newton's method"
-                                        : "Newton's method came to a stand before the impulses were optimal");
-  }
+  if (ending == Status::ok) return true;
+  fail(solution, ending,
+       ending == Status::singular     ? "a Newton system could not be factored"
+       : ending == Status::not_finite ? "overflow in Newton's method"
+                                      : "Newton's method came to a stand before the impulses were optimal");
+  return false;
+}
+
+// v0 + M^-1 J^T r, and u of it.
+void Soft::velocity_after(const ContactProblem& problem, const std::vector<double>& r) {
+  v_plus_.assign(problem.nv(), 0.0);
+  multiply_transposed_add(problem.J, problem.M, r, v_plus_);
+  factor_.solve_in_place(v_plus_);
+  for (int i = 0; i < problem.nv(); ++i) v_plus_[i] += v0_[i];
+  contact_velocity(problem, v_plus_, u_plus_);
 }
 
 bool Soft::begin(const ContactProblem& problem, ContactSolution& solution) {
@@ -112,9 +150,8 @@ bool Soft::begin(const ContactProblem& problem, ContactSolution& solution) {
     fail(solution, Status::singular, "the mass matrix is not positive definite");
     return false;
   }
-  contact_velocity(problem, problem.v_minus, u_minus_);
   std::string reason;
-  if (!contacts_.describe(problem, factor_, options_.softness, u_minus_, reason)) {
+  if (!contacts_.describe(problem, factor_, options_.softness, reason)) {
     fail(solution, Status::input_error, reason);
     return false;
   }
@@ -126,14 +163,14 @@ bool Soft::begin(const ContactProblem& problem, ContactSolution& solution) {
 double Soft::cost(const ContactProblem& problem, const std::vector<double>& v) {
   contact_velocity(problem, v, u_);
   momentum_.resize(problem.nv());
-  for (int i = 0; i < problem.nv(); ++i) momentum_[i] = v[i] - problem.v_minus[i];
+  for (int i = 0; i < problem.nv(); ++i) momentum_[i] = v[i] - v0_[i];
   return contacts_.impulses(u_, r_) + 0.5 * quadratic_form(problem.M, momentum_);
 }
 
 void Soft::start(const ContactProblem& problem) {
-  v_ = problem.v_minus;
+  v_ = v0_;
   if (!options_.warm_start || previous_nv_ != problem.nv() || previous_.size() != u_minus_.size()) return;
-  apply_impulse(problem, factor_, previous_, v_plus_);
+  velocity_after(problem, previous_);
   if (!(cost(problem, v_plus_) < cost(problem, v_))) return;
   v_ = v_plus_;
   if (options_.warm_starts) ++*options_.warm_starts;
@@ -143,14 +180,13 @@ void Soft::start(const ContactProblem& problem) {
 double Soft::look(const ContactProblem& problem) {
   contact_velocity(problem, v_, u_);
   contacts_.impulses(u_, r_);
-  apply_impulse(problem, factor_, r_, v_plus_);
-  contact_velocity(problem, v_plus_, u_plus_);
+  velocity_after(problem, r_);
   return contacts_.residual(r_, u_plus_, u_minus_, true);
 }
 
 Status Soft::descend(const ContactProblem& problem, ContactSolution& solution) {
   double least = HUGE_VAL;
-  for (int no_better = 0; solution.iterations < options_.iteration_limit; ++solution.iterations) {
+  for (int no_better = 0, k = 0; k < options_.iteration_limit; ++k, ++solution.iterations) {
     poll_stop();
     const double residual = look(problem);
     no_better = residual <= 0.5 * least ? 0 : no_better + 1;
@@ -164,12 +200,11 @@ Status Soft::descend(const ContactProblem& problem, ContactSolution& solution) {
     if (length == 0) break;
     for (int i = 0; i < problem.nv(); ++i) v_[i] += length * dv_[i];
   }
-  if (best_.empty() || !all_finite(best_)) return Status::not_finite;
-  solution.claimed_residual = least;
+  if (!std::isfinite(least)) return Status::not_finite;
+  solution.claimed_residual = std::max(solution.claimed_residual, least);
   if (least <= options_.accepted) return Status::ok;
   // Beside what else moves it may be good: light contacts next to heavy ones, slow ones next to fast ones.
-  apply_impulse(problem, factor_, best_, v_plus_);
-  contact_velocity(problem, v_plus_, u_plus_);
+  velocity_after(problem, best_);
   solution.claimed_residual = contacts_.residual(best_, u_plus_, u_minus_, false);
   return solution.claimed_residual <= options_.accepted ? Status::ok : Status::nonconverged;
 }
@@ -194,7 +229,7 @@ double Soft::length_of_step(const ContactProblem& problem) {
   double square = 0, linear = 0;  // of the quadratic part
   for (int i = 0; i < problem.nv(); ++i) {
     square += dv_[i] * momentum_[i];
-    linear += (v_[i] - problem.v_minus[i]) * momentum_[i];
+    linear += (v_[i] - v0_[i]) * momentum_[i];
   }
   const auto slope_at = [&](double alpha) {
     SoftContacts::Along at = contacts_.along(u_, du_, alpha);

@@ -70,7 +70,7 @@ double SoftContacts::impulses(const std::vector<double>& u, std::vector<double>&
   r.resize(u.size());
   for (int c = 0; c < static_cast<int>(contacts_.size()); ++c) {
     const Vector3d one = impulse(contacts_[c], at(u, c));
-    Eigen::Map<Vector3d>(&r[3 * static_cast<std::size_t>(c)]) = one;
+    Eigen::Map<Vector3d>(r.data() + 3 * c) = one;
     const Regularisation& R = contacts_[c].R;
     cost += 0.5 * (R.n * one[0] * one[0] + R.t * one.tail<2>().squaredNorm());
   }
@@ -80,7 +80,7 @@ double SoftContacts::impulses(const std::vector<double>& u, std::vector<double>&
 void SoftContacts::curvatures(const std::vector<double>& u, std::vector<double>& G) const {
   G.resize(3 * u.size());
   for (int c = 0; c < static_cast<int>(contacts_.size()); ++c)
-    Eigen::Map<Matrix3d>(&G[9 * static_cast<std::size_t>(c)]) = curvature(contacts_[c], at(u, c));
+    Eigen::Map<Matrix3d>(G.data() + 9 * c) = curvature(contacts_[c], at(u, c));
 }
 
 SoftContacts::Along SoftContacts::along(const std::vector<double>& u, const std::vector<double>& du,

@@ -112,5 +112,7 @@ const NcpSolverRow* find_ncp_solver(std::string_view name);
 /// Rows, one a file (ncp/nsgs.cpp, ...).
 NcpSolverRow nsgs_row();
 NcpSolverRow bisection_row();
+NcpSolverRow admm_row();
+NcpSolverRow cascade_row();
 
 }  // namespace cb

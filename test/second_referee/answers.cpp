@@ -114,7 +114,10 @@ std::vector<Asked> all_methods() {
     } else if (row.law == soft_law()) {
       options.variant = "mujoco";
       out.push_back({std::string(row.name) + " mujoco", row.law, row.make(options)});
-      options = {.sigma = 0.1, .beta = 0, .compliance = 0.01};
+      options.variant = "sap";
+      options.beta = 0;
+      options.sigma = 0.1;
+      options.compliance = 0.01;
       out.push_back({std::string(row.name) + " of one compliance", row.law, row.make(options)});
     }
   }
