@@ -236,9 +236,9 @@ class BaseStep {
   std::vector<double> tolerance_;  // per shape, m: gap below which it is closed
   std::vector<double> radius_;     // per shape, m: how far its points are from the body's centre of mass
   const std::vector<std::pair<int, int>>* pairs_ = nullptr;
-  std::vector<double> travel_;   // per shape, m: bound on its displacement before the step ends
+  std::vector<double> travel_;  // per shape, m: bound on its displacement before the step ends
   double smallest_ = std::numeric_limits<double>::infinity();  // m, of all shapes
-  double margin_ = 0;            // m, by which the pairs were widened
+  double margin_ = 0;                                          // m, by which the pairs were widened
   double moved_ = 0;             // m, bound on what any shape has moved by since they were found
   bool contacts_known_ = false;  // are contacts_ those of the present poses?
   double depth_ = 0;             // m, of the deepest of them
