@@ -40,6 +40,7 @@ Json list_methods() {
                     {"source", row.source},
                     {"solvers", solvers},
                     {"variants", row.variants},
+                    {"no_expansion", text(row.law.no_expansion)},
                     {"options", options}});
   }
   return list;
