@@ -177,6 +177,11 @@ class Cell:
         return f"to {accuracy} m" if accuracy else self["step"]
 
     @property
+    def way(self):
+        """How it steps, in words."""
+        return f"accuracy {self.knob('accuracy')} m" if self.knob("accuracy") else f"step {self['step']} s"
+
+    @property
     def finished(self):
         return all(r["finished"] == "true" for r in self.rows)
 
