@@ -235,10 +235,12 @@ RunPlan make_plan(const RunFlags& flags) {
   }
   if (plan.summary.perturb > 0) perturb(plan.scenario, plan.summary.perturb, plan.summary.seed);
   plan.options = method_options(flags, *plan.method, plan.scenario.k, plan.scenario.compression_bound);
-  // What a solver leaves open is multiplied by the extrapolation's weights.
-  constexpr double open_energy = 1e-12;  // J a metre of the accuracy
+  // What a solver leaves open is multiplied by the extrapolation's weights: epsilon leaves 1 kg sqrt(2 epsilon) m/s,
+  // a thousandth of A a second. Below the floor doubles have nothing to give.
+  constexpr double share = 1e-6, floor = 1e-22;  // J/m^2, J
+  const double A = plan.simulation.accuracy;
   if (plan.simulation.stepping == Stepping::accuracy && !flags.asked("epsilon") && !flags.asked("epsilon-relative"))
-    plan.options.epsilon = std::min(plan.options.epsilon, open_energy * plan.simulation.accuracy);
+    plan.options.epsilon = std::min(plan.options.epsilon, std::max(floor, share * A * A));
   plan.unavailable = unavailable_reason(*plan.method, plan.options);
   if (const std::string_view why = plan.method->law.no_expansion;
       plan.simulation.stepping == Stepping::accuracy && !why.empty())
