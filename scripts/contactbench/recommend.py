@@ -86,7 +86,7 @@ def small_sweep(options):
     if not known.about["accepted"] and not has_exact_answer(file):
         raise NoReference(known.about["reason"])
     toml = options.out / f"{precision.SWEEP}.toml"
-    steps = [f"{known.about['step'] * references.FINER * m:.12g}" for m in STEPS]
+    steps = [f"{known.about['own_step'] * m:.12g}" for m in STEPS]
     toml.write_text(
         render("small_sweep.toml", interval=references.INTERVAL, duration=known.about["duration"], limit=options.limit,
                scene=file, steps=steps, sets=[p.partition("=") for p in options.set]))
@@ -147,7 +147,7 @@ def again(point, options, results):
     second)."""
     run, file = Run.of(point["cell"].row), scene_file(options.program, options.scene)
     # Recorded as in the sweep: a certified error needs the moments of its reference.
-    every = max(1, round(references.INTERVAL / float(point["step"])))
+    every = max(1, round(references.INTERVAL / float(point["step"]))) if point["step"] else 1
     with tempfile.TemporaryDirectory() as runs:
         scene, statuses = file if Path(options.scene).is_file() else f"{run.scene}.xml", program.statuses_of(
             listed(options.program))

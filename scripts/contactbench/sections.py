@@ -6,7 +6,7 @@ import hashlib
 import statistics
 from dataclasses import dataclass, field
 
-from . import claims, precision, solve_all, table1
+from . import claims, precision, solve_all, stepping, table1
 from .figures import FIGURES, SAYS
 from .measures import BAD, VERDICTS
 from .runs import LIMITS
@@ -205,6 +205,15 @@ def convergence(results):
     return Section("Order in the step and in the polygon", shown, data)
 
 
+def ways_of_stepping(results):
+    """Steps to a wanted accuracy: wanted against reached, what each order costs, the steps over time."""
+    picture, about, digest = figure(results, stepping.FIGURE, stepping.SWEEP)
+    rows, cost = stepping.wanted(results), stepping.cost(results)
+    fixed = ("scene", "parameters", "method", "wanted", "status", "reached", "switches", "impacts", "first_order", "solves")
+    data = {"figure": about, "wanted": {r["run"]: picked(r, fixed) for r in rows}, "cost": cost}
+    return Section("Steps to a wanted accuracy", {"picture": picture, "rows": rows, "cost": cost}, data, {"sha256": digest})
+
+
 def performance(results):
     """Performance profiles, and how often a claim of success is true."""
     picture, about, digest = figure(results, "performance", precision.SWEEP)
@@ -287,5 +296,5 @@ def unfinished(results):
 # Groups of the table of contents. A section that others do not build on is added at the end of its group.
 GROUPS = {
     "Which method": (advice, error_time), "The paper": (claim_table, table_one, figures),
-    "Accuracy and cost": (convergence, performance, stored_problems, left_out),
+    "Accuracy and cost": (convergence, ways_of_stepping, performance, stored_problems, left_out),
     "Where it gets hard": (stiff_cases, unfinished), "About": (reading, )}
