@@ -10,10 +10,10 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <ctime>
 #include <functional>
 #include <string>
 #include <vector>
@@ -60,10 +60,25 @@ struct Line {
   std::vector<double> times;
 };
 
-/// By the clock: the clock of a process's CPU time has steps of milliseconds on some systems.
-inline double now_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+inline double read_clock(clockid_t clock) {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
+
+/// Does the clock of CPU time go in fine steps? On some systems they are of milliseconds.
+inline bool fine_cpu_clock() {
+  static const bool fine = [] {
+    const double start = read_clock(CLOCK_PROCESS_CPUTIME_ID);
+    double next = start;
+    while (next == start) next = read_clock(CLOCK_PROCESS_CPUTIME_ID);
+    return next - start < 1e-5;
+  }();
+  return fine;
+}
+
+/// CPU time where its clock is fine, so that what else the machine does is not counted; else by the wall clock.
+inline double now_s() { return read_clock(fine_cpu_clock() ? CLOCK_PROCESS_CPUTIME_ID : CLOCK_MONOTONIC); }
 
 inline void set_status(Report& report, const std::string& words) {
   std::snprintf(report.status, sizeof report.status, "%s", words.c_str());

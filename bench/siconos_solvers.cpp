@@ -94,18 +94,18 @@ struct PeerSolver {
   int id;
   const char* name;
   Storage storage;
-  int iterations;                                 ///< limit; the time limit stops what is left
-  NSM_linear_solver factorisation = NSM_CSPARSE;  ///< of those that factor; MUMPS is the library's default
+  int iterations;                               ///< limit; the time limit stops what is left
+  NSM_linear_solver factorisation = NSM_MUMPS;  ///< of sparse matrices; Newton's method takes MUMPS whatever is asked
 };
 constexpr PeerSolver peer_solvers[] = {
     {SICONOS_FRICTION_3D_NSGS, "NSGS, blocks", Storage::blocks, 10'000'000},
     {SICONOS_FRICTION_3D_NSGS, "NSGS, dense", Storage::dense, 10'000'000},
-    {SICONOS_FRICTION_3D_NSN_AC, "NSN_AC, mumps", Storage::sparse, 1'000, NSM_MUMPS},
-    {SICONOS_FRICTION_3D_NSN_AC, "NSN_AC, csparse", Storage::sparse, 1'000},
-    {SICONOS_FRICTION_3D_PROX, "PROX, mumps", Storage::sparse, 10'000, NSM_MUMPS},
-    {SICONOS_FRICTION_3D_PROX, "PROX, csparse", Storage::sparse, 10'000},
-    {SICONOS_FRICTION_3D_ADMM, "ADMM, mumps", Storage::sparse, 10'000'000, NSM_MUMPS},
-    {SICONOS_FRICTION_3D_ADMM, "ADMM, csparse", Storage::sparse, 10'000'000},
+    {SICONOS_FRICTION_3D_NSN_AC, "NSN_AC, sparse", Storage::sparse, 1'000},
+    {SICONOS_FRICTION_3D_NSN_AC, "NSN_AC, dense", Storage::dense, 1'000},
+    {SICONOS_FRICTION_3D_PROX, "PROX, sparse", Storage::sparse, 10'000},
+    {SICONOS_FRICTION_3D_PROX, "PROX, dense", Storage::dense, 10'000},
+    {SICONOS_FRICTION_3D_ADMM, "ADMM, mumps", Storage::sparse, 10'000'000},
+    {SICONOS_FRICTION_3D_ADMM, "ADMM, csparse", Storage::sparse, 10'000'000, NSM_CSPARSE},
     {SICONOS_FRICTION_3D_ACLMFP, "ACLMFP, blocks", Storage::blocks, 100'000}};
 
 /// What a solver is called with; Siconos writes into its problems, so that each contestant has its own.
@@ -141,12 +141,6 @@ struct Peer {
     options = solver_options_create(solver.id);
     options->dparam[SICONOS_DPARAM_TOL] = tolerance;
     options->iparam[SICONOS_IPARAM_MAX_ITER] = solver.iterations;
-    const int linear =
-        solver.factorisation == NSM_MUMPS ? SICONOS_FRICTION_3D_NSN_USE_MUMPS : SICONOS_FRICTION_3D_NSN_USE_CSLUSOL;
-    SolverOptions* newton = solver.id == SICONOS_FRICTION_3D_NSN_AC ? options
-                            : solver.id == SICONOS_FRICTION_3D_PROX ? solver_options_get_internal_solver(options, 0)
-                                                                    : nullptr;
-    if (newton != nullptr) newton->iparam[SICONOS_FRICTION_3D_NSN_LINEAR_SOLVER] = linear;
     r.assign(q.size(), 0.0);
     u.assign(q.size(), 0.0);
   }
