@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "engines/frame/request.h"
+#include "output/engine_request.h"
 
 namespace cb {
 

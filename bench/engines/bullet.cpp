@@ -26,7 +26,7 @@ namespace {
 btScalar scalar(double x) { return static_cast<btScalar>(x); }
 btVector3 vector(const Vec3& v) { return {scalar(v.x()), scalar(v.y()), scalar(v.z())}; }
 btQuaternion quaternion(const Quat& q) { return {scalar(q.x()), scalar(q.y()), scalar(q.z()), scalar(q.w())}; }
-btTransform transform(const Pose& pose) { return {quaternion(pose.q), vector(pose.p)}; }
+btTransform transform(const Pose& pose) { return btTransform(quaternion(pose.q), vector(pose.p)); }
 
 /// The scene at work: Bullet's callbacks are plain functions.
 const Scenario* scene_of_callbacks = nullptr;

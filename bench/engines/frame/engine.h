@@ -79,7 +79,8 @@ struct Engine {
   Knobs knobs_of(const EngineVariant& variant) const;
 };
 
-/// The program of an engine: `--describe`, `--run REQUEST`, `--preflight REQUEST` (request.h). Returns its exit code.
+/// The program of an engine: `--describe`, `--run REQUEST`, `--preflight REQUEST` (lib/output/engine_request.h).
+/// Returns its exit code.
 int engine_main(const Engine& engine, int argc, char** argv);
 
 /// What adapters share.

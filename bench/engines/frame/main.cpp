@@ -50,7 +50,7 @@ int engine_main(const Engine& engine, int argc, char** argv) {
   }
   std::fprintf(stderr,
                "The engine %s for contactbench, which starts it: contactbench run SCENE --engine %s\n"
-               "  --describe | --run REQUEST | --preflight REQUEST   (JSON; bench/engines/frame/request.h)\n",
+               "  --describe | --run REQUEST | --preflight REQUEST   (JSON; lib/output/engine_request.h)\n",
                engine.name.c_str(), engine.name.c_str());
   return 2;
 }

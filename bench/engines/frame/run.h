@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine.h"
-#include "request.h"
+#include "output/engine_request.h"
 
 namespace cb {
 
