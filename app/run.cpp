@@ -608,18 +608,12 @@ int execute(const RunPlan& plan) {
 
 /// The flags of a run of an engine. Throws UsageError for those that only methods have.
 EngineRunFlags engine_flags(const RunFlags& flags) {
-  const std::vector<std::pair<const char*, bool>> of_methods = {{"method", !flags.method.empty()},
-                                                                {"solver", flags.solver.has_value()},
-                                                                {"prune", flags.prune.has_value()},
-                                                                {"shuffle-contacts", flags.shuffle.has_value()},
-                                                                {"order", flags.order.has_value()},
-                                                                {"gyroscopic", flags.gyroscopic.has_value()},
-                                                                {"stepping", flags.stepping.has_value()},
-                                                                {"accuracy", flags.accuracy.has_value()},
-                                                                {"conditioning", flags.conditioning},
-                                                                {"record-interval", flags.record_interval.has_value()},
-                                                                {"save-problems", flags.save_problems.has_value()},
-                                                                {"save-every", flags.save_every.has_value()}};
+  const std::vector<std::pair<const char*, bool>> of_methods = {
+      {"method", !flags.method.empty()},        {"solver", flags.solver.has_value()},
+      {"prune", flags.prune.has_value()},       {"shuffle-contacts", flags.shuffle.has_value()},
+      {"order", flags.order.has_value()},       {"gyroscopic", flags.gyroscopic.has_value()},
+      {"stepping", flags.stepping.has_value()}, {"accuracy", flags.accuracy.has_value()},
+      {"conditioning", flags.conditioning},     {"record-interval", flags.record_interval.has_value()}};
   const auto refuse = [&](std::string_view flag) {
     throw UsageError(fmt::format("--{}: belongs to methods; leave it or --engine {} out", flag, *flags.engine));
   };
@@ -627,9 +621,10 @@ EngineRunFlags engine_flags(const RunFlags& flags) {
     if (given) refuse(flag);
   for (const auto& [flag, value] : flags.own)
     if (value) refuse(flag);
-  return {flags.scenario,     *flags.engine,  flags.variant,      flags.setting, flags.restitution, flags.friction,
-          flags.step,         flags.duration, flags.record_every, flags.perturb, flags.seed,        flags.time_limit,
-          flags.memory_limit, flags.out,      flags.set,          flags.knob,    flags.quiet,       flags.json};
+  return {flags.scenario,   *flags.engine,    flags.variant,      flags.setting,      flags.restitution,
+          flags.friction,   flags.step,       flags.duration,     flags.record_every, flags.perturb,
+          flags.seed,       flags.time_limit, flags.memory_limit, flags.out,          flags.save_problems,
+          flags.save_every, flags.set,        flags.knob,         flags.quiet,        flags.json};
 }
 
 }  // namespace
