@@ -110,6 +110,7 @@ std::span<const NcpSolverRow> ncp_solvers();
 const NcpSolverRow* find_ncp_solver(std::string_view name);
 
 /// Rows, one a file (ncp/nsgs.cpp, ...).
+NcpSolverRow newton_ncp_row();
 NcpSolverRow nsgs_row();
 NcpSolverRow bisection_row();
 NcpSolverRow admm_row();
