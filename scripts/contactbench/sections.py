@@ -6,7 +6,7 @@ import hashlib
 import statistics
 from dataclasses import dataclass, field
 
-from . import claims, precision, solve_all, stepping, table1
+from . import claims, precision, solve_all, stepping, table1, today
 from .figures import FIGURES, SAYS
 from .measures import BAD, VERDICTS
 from .runs import LIMITS
@@ -196,6 +196,25 @@ def advice(results):
                    {}, {"answers": data, "text": text})
 
 
+def models_today(results):
+    """What each model does wrong, from the paper's to those of today: against exact Coulomb friction at the same
+    step, so that the error of the step is none of a model's."""
+    title, rows = "From the paper to today", today.rows_of(results)
+    if not rows:
+        return Section(title, {"rows": None})
+    lines, good = today.budget(rows), today.advice(rows)
+    fixed = ("column", "status", "apart", "law", "error", "agree")
+    shown = {
+        "rows": rows, "columns": today.COLUMNS,
+        "lines": [(f"{scene_name(*key[:2])}, step {key[2]} s", line) for key, line in lines.items()], "good": [
+            (f"{scene_name(*key[:2])}, step {key[2]} s", good.get(key, [])) for key in lines], "sweep": today.SWEEP}
+    data = {"runs": {r["cell"].unrepeated: picked(r, fixed) for r in rows}}
+    timing = {r["cell"].unrepeated: r["time_per_step"] for r in rows}
+    return Section(title, shown, data, {
+        "time_per_step": timing, "cheapest": {name: some[0]["cell"].unrepeated
+                                              for name, some in shown["good"] if some}})
+
+
 def convergence(results):
     """Observed order in the step, and the friction polygon's error against its number of edges."""
     shown = {"orders": precision.orders(results), "polygons": precision.polygons(results)}
@@ -295,6 +314,6 @@ def unfinished(results):
 
 # Groups of the table of contents. A section that others do not build on is added at the end of its group.
 GROUPS = {
-    "Which method": (advice, error_time), "The paper": (claim_table, table_one, figures),
+    "Which method": (advice, error_time, models_today), "The paper": (claim_table, table_one, figures),
     "Accuracy and cost": (convergence, ways_of_stepping, performance, stored_problems, left_out),
     "Where it gets hard": (stiff_cases, unfinished), "About": (reading, )}
