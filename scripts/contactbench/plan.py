@@ -22,7 +22,7 @@ SHORT = {
     "prune": "prune-"}
 # What may stand beside the knobs in a block or a profile.
 SETTINGS = {
-    "repeats": 1, "members": 0, "record_every": 1, "record_interval_s": 0, "timed": True, "time_limit_s": 3600,
+    "repeats": 1, "members": 0, "record_every": 1, "record_interval_s": 0, "record_contacts": False, "timed": True, "time_limit_s": 3600,
     "memory_limit_mb": 4096}
 # m: how far a member of an ensemble moves each free body at the start: the last bits of a place of size 1 m.
 LAST_BITS = "1e-15"
@@ -59,6 +59,7 @@ class Run:
     memory_limit_mb: float = 4096
     file: str = ""  # of a scene that does not come with the program
     members: int = 0  # of its ensemble, at most
+    record_contacts: bool = False
 
     @classmethod
     def of(cls, row):
@@ -87,7 +88,7 @@ class Run:
         """The run with other last bits at the start and its contacts in another order. Nobody draws it, so that not
         every step is kept."""
         every = COARSE if self.record_every == 1 else self.record_every
-        return dataclasses.replace(self, member=number, timed=False, record_every=every)
+        return dataclasses.replace(self, member=number, timed=False, record_every=every, record_contacts=False)
 
     def flags(self):
         """Of `contactbench run`, all that the result depends on."""
@@ -190,7 +191,8 @@ def block_runs(block, scene, file, sweep, profile, rows, stem):
                     continue  # an angle of the polygon is none of a method without one
                 yield Run(scene, turned(chosen, knobs), method["name"], variant, solver, tuple(knobs), 0, 0, (stem, ),
                           recorded(settings, knobs), bool(settings["timed"]), float(settings["time_limit_s"]),
-                          float(settings["memory_limit_mb"]), file, int(settings["members"])), int(settings["repeats"])
+                          float(settings["memory_limit_mb"]), file, int(settings["members"]),
+                          bool(settings["record_contacts"])), int(settings["repeats"])
 
 
 def merge(a, b):
@@ -198,7 +200,7 @@ def merge(a, b):
     finest = min((r for r in (a.record_every, b.record_every) if r), default=0)
     return dataclasses.replace(a, sweeps=tuple(dict.fromkeys(a.sweeps + b.sweeps)), record_every=finest, timed=a.timed
                                or b.timed, time_limit_s=max(a.time_limit_s, b.time_limit_s), memory_limit_mb=max(
-                                   a.memory_limit_mb, b.memory_limit_mb), members=max(a.members, b.members))
+                                   a.memory_limit_mb, b.memory_limit_mb), members=max(a.members, b.members), record_contacts=a.record_contacts or b.record_contacts)
 
 
 def plan(paths, profile, listed):
