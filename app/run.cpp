@@ -23,6 +23,7 @@
 #include "output/progress.h"
 #include "output/run_files.h"
 #include "output/summary.h"
+#include "run_engine.h"
 #include "scenario/near_name.h"
 #include "scenario/perturb.h"
 #include "simulation/explicit_step.h"
@@ -40,8 +41,8 @@ using Clock = std::chrono::steady_clock;
 struct RunFlags : MethodFlags {
   std::string scenario, method;
   Text restitution, friction, step, duration, record_every, save_problems, save_every, time_limit, memory_limit, out,
-      prune, perturb, seed, shuffle, gyroscopic, stepping, accuracy, order, record_interval;
-  std::vector<std::string> set;
+      prune, perturb, seed, shuffle, gyroscopic, stepping, accuracy, order, record_interval, engine, setting;
+  std::vector<std::string> set, knob;
   bool quiet = false, json = false, conditioning = false, record_contacts = false;
 };
 
@@ -589,6 +590,32 @@ int execute(const RunPlan& plan) {
   return code;
 }
 
+/// The flags of a run of an engine. Throws UsageError for those that only methods have.
+EngineRunFlags engine_flags(const RunFlags& flags) {
+  const std::vector<std::pair<const char*, bool>> of_methods = {{"method", !flags.method.empty()},
+                                                                {"solver", flags.solver.has_value()},
+                                                                {"prune", flags.prune.has_value()},
+                                                                {"shuffle-contacts", flags.shuffle.has_value()},
+                                                                {"order", flags.order.has_value()},
+                                                                {"gyroscopic", flags.gyroscopic.has_value()},
+                                                                {"stepping", flags.stepping.has_value()},
+                                                                {"accuracy", flags.accuracy.has_value()},
+                                                                {"conditioning", flags.conditioning},
+                                                                {"record-interval", flags.record_interval.has_value()},
+                                                                {"save-problems", flags.save_problems.has_value()},
+                                                                {"save-every", flags.save_every.has_value()}};
+  const auto refuse = [&](std::string_view flag) {
+    throw UsageError(fmt::format("--{}: belongs to methods; leave it or --engine {} out", flag, *flags.engine));
+  };
+  for (const auto& [flag, given] : of_methods)
+    if (given) refuse(flag);
+  for (const auto& [flag, value] : flags.own)
+    if (value) refuse(flag);
+  return {flags.scenario,     *flags.engine,  flags.variant,      flags.setting, flags.restitution, flags.friction,
+          flags.step,         flags.duration, flags.record_every, flags.perturb, flags.seed,        flags.time_limit,
+          flags.memory_limit, flags.out,      flags.set,          flags.knob,    flags.quiet,       flags.json};
+}
+
 }  // namespace
 
 void add_run(CLI::App& program, Action& action) {
@@ -600,9 +627,15 @@ void add_run(CLI::App& program, Action& action) {
   run.add_option("scenario", flags->scenario, "a scenario's XML file, or the name of one that comes with the program")
       ->required()
       ->type_name("SCENARIO.xml");
-  run.add_option("--method", flags->method, "contact model: see contactbench list methods")
-      ->required()
-      ->type_name("METHOD");
+  CLI::Option* method = run.add_option("--method", flags->method, "contact model: see contactbench list methods");
+  method->type_name("METHOD");
+  add("--engine", flags->engine, "ENGINE",
+      "in place of --method: another program's engine, see contactbench list engines");
+  add("--setting", flags->setting, "default|tuned", "of --engine: which values of its knobs [default]");
+  run.add_option("--knob", flags->knob, "of --engine: a value for one of its knobs; may be repeated")
+      ->type_name("NAME=VALUE")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   add_method_flags(run, *flags, false);
   add("--restitution", flags->restitution, "E", "override every contact pair, 0 to 1 [scenario]");
   add("--friction", flags->friction, "MU", "override every contact pair, at least 0 [scenario]");
@@ -639,7 +672,10 @@ void add_run(CLI::App& program, Action& action) {
   add("--out", flags->out, "DIR", "where the files go [results/runs/<scenario>__<method>...]");
   run.add_flag("--quiet", flags->quiet, "no progress and no summary");
   run.add_flag("--json", flags->json, "the summary as JSON on standard output");
-  run.callback([flags, &action] { action = [flags] { return execute(make_plan(*flags)); }; });
+  run.callback([flags, method, &action] {
+    if (method->count() == 0 && !flags->engine) throw CLI::RequiredError("--method");
+    action = [flags] { return flags->engine ? run_engine(engine_flags(*flags)) : execute(make_plan(*flags)); };
+  });
 }
 
 }  // namespace cb
