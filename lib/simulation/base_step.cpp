@@ -41,7 +41,12 @@ BaseStep::BaseStep(const Scenario& scenario, const SimulationOptions& options, C
   torque_.assign(state_.qd.size(), 0.0);
   joint_force_ = qdd_ = torque_;
   lent_.resize(scenario_.model.trees.size());
+  implicit_ = options_.joint_forces == JointForces::implicit && !scenario_.model.trees.empty();
   damping_ = step_damping_ = implicit_damping(scenario_);
+  if (implicit_) {
+    implicit_joints_ = ImplicitJoints(passive_gains(scenario_), motor_gains(scenario_));
+    std::fill(damping_.begin(), damping_.end(), 0.0);  // one of the gains
+  }
   force_on_.assign(scenario_.forces.size(), 0);
   // What springs hold is there too.
   energy_input_ = kinetic_energy(scenario_.model, state_) + potential_energy(scenario_.model, state_, Vec3::Zero());
@@ -181,6 +186,7 @@ void BaseStep::choose_forces(long index, double h) {
 
 void BaseStep::kick(double h) {
   step_ = h;
+  at_start_ = true;
   const Vec3 g = scenario_.gravity.at(state_.t);
   gravity_speed_ = g.norm() * h;
   for (std::size_t b = 0; b < external_.size(); ++b) external_[b] = scenario_.model.bodies[b].mass * g;
@@ -189,6 +195,7 @@ void BaseStep::kick(double h) {
   energy_input_ += accelerate(scenario_.model, external_, h, state_, options_.gyroscopic);
   if (!scenario_.model.trees.empty()) {
     for (std::size_t i = 0; i < damping_.size(); ++i) step_damping_[i] = h * damping_[i];
+    implicit_joints_.begin(h);
     accelerate_trees(g);
   }
   lap_.add_to(record_.times.dynamics_s);
@@ -207,6 +214,7 @@ void BaseStep::accelerate_trees(const Vec3& gravity) {
       if (joint.nv() != 1) continue;
       double& tau = torque_[joint.v];
       tau = std::clamp(tau, -joint.torque_limit, joint.torque_limit);
+      if (std::abs(tau) >= joint.torque_limit) implicit_joints_.saturate(joint.v);
       joint_force_[joint.v] = tau + joint.passive_torque(state_.q[joint.q], state_.qd[joint.v]);
       energy_input_ += std::abs(tau * state_.qd[joint.v]) * h;
     }
@@ -234,6 +242,7 @@ void BaseStep::kick(const Tree& tree, Lent& lent) {
   before_.assign(qd.begin(), qd.end());
   const auto accelerate = [&](bool turning) {
     articulated_body_.forward_dynamics(model, tree, state_, external_, force, qdd, damping, turning);
+    if (implicit_) implicit_joints_.accelerations(model, tree, state_, qdd);
   };
   const auto add = [&] {
     for (std::size_t i = 0; i < nv; ++i) qd[i] = before_[i] + step_ * qdd[i];
@@ -254,6 +263,7 @@ void BaseStep::kick(const Tree& tree, Lent& lent) {
 
 // Moves everything by dt. A tree keeps its kinetic energy, but for what was lent to it.
 void BaseStep::move(double dt) {
+  at_start_ = false;
   const std::vector<Tree>& trees = scenario_.model.trees;
   if (trees.empty() && !hold_contacts_) {  // too short to read the clock for: it counts as collision
     advance_positions(dt);
@@ -533,7 +543,8 @@ double BaseStep::first_limit(double horizon) {
 void BaseStep::solve_event() {
   const std::vector<ContactPoint>& contacts = event_contacts();
   assembler_.assemble(scenario_.model, state_, scenario_.shapes, contacts, limits_, mu_, restitution_,
-                      scenario_.rotate_cone, problem_, owners_, driven_);
+                      scenario_.rotate_cone, problem_, owners_, driven_,
+                      implicit_ && at_start_ ? &implicit_joints_ : nullptr);
   if (ahead_ > 0) add_gaps();
   lap_.add_to(record_.times.assembly_s);
   solution_.clear();

@@ -11,6 +11,7 @@
 #include "contact/referee.h"
 #include "dynamics/articulated_body.h"
 #include "dynamics/free_bodies.h"
+#include "dynamics/implicit_joints.h"
 #include "geometry/broad_phase.h"
 #include "methods/registry.h"
 #include "scenario/scenario.h"
@@ -97,6 +98,7 @@ class BaseStep {
     hold_contacts_ = hold;
     drift_.set_exact(hold);
   }
+  void record(const AccuracyStep& step) { record_.accuracy = step; }
   /// Are the events to come of base steps that are extrapolated from?
   void set_trial(bool trial) { trial_ = trial; }
   /// A failure of a trial ends no run.
@@ -209,7 +211,10 @@ class BaseStep {
   ArticulatedBody articulated_body_;
   std::vector<double> torque_, joint_force_, qdd_;  // as State::qd
   std::vector<double> damping_, step_damping_;      // as State::qd: the damping that is implicit, and h times that
-  std::vector<double> twists_;                      // State::v before a change
+  ImplicitJoints implicit_joints_;
+  bool implicit_ = false;       // are joint forces those of the end of a step?
+  bool at_start_ = false;       // has nothing moved since the kick?
+  std::vector<double> twists_;  // State::v before a change
   /// What velocity-product forces gave a tree's rates at the start of the step, until it moves.
   struct Lent {
     double energy = 0;  // J

@@ -10,23 +10,26 @@ import math
 import statistics
 
 from . import precision
-from .references import AGREED, ERROR
+from .references import ERROR
 from .runs import number
 
 CONVERGING, RESIDUAL = "converging", "residual"
 TRUST = {
     "exact": "the scene has an exact answer: the error is that",
     "certified": "two methods agree over the whole run: the error is known to the uncertainty of the reference",
-    "agreed": "two methods agree {until}; of what comes after nothing is known, and methods part there",
+    "agreed": "two methods agree for the first {until:g} s, which is what was run; of what comes after nothing is known, and methods part there",
     CONVERGING: "no two methods agree: the error is how far the same method moves when its step is made finer, which says "
                 "that it converges and not to what; at its step the others are up to {spread} m away",
     RESIDUAL: "nothing is known of where the bodies should be: the answer solves the contact problems that it meets, without "
               "a gain of energy, and is the cheapest that does"}
 
 
-def basis_of(measure):
-    """What errors of a measure are against."""
-    return {ERROR: "certified", AGREED: "agreed"}.get(measure, "exact")
+def basis_of(measure, about, wanted):
+    """What errors of a measure are against. `about`: of the scene's reference; `wanted`: the seconds asked for, or
+    None for all of the scene."""
+    if measure != ERROR:
+        return "exact"
+    return "certified" if (about.get("until") or 0) >= (wanted or about["duration"]) * (1 - 1e-9) else "agreed"
 
 
 def point(cell, measure, error):

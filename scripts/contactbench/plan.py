@@ -14,10 +14,12 @@ from .program import ProgramError, choices, scenes_of
 
 # Knobs in a sweep file are flags of `contactbench run`, with underscores. These are every method's, the others only of
 # the methods whose row in `list --json` names the flag.
-COMMON = ("step", "stepping", "duration", "restitution", "friction", "prune")
+COMMON = ("step", "stepping", "accuracy", "order", "record_interval", "joint_forces", "duration", "restitution",
+          "friction", "prune")
 # Parts of the names of runs; of other knobs their own names.
 SHORT = {
-    "step": "h", "stepping": "by-", "duration": "T", "k": "k", "epsilon": "eps", "epsilon_relative": "epsrel",
+    "step": "h", "stepping": "by-", "accuracy": "A", "order": "p", "record_interval": "dt", "joint_forces": "joints-",
+    "duration": "T", "k": "k", "epsilon": "eps", "epsilon_relative": "epsrel",
     "compression_bound": "bound-", "regularise": "reg", "warm_start": "warm-", "restitution": "e", "friction": "mu",
     "prune": "prune-"}
 # What may stand beside the knobs in a block or a profile.
@@ -89,7 +91,8 @@ class Run:
     def as_member(self, number):
         """The run with other last bits at the start and its contacts in another order. Nobody draws it, so that not
         every step is kept."""
-        every = COARSE if self.record_every == 1 else self.record_every
+        # Steps of an accuracy end at the moments of a reference, each of which is to be kept.
+        every = COARSE if self.record_every == 1 and "accuracy" not in dict(self.knobs) else self.record_every
         return dataclasses.replace(self, member=number, timed=False, record_every=every, record_contacts=False)
 
     def flags(self):
@@ -206,7 +209,12 @@ def block_runs(block, scene, file, sweep, profile, rows, stem):
         for method, variant, solver in rows:
             if not asked_for(method, "/".join(p for p in (method["name"], variant or solver) if p), merged):
                 continue
-            names = [n for n in knobs_of(method) if n in merged]
+            # What a block leaves empty is left out of it; an accuracy takes the place of a step.
+            names = [n for n in (*COMMON, *own_knobs(method)) if merged.get(n, []) != []]
+            if "accuracy" in names:
+                if method.get("no_expansion"):
+                    continue
+                names = [n for n in names if n != "step"]
             for knobs in itertools.product(*[[(n, v) for v in values(merged[n])] for n in names]):
                 if turned(chosen, knobs) is None:
                     continue  # an angle of the polygon is none of a method without one

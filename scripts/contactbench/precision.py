@@ -11,13 +11,13 @@ import statistics
 import numpy as np
 
 from . import worth
-from .references import AGREED, ERROR, name_of
+from .references import ERROR, name_of
 from .runs import Cell, Runs, number, series
 
 SWEEP = "error_time"
 # The error that stands for a scene: the first of these that it has, largest over time. Closed forms come before
 # certified ones.
-MEASURES = ("position_linf_m", "displacement_linf_m", ERROR, "creep_linf_m", AGREED)
+MEASURES = ("position_linf_m", "displacement_linf_m", ERROR, "creep_linf_m")
 EXACT_LAW = 1e-8  # law residual up to which a convex run solves exact Coulomb friction
 TINY = 1e-12  # m; differences below are rounding
 DIFFERS = "differs"  # a word on which an ensemble does not agree
@@ -59,9 +59,6 @@ def reference_of(results, scene, parameters, name):
     """What an error is against, in words: analytic; certified, with its uncertainty; or missing, with the reason."""
     if name == ERROR:
         return f"certified to {uncertainty(results, scene, parameters):.1g} m"
-    if name == AGREED:
-        about = results.manifest["references"][name_of(scene, parameters)]
-        return f"agreed by two methods until {about['until']:g} of {about['duration']:g} s, to {about['uncertainty_m']:.1g} m"
     if name:
         return next(
             c["reference"] for c in results.cells(scene, None, parameters=parameters) if not math.isnan(c.error(name)))
@@ -79,7 +76,7 @@ def points(results, scene, parameters, name=None, sweep=SWEEP):
     named one), None where the run did not finish or has none, the worst of its ensemble (infinite where a member did
     not end ok), and the uncertainty of the reference that it is against."""
     name = name or measure(results, scene, parameters, sweep)
-    out, unsure = [], uncertainty(results, scene, parameters) if name in (ERROR, AGREED) else 0.0
+    out, unsure = [], uncertainty(results, scene, parameters) if name == ERROR else 0.0
     for cell in results.cells(scene, sweep, parameters=parameters):
         times = [time / float(cell["duration"] or "nan") for time in (cell.seconds, *cell.times)]
         point = {"run": cell["run"], "scene": scene, "parameters": parameters, "step": cell["step"], "measure": name}
@@ -195,7 +192,8 @@ def budget(results: Runs, scene: str, parameters: str) -> list[dict]:
 @functools.cache
 def parts_of_error(results, scene, parameters):
     """The rows of the budget, as one world has them."""
-    cells = [c for c in results.cells(scene, SWEEP, parameters=parameters) if c.finished]
+    # What steps to an accuracy has no step to share with others.
+    cells = [c for c in results.cells(scene, SWEEP, parameters=parameters) if c.finished and c["step"]]
     name = measure(results, scene, parameters)
     rows = []
     for cell in cells:
@@ -290,7 +288,7 @@ def contenders(results):
     out = {}
     for scene, parameters in scenes(results):
         for cell in results.cells(scene, SWEEP, parameters=parameters):
-            if cell["k"] in ("", "8") and cell["epsilon"] in ("", "1e-12"):
+            if cell["step"] and cell["k"] in ("", "8") and cell["epsilon"] in ("", "1e-12"):
                 out.setdefault(cell.name, {})[scene, parameters, cell["knobs"]] = cell
     return out
 

@@ -85,11 +85,14 @@ def sweep_of(options, contacts=False):
     except program.ProgramError as error:
         raise WrongInput(str(error)) from None
     steps = [f"{known['own_step'] * m:.12g}" for m in STEPS]
+    # What is measured is run for as long as it can be, what is looked at to the end.
+    until = known["until"] if known["accepted"] and not contacts else known["duration"]
     toml = options.out / f"{precision.SWEEP}.toml"
+    interval = kept_every(known) if contacts else references.INTERVAL
     toml.write_text(
-        render("small_sweep.toml", interval=kept_every(known) if contacts else references.INTERVAL,
-               duration=known["duration"], limit=options.limit, scene=file, steps=steps, contacts=contacts,
-               sets=[p.partition("=") for p in options.set], dear=known["took_s"] > DEAR))
+        render("small_sweep.toml", interval=interval, duration=min(until, known["duration"]), limit=options.limit,
+               scene=file, steps=steps, contacts=contacts, sets=[p.partition("=") for p in options.set],
+               dear=known["took_s"] > DEAR))
     words = [toml, "--program", options.program, "--runs", options.out / "runs", "--out", options.out]
     try:
         with contextlib.redirect_stdout(sys.stderr):
@@ -155,7 +158,7 @@ def again(point, options, results):
     second)."""
     run, file = Run.of(point["cell"].row), scene_file(options.program, options.scene)
     # Recorded as in the sweep: a certified error needs the moments of its reference.
-    every = max(1, round(references.INTERVAL / float(point["step"])))
+    every = max(1, round(references.INTERVAL / float(point["step"]))) if point["step"] else 1
     with tempfile.TemporaryDirectory() as runs:
         scene, statuses = file if Path(options.scene).is_file() else f"{run.scene}.xml", program.statuses_of(
             listed(options.program))
@@ -208,8 +211,9 @@ def answer(options):
         return made | {"runner_up": said(second), "nearest": said(near), "told_apart": best and second and
                        precision.told_apart(best, second)}
     points = precision.points(results, scene, parameters, measure)
-    made["reference"], made["basis"] = precision.reference_of(results, scene, parameters, measure), ladder.basis_of(measure)
-    made["trust"] = ladder.TRUST[made["basis"]].format(until=f"until {about.get('until') or 0:g} s")
+    made["reference"], made["basis"] = precision.reference_of(
+        results, scene, parameters, measure), ladder.basis_of(measure, about, options.duration)
+    made["trust"] = ladder.TRUST[made["basis"]].format(until=about.get("until") or 0)
     made["runs"] = len(points)
     best, second, cheaper = precision.choose(points, options.error, options.time_per_step)
     if best is None:

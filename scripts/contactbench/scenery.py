@@ -48,7 +48,7 @@ def write_motions(results):
     for name, found in motions(results).items():
         cells = found["cells"]
         if cells:
-            part = view.scene_of([c.folder for c in cells], labels=[f"{c.with_k}, step {c['step']} s" for c in cells],
+            part = view.scene_of([c.folder for c in cells], labels=[f"{c.with_k}, {c.way}" for c in cells],
                                  frames=FRAMES, room=ROOM)
             parts.append(part | {"name": name})
     if not parts:
@@ -83,7 +83,7 @@ def table(results, scene, parameters):
         error = cell.error(name) if name else math.nan
         time = cell.seconds / float(cell["duration"]) if cell.finished and cell.times else math.nan
         rows.append({
-            "method": cell.with_k, "step": cell["step"], "ended": cell.how_it_ended or "ok", "error": error, "time": time,
+            "method": cell.with_k, "step": cell.step_or_accuracy, "ended": cell.how_it_ended or "ok", "error": error, "time": time,
             "residual": cell["residual_max"], "gain": cell["max_gain_relative"], "command": cell.command,
             "run": cell.unrepeated})
     return {"measure": name, "reference": precision.reference_of(results, scene, parameters, name), "rows": rows}

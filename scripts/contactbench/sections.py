@@ -7,7 +7,7 @@ import math
 import statistics
 from dataclasses import dataclass, field
 
-from . import claims, precision, scenery, solve_all, table1
+from . import claims, precision, scenery, solve_all, stepping, table1
 from . import found as found_out
 from .figures import FIGURES, SAYS
 from .measures import BAD, VERDICTS
@@ -157,7 +157,7 @@ def hover(points):
     scenes = {}
     for p in (p for p in points if p["error"] is not None):
         cell, plain = p["cell"], picked(p, ("run", "error", "time", "least", "most", "repeats", "uncertainty", "status"))
-        plain |= {"label": f"{cell.with_k}, step {p['step']} s", "key": cell.name.partition(",")[0], "command": cell.command}
+        plain |= {"label": f"{cell.with_k}, {cell.way}", "key": cell.name.partition(",")[0], "command": cell.command}
         plain |= {"good": precision.met(p, math.inf), "worst": p["worst"] if math.isfinite(p["worst"]) else 1e300}
         scenes.setdefault(scene_name(p["scene"], p["parameters"]), []).append(plain)
     keys = list(dict.fromkeys(p["key"] for some in scenes.values() for p in some))
@@ -253,6 +253,15 @@ def convergence(results):
     return Section("Order in the step and in the polygon", shown, data)
 
 
+def ways_of_stepping(results):
+    """Steps to a wanted accuracy: wanted against reached, what each order costs, the steps over time."""
+    picture, about, digest = figure(results, stepping.FIGURE, stepping.SWEEP)
+    rows, cost = stepping.wanted(results), stepping.cost(results)
+    fixed = ("scene", "parameters", "method", "wanted", "status", "reached", "switches", "impacts", "first_order", "solves")
+    data = {"figure": about, "wanted": {r["run"]: picked(r, fixed) for r in rows}, "cost": cost}
+    return Section("Steps to a wanted accuracy", {"picture": picture, "rows": rows, "cost": cost}, data, {"sha256": digest})
+
+
 def performance(results):
     """Performance profiles, and how often a claim of success is true."""
     picture, about, digest = figure(results, "performance", precision.SWEEP)
@@ -334,7 +343,7 @@ def unfinished(results):
 # Groups of the table of contents. A section that others do not build on is added at the end of its group.
 GROUPS = {
     "Which method": (found, advice, error_time, scenes), "The paper": (claim_table, table_one, figures), "Accuracy and cost": (
-        convergence, performance, stored_problems, left_out), "Where it gets hard": (stiff_cases, unfinished), "About": (
+        convergence, ways_of_stepping, performance, stored_problems, left_out), "Where it gets hard": (stiff_cases, unfinished), "About": (
             reading, )}
 # Of scenes of which the paper claims nothing.
 OTHERS = {"What was found": (found, scenes, differences), "Which method": (advice, error_time), "About": (unfinished, reading)}

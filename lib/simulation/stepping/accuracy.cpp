@@ -141,6 +141,7 @@ void AccuracyStepping::take_impact(BaseStep& base) {
   nearing_ = HUGE_VAL;
   looking_ = smallest_;
   ++tally_.impacts;
+  taken_.impact = true;
   stumbles_.push_back(base.state().t);
 }
 
@@ -226,15 +227,24 @@ AccuracyStepping::Try AccuracyStepping::judge(double H) {
   return out;
 }
 
+// Velocities of what touches are brought back on the contacts, by one event without restitution in which no time passes.
+bool AccuracyStepping::bind_velocities(BaseStep& base) {
+  base.set_rest_speed(HUGE_VAL);
+  base.kick(0);
+  return !base.approaching() || base.event(0);
+}
+
 // The end of a macro step: what touched touches, and moves as it did.
 AccuracyStepping::Try AccuracyStepping::leave(BaseStep& base, double H, double t_end) {
   base.restore({best_state_, base.energy_input(), start_.spinning});
   base.close_gaps(touching_, 10 * distance(radius_, best_state_, neighbour_state_));
   base.set_rest_speed(acceleration_ * smallest_);
   base.look(0);
+  const bool impact = base.approach_speed() > acceleration_ * smallest_;
+  if (!impact && !bind_velocities(base)) return {Try::failed};
   base.save(end_);
   end_.state.t = t_end;
-  if (base.approach_speed() > acceleration_ * smallest_) {  // an impact, which may change anything
+  if (impact) {  // which may change anything
     modes_known_ = false;
     return {};
   }
@@ -275,20 +285,25 @@ bool AccuracyStepping::piles_up(double t) {
 }
 
 void AccuracyStepping::step(BaseStep& base) {
+  taken_ = {};
   step_once(base);
+  base.record(taken_);
   tally_.base_solves += base.record().solves;
 }
 
-void AccuracyStepping::take_first_order(BaseStep& base, double h, double edge, long& count) {
+void AccuracyStepping::take_first_order(BaseStep& base, double h, double edge, AccuracyStep::Kind kind) {
   const double t0 = start_.state.t;
   h = std::min(h, edge - t0);
+  taken_.kind = kind;
+  taken_.length = h;
+  taken_.estimate = acceleration_ * h * h / 2;
   base.set_trial(false);
   base.forgive();
   base.restore(start_);
   base.set_rest_speed(acceleration_ * smallest_);
   step_by_events(base, h);
-  ++count;
-  tally_.estimated_error += acceleration_ * h * h / 2;
+  ++(kind == AccuracyStep::switched ? tally_.switches : tally_.first_order);
+  tally_.estimated_error += taken_.estimate;
   modes_known_ = false;
   looking_ = h;
   next_ = std::min(options_.longest, 4 * h);
@@ -303,6 +318,8 @@ void AccuracyStepping::go_on_from(const Try& taken, double H, double limit, bool
   tally_.shortest = std::min(tally_.shortest, H);
   tally_.longest = std::max(tally_.longest, H);
   tally_.estimated_error += taken.estimate;
+  taken_.length = H;
+  taken_.estimate = taken.estimate;
   noise_ *= forget;
   const double growth = safety * std::pow(std::max(taken.excess, 1e-12), -1.0 / growth_order());
   next_ = std::max(H, std::min(next_, limit)) * std::clamp(growth, least_shrink, noisy ? slow_growth : most_growth);
@@ -326,6 +343,7 @@ void AccuracyStepping::take_macro_step(BaseStep& base, double edge) {
       return base.settle();
     }
     ++tally_.refused;
+    ++taken_.refused;
     base.forgive();
     if (tried.what == Try::inexact) {
       // An estimate that does not fall with the step is the solver's noise, which a shorter one only counts more often.
@@ -341,7 +359,7 @@ void AccuracyStepping::take_macro_step(BaseStep& base, double edge) {
     if (tries >= most_tries || (tried.what != Try::arrived && H <= least)) {
       stumbles_.push_back(t0);
       return take_first_order(base, std::min(H, smallest_), edge,
-                              tried.what == Try::switched ? tally_.switches : tally_.first_order);
+                              tried.what == Try::switched ? AccuracyStep::switched : AccuracyStep::first_order);
     }
     H = next_length(tried, H);
     nearing = tried.what == Try::arrived;
@@ -364,12 +382,12 @@ void AccuracyStepping::step_once(BaseStep& base) {
   base.save(start_);
   if (first_order_left_ > 0 || piles_up(t0)) {
     --first_order_left_;
-    return take_first_order(base, smallest_, edge, tally_.first_order);
+    return take_first_order(base, smallest_, edge, AccuracyStep::first_order);
   }
   base.set_trial(true);
   if (!modes_known_ && !probe(base, looking_, entry_)) {
     ++tally_.refused;
-    return take_first_order(base, smallest_, edge, tally_.first_order);
+    return take_first_order(base, smallest_, edge, AccuracyStep::first_order);
   }
   base.restore(start_);
   base.look(0);
