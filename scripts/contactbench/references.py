@@ -153,7 +153,7 @@ def certify(maker, duration):
     about = {
         "scene": coarse["scenario"], "parameters": parameters,
         "scene_digest": digest(*program.files_of(maker.program, maker.file, parameters)), "accepted": False,
-        "reason": "", "own_step": coarse["options"]["step"], "accuracy_m": None, "duration": duration, "until": None,
+        "reason": "", "own_step": coarse["options"]["step"], "took_s": coarse["time"]["total_s"], "accuracy_m": None, "duration": duration, "until": None,
         "uncertainty_m": None, "versions": coarse["versions"], "machine": coarse["machine"], "runs": []}
     reasons = []
     for wanted in WANTED:
