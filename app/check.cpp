@@ -10,6 +10,7 @@
 #include "geometry/broad_phase.h"
 #include "method_flags.h"
 #include "output/summary.h"
+#include "run_engine.h"
 #include "scenario/scenario.h"
 #include "simulation/explicit_step.h"
 #include "simulation/left_out.h"
@@ -79,6 +80,33 @@ std::string gravity_text(const Gravity& gravity) {
       text += fmt::format(" + {} {:g} cos({:g} t + {:g})", "xyz"[axis], wave.amplitude, wave.frequency, wave.phase);
   }
   return text;
+}
+
+/// Which ways of stepping fit the scene (docs/stepping.md), a line each. `row`: the method, or nullptr.
+std::vector<std::string> stepping_notes(const Scenario& scenario, const MethodRow* row) {
+  constexpr int many = 8;  // bodies that can meet each other: their impacts come one by one
+  std::vector<std::string> notes;
+  if (row != nullptr && !row->law.no_expansion.empty()) {
+    notes.push_back(fmt::format("--accuracy is none of {}'s: {}", row->name, row->law.no_expansion));
+  } else {
+    const bool bounces = std::any_of(scenario.pairs.laws.begin(), scenario.pairs.laws.end(),
+                                     [](const PairLaw& law) { return law.restitution > 0; });
+    const bool polygon = row != nullptr && row->law.polygon_edges;
+    notes.push_back(fmt::format(
+        "--accuracy A (m): steps as long as the error lets them be{}{}",
+        polygon ? "; slip that turns switches from facet to facet" : "",
+        bounces ? "; impacts are located, bounces too low to matter at A are left out and counted" : ""));
+  }
+  std::vector<char> meets(scenario.model.bodies.size(), 0);
+  for (std::size_t i = 0; i < scenario.shapes.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      const int a = scenario.shapes[i].body, b = scenario.shapes[j].body;
+      if (a >= 0 && b >= 0 && a != b && scenario.pairs.find(static_cast<int>(i), static_cast<int>(j)) != nullptr)
+        meets[static_cast<std::size_t>(a)] = meets[static_cast<std::size_t>(b)] = 1;
+    }
+  if (const auto bodies = std::count(meets.begin(), meets.end(), 1); bodies >= many)
+    notes.push_back(fmt::format("--stepping steps: {} bodies can meet each other; one problem a step, first order", bodies));
+  return notes;
 }
 
 /// What no run of the scene needs, and why.
@@ -155,10 +183,14 @@ struct CheckFlags {
   Text method, steps;
   std::vector<std::string> set;
   bool files = false;
+  // Of the preflight of an engine.
+  Text engine, variant, setting, step;
+  bool json = false;
 };
 
 int check(const CheckFlags& flags) {
-  const auto& [name, method, trial_steps, set, files] = flags;
+  const std::string& name = flags.scenario;
+  const auto& [method, trial_steps, set, files] = std::tie(flags.method, flags.steps, flags.set, flags.files);
   const Overrides overrides = set_flags(set);
   const MethodRow* row = method ? &method_flag(*method) : nullptr;
   if (trial_steps && !row)
@@ -194,10 +226,13 @@ int check(const CheckFlags& flags) {
     line("controller",
          fmt::format("{} of {}: {}", controller.row->name,
                      scenario.model.trees[static_cast<std::size_t>(controller.tree)].name, controller.row->summary));
-  if (const auto limit = largest_stable_step(scenario))
+  const auto forces = scenario.implicit_joints ? JointForces::implicit : JointForces::explicit_euler;
+  if (const auto limit = largest_stable_step(scenario, forces))
     line("control",
-         fmt::format("out of contact the explicit step of the robots' torques is stable up to h = {:.3g} s{}", *limit,
-                     scenario.step > *limit ? ": at the scene's own it is not" : ""));
+         fmt::format("out of contact the {} step of the robots' torques is stable up to h = {:.3g} s{}",
+                     scenario.implicit_joints ? "implicit" : "explicit", *limit,
+                     scenario.step > *limit ? ": at the scene's own it is not (--joint-forces implicit)" : ""));
+  for (const std::string& note : stepping_notes(scenario, row)) line("stepping", note);
   const auto [points, pairs] = contacts_at_start(scenario);
   line("contacts", fmt::format("{} at the start, on {} pairs of shapes", points, pairs));
   if (row) line("method", fmt::format("{}: {}", row->name, row->summary));
@@ -224,10 +259,10 @@ int check(const CheckFlags& flags) {
 void add_check(CLI::App& program, Action& action) {
   CLI::App& check_app = *program.add_subcommand("check", "validate a scenario; say what it has");
   const auto flags = std::make_shared<CheckFlags>();
-  check_app
-      .add_option("scenario", flags->scenario, "a scenario's XML file, or the name of one that comes with the program")
-      ->required()
-      ->type_name("SCENARIO.xml");
+  CLI::Option* scene = check_app
+                           .add_option("scenario", flags->scenario,
+                                       "a scenario's XML file, or the name of one that comes with the program")
+                           ->type_name("SCENARIO.xml");
   check_app
       .add_option("--method", flags->method,
                   "the contact model that a run would use: tries some steps and tells what they leave out")
@@ -238,7 +273,25 @@ void add_check(CLI::App& program, Action& action) {
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   check_app.add_flag("--files", flags->files, "print the files that the scene reads, one a line, and nothing else");
-  check_app.callback([flags, &action] { action = [flags] { return check(*flags); }; });
+  const auto add = [&](const char* flag, Text& value, const char* type, const char* summary) {
+    check_app.add_option(flag, value, summary)->type_name(type);
+  };
+  add("--engine", flags->engine, "ENGINE",
+      "in place of a scene: what an engine does with the simplest scenes, measured");
+  add("--variant", flags->variant, "VARIANT", "of --engine [all]");
+  add("--setting", flags->setting, "default|tuned", "of --engine [default]");
+  add("--step", flags->step, "S", "of --engine: step in s [1e-3]");
+  check_app.add_flag("--json", flags->json, "of --engine: as JSON");
+  check_app.callback([flags, scene, &action] {
+    if (scene->count() == 0 && !flags->engine) throw CLI::RequiredError("scenario");
+    action = [flags] {
+      if (!flags->engine) return check(*flags);
+      if (!flags->scenario.empty())
+        throw UsageError(
+            fmt::format("{}: --engine {} is checked without a scene; leave it out", flags->scenario, *flags->engine));
+      return check_engine(*flags->engine, flags->variant, flags->setting, flags->step, flags->json);
+    };
+  });
 }
 
 }  // namespace cb

@@ -18,10 +18,12 @@
 #include "limits.h"
 #include "linalg/stop.h"
 #include "method_flags.h"
+#include "output/contact_file.h"
 #include "output/number.h"
 #include "output/progress.h"
 #include "output/run_files.h"
 #include "output/summary.h"
+#include "run_engine.h"
 #include "scenario/near_name.h"
 #include "scenario/perturb.h"
 #include "simulation/explicit_step.h"
@@ -39,9 +41,10 @@ using Clock = std::chrono::steady_clock;
 struct RunFlags : MethodFlags {
   std::string scenario, method;
   Text restitution, friction, step, duration, record_every, save_problems, save_every, time_limit, memory_limit, out,
-      prune, perturb, seed, shuffle, gyroscopic, stepping, accuracy, order, record_interval;
-  std::vector<std::string> set;
-  bool quiet = false, json = false, conditioning = false;
+      prune, perturb, seed, shuffle, gyroscopic, joint_forces, stepping, accuracy, order, record_interval, engine,
+      setting;
+  std::vector<std::string> set, knob;
+  bool quiet = false, json = false, conditioning = false, record_contacts = false;
 };
 
 /// A run that is known to be possible, but for what the disk and the solvers say.
@@ -54,6 +57,7 @@ struct RunPlan {
   SimulationOptions simulation;
   bool prune = true;  ///< leave out what the scene does not need
   long record_every = 1;
+  bool record_contacts = false;
   fs::path save_problems;  ///< empty: none
   long save_every = 1;
   std::optional<double> time_limit_s, memory_limit_mb;
@@ -95,6 +99,7 @@ fs::path default_directory(const RunFlags& flags, const RunPlan& plan) {
   if (flags.perturb) add(fmt::format("perturb{}seed{}", number_text(plan.summary.perturb), plan.summary.seed));
   if (flags.shuffle) add(fmt::format("shuffle{}", plan.simulation.shuffle));
   if (plan.simulation.gyroscopic == Gyroscopic::explicit_euler) add("gyroscopic-explicit");
+  if (flags.joint_forces) add("joints-" + *flags.joint_forces);
   return fs::path("results") / "runs" / name;
 }
 
@@ -183,6 +188,9 @@ RunPlan make_plan(const RunFlags& flags) {
   if (flags.record_every)
     plan.record_every = whole_flag("record-every", *flags.record_every, 0, 1L << 60,
                                    "a whole number of steps: 1 keeps every step, 0 none");
+  plan.record_contacts = flags.record_contacts;
+  if (plan.record_contacts && plan.record_every == 0)
+    throw UsageError("--record-contacts: --record-every 0 keeps no steps; leave one out");
   if (flags.prune) plan.prune = on_off_flag("prune", *flags.prune);
   if (flags.perturb)
     plan.summary.perturb =
@@ -199,6 +207,8 @@ RunPlan make_plan(const RunFlags& flags) {
       throw UsageError(fmt::format("--gyroscopic {}: must be implicit or explicit", *flags.gyroscopic));
     if (*flags.gyroscopic == "explicit") plan.simulation.gyroscopic = Gyroscopic::explicit_euler;
   }
+  if (flags.joint_forces && *flags.joint_forces != "implicit" && *flags.joint_forces != "explicit")
+    throw UsageError(fmt::format("--joint-forces {}: must be implicit or explicit", *flags.joint_forces));
   stepping_flags(flags, plan.simulation);
   plan.conditioning = flags.conditioning;
   if (flags.time_limit) plan.time_limit_s = positive_flag("time-limit", *flags.time_limit, seconds);
@@ -225,20 +235,24 @@ RunPlan make_plan(const RunFlags& flags) {
   }
   if (plan.summary.perturb > 0) perturb(plan.scenario, plan.summary.perturb, plan.summary.seed);
   plan.options = method_options(flags, *plan.method, plan.scenario.k, plan.scenario.compression_bound);
-  // What a solver leaves open is multiplied by the extrapolation's weights.
-  constexpr double open_energy = 1e-12;  // J a metre of the accuracy
+  // What a solver leaves open is multiplied by the extrapolation's weights: epsilon leaves 1 kg sqrt(2 epsilon) m/s,
+  // a thousandth of A a second. Below the floor doubles have nothing to give.
+  constexpr double share = 1e-6, floor = 1e-22;  // J/m^2, J
+  const double A = plan.simulation.accuracy;
   if (plan.simulation.stepping == Stepping::accuracy && !flags.asked("epsilon") && !flags.asked("epsilon-relative"))
-    plan.options.epsilon = std::min(plan.options.epsilon, open_energy * plan.simulation.accuracy);
+    plan.options.epsilon = std::min(plan.options.epsilon, std::max(floor, share * A * A));
   plan.unavailable = unavailable_reason(*plan.method, plan.options);
   if (const std::string_view why = plan.method->law.no_expansion;
       plan.simulation.stepping == Stepping::accuracy && !why.empty())
     plan.unsupported = fmt::format("--accuracy with {}: {}; give a --step in its place", plan.method->name, why);
   plan.simulation.step = step.value_or(plan.scenario.step);
   plan.simulation.duration = duration.value_or(plan.scenario.duration);
+  const bool implicit = flags.joint_forces ? *flags.joint_forces == "implicit" : plan.scenario.implicit_joints;
+  if (implicit) plan.simulation.joint_forces = JointForces::implicit;
   check_steps(plan);
   plan.out = flags.out ? fs::path(*flags.out) : default_directory(flags, plan);
-  plan.summary.control_eigenvalue = largest_eigenvalue(plan.scenario, plan.simulation.step);
-  plan.summary.largest_stable_step = largest_stable_step(plan.scenario);
+  plan.summary.control_eigenvalue = largest_eigenvalue(plan.scenario, plan.simulation.step, plan.simulation.joint_forces);
+  plan.summary.largest_stable_step = largest_stable_step(plan.scenario, plan.simulation.joint_forces);
   plan.quiet = flags.quiet;
   plan.json = flags.json;
   plan.summary = provisional_summary(flags, plan);
@@ -294,12 +308,14 @@ struct HardProblem {
 };
 constexpr const char* hard_problem_file = "hard_problem.hdf5";
 
-/// What `solve` makes of a problem: status and answer of a method that knows of nothing before.
+/// What `solve` makes of a problem: status of the run's method where it knows of nothing before.
 Status solve_afresh(const RunPlan& plan, const ContactProblem& problem) {
   MethodOptions options = plan.options;
   options.warm_start = false;
   ContactSolution solution;
-  plan.method->make(options)(problem, solution);
+  const ContactMethod method =
+      plan.prune ? pruned(*plan.method, options, std::make_shared<LeftOut>()) : plan.method->make(options);
+  method(problem, solution);
   std::vector<double> v_plus;
   const Residuals residuals = Referee().check(problem, solution, plan.method->law, v_plus);
   if (Referee::holds(residuals, plan.simulation.accepted_residual)) return Status::ok;
@@ -315,9 +331,12 @@ std::string solve_command(const RunPlan& plan) {
   if (!options.solver.empty()) command += " --solver " + options.solver;
   if (!options.variant.empty()) command += " --variant " + options.variant;
   for (const OptionRow& row : plan.method->options) {
-    const std::string value = text_of(value_of(row, plan.method->options, options));
-    if (!value.empty() && !row.between_events) command += fmt::format(" --{} {}", row.flag, value);
+    const OptionValue value = value_of(row, plan.method->options, options);
+    const bool asked = row.always_named || value != value_of(row, plan.method->options, MethodOptions());
+    if (asked && !row.between_events && !text_of(value).empty())
+      command += fmt::format(" --{} {}", row.flag, text_of(value));
   }
+  if (plan.prune) command += " --prune on";
   return command;
 }
 
@@ -373,8 +392,9 @@ void keep_last(const Simulation& simulation, const LeftOut& left_out, const Step
 }
 
 /// Steps to the end, to a status that ends the run, or to a stop (throws Stopped). `hard`: see HardProblem.
-void go(const RunPlan& plan, Simulation& simulation, RunFiles& files, Limits& limits, SceneErrors& errors,
-        RunSummary& summary, Progress& progress, const LeftOut& left_out, std::optional<HardProblem>& hard) {
+void go(const RunPlan& plan, Simulation& simulation, RunFiles& files, ContactFile& contacts, Limits& limits,
+        SceneErrors& errors, RunSummary& summary, Progress& progress, const LeftOut& left_out,
+        std::optional<HardProblem>& hard) {
   constexpr std::chrono::milliseconds between_flushes{500};
   Clock::time_point now = Clock::now(), flushed = now;
   while (!simulation.done()) {
@@ -389,8 +409,10 @@ void go(const RunPlan& plan, Simulation& simulation, RunFiles& files, Limits& li
       files.last_step(record);
     else
       files.step(simulation.state(), record, simulation.torque());
+    contacts.step(record);
     if (before_writing - flushed > between_flushes) {
       files.flush();
+      contacts.flush();
       flushed = before_writing;
     }
     now = Clock::now();
@@ -402,13 +424,14 @@ void go(const RunPlan& plan, Simulation& simulation, RunFiles& files, Limits& li
       if (record.unsolved) keep_last(simulation, left_out, record, hard);
       break;
     }
-    if (!files.ok()) break;
+    if (!files.ok() || !contacts.ok()) break;
     progress.update(now, record.t, plan.simulation.duration, record.contacts);
   }
 }
 
 /// The run itself. Fills in what came of it; may throw.
-void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors& errors, RunSummary& summary) {
+void simulate(const RunPlan& plan, RunFiles& files, ContactFile& contacts, Limits& limits, SceneErrors& errors,
+              RunSummary& summary) {
   RunTally& tally = summary.tally;
   PrunedRun pruned_run(plan.scenario, plan.simulation, *plan.method, plan.options, plan.prune);
   Simulation& simulation = pruned_run.simulation;
@@ -430,7 +453,10 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
       summary.write_s += std::chrono::duration<double>(Clock::now() - before_writing).count();
     }
     if (!event.trial) errors.observe_event(event);
-    if (!event.trial) files.event(event);
+    if (!event.trial) {
+      files.event(event);
+      contacts.event(event);
+    }
     const bool holds = Referee::holds(event.residuals, plan.simulation.accepted_residual);
     tally.observe_event(event, holds);
     if (!holds) keep_worst(plan, event, hard);
@@ -442,7 +468,7 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
   summary.status = Status::ok;
   summary.reason.clear();
   try {
-    go(plan, simulation, files, limits, errors, summary, progress, *pruned_run.left_out, hard);
+    go(plan, simulation, files, contacts, limits, errors, summary, progress, *pruned_run.left_out, hard);
   } catch (const Stopped&) {
     stopped = true;
     summary.status = limits.status();
@@ -450,6 +476,7 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
     limits.lift();
   }
   files.flush();
+  contacts.flush();
   progress.clear();
   if (hard) {
     summary.worst_refusal = fmt::format("{}, at t = {:.9g} s", hard->reason, hard->t);
@@ -465,11 +492,13 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
 /// Says so where controllers, springs or damping cannot be stable at this step.
 void warn_of_control(const RunPlan& plan) {
   const std::optional<double>& limit = plan.summary.largest_stable_step;
-  if (limit && plan.simulation.step > *limit)
-    print_error(
-        fmt::format("contactbench run: warning: out of contact the explicit step of the robots' torques is unstable at "
-                    "h = {:g} s; it is stable up to --step {:.3g}\n",
-                    plan.simulation.step, *limit));
+  if (plan.simulation.stepping == Stepping::accuracy || !limit || plan.simulation.step <= *limit) return;
+  const bool implicit = plan.simulation.joint_forces == JointForces::implicit;
+  print_error(
+      fmt::format("contactbench run: warning: out of contact the {} step of the robots' torques is unstable at "
+                  "h = {:g} s; it is stable up to --step {:.3g}{}\n",
+                  implicit ? "implicit" : "explicit", plan.simulation.step, *limit,
+                  implicit ? "" : ", or with --joint-forces implicit"));
 }
 
 /// From a plan to an exit code. Whatever happens on the way, there is a summary.
@@ -502,11 +531,13 @@ int execute(const RunPlan& plan) {
   SummaryFile summary_file(summary_path, to_json(summary));
   if (!summary_file.ok() && !refused && !is_full(summary_file.error()))
     refuse_directory(summary_path, std::strerror(summary_file.error()));
-  RunFiles files(plan.out, plan.scenario.model, plan.record_every, plan.scenario.shapes, plan.scenario.rotate_cone);
+  RunFiles files(plan.out, plan.scenario.model, plan.record_every, plan.scenario.shapes, plan.scenario.rotate_cone,
+                 plan.simulation.stepping == Stepping::accuracy);
   if (!files.ok() && !refused && !is_full(files.error())) {
     fs::remove(summary_path, refused);
     refuse_directory(files.failed_path(), std::strerror(files.error()));
   }
+  ContactFile contacts(plan.out, plan.scenario, plan.record_contacts, plan.record_every);
 
   const bool polygon = std::any_of(plan.method->options.begin(), plan.method->options.end(),
                                    [](const OptionRow& row) { return row.flag == "k"; });
@@ -526,7 +557,7 @@ int execute(const RunPlan& plan) {
       summary.reason = plan.unsupported;
     } else {
       limits.bound_memory();
-      simulate(plan, files, limits, *errors, summary);
+      simulate(plan, files, contacts, limits, *errors, summary);
     }
   } catch (const FileError& error) {
     summary.status = Status::write_failed;
@@ -541,7 +572,9 @@ int execute(const RunPlan& plan) {
   }
   limits.lift();
   files.flush();
+  contacts.flush();
   if (!files.ok() && summary_file.ok()) fail_writing(summary, files.failed_path(), files.error());
+  if (!contacts.ok() && files.ok() && summary_file.ok()) fail_writing(summary, contacts.path(), contacts.error());
   if (summary.finished) {
     code = finished;
     if (summary.tally.inaccurate_events > 0) {
@@ -573,6 +606,27 @@ int execute(const RunPlan& plan) {
   return code;
 }
 
+/// The flags of a run of an engine. Throws UsageError for those that only methods have.
+EngineRunFlags engine_flags(const RunFlags& flags) {
+  const std::vector<std::pair<const char*, bool>> of_methods = {
+      {"method", !flags.method.empty()},        {"solver", flags.solver.has_value()},
+      {"prune", flags.prune.has_value()},       {"shuffle-contacts", flags.shuffle.has_value()},
+      {"order", flags.order.has_value()},       {"gyroscopic", flags.gyroscopic.has_value()},
+      {"stepping", flags.stepping.has_value()}, {"accuracy", flags.accuracy.has_value()},
+      {"conditioning", flags.conditioning},     {"record-interval", flags.record_interval.has_value()}};
+  const auto refuse = [&](std::string_view flag) {
+    throw UsageError(fmt::format("--{}: belongs to methods; leave it or --engine {} out", flag, *flags.engine));
+  };
+  for (const auto& [flag, given] : of_methods)
+    if (given) refuse(flag);
+  for (const auto& [flag, value] : flags.own)
+    if (value) refuse(flag);
+  return {flags.scenario,   *flags.engine,    flags.variant,      flags.setting,      flags.restitution,
+          flags.friction,   flags.step,       flags.duration,     flags.record_every, flags.perturb,
+          flags.seed,       flags.time_limit, flags.memory_limit, flags.out,          flags.save_problems,
+          flags.save_every, flags.set,        flags.knob,         flags.quiet,        flags.json};
+}
+
 }  // namespace
 
 void add_run(CLI::App& program, Action& action) {
@@ -584,9 +638,15 @@ void add_run(CLI::App& program, Action& action) {
   run.add_option("scenario", flags->scenario, "a scenario's XML file, or the name of one that comes with the program")
       ->required()
       ->type_name("SCENARIO.xml");
-  run.add_option("--method", flags->method, "contact model: see contactbench list methods")
-      ->required()
-      ->type_name("METHOD");
+  CLI::Option* method = run.add_option("--method", flags->method, "contact model: see contactbench list methods");
+  method->type_name("METHOD");
+  add("--engine", flags->engine, "ENGINE",
+      "in place of --method: another program's engine, see contactbench list engines");
+  add("--setting", flags->setting, "default|tuned", "of --engine: which values of its knobs [default]");
+  run.add_option("--knob", flags->knob, "of --engine: a value for one of its knobs; may be repeated")
+      ->type_name("NAME=VALUE")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   add_method_flags(run, *flags, false);
   add("--restitution", flags->restitution, "E", "override every contact pair, 0 to 1 [scenario]");
   add("--friction", flags->friction, "MU", "override every contact pair, at least 0 [scenario]");
@@ -610,9 +670,13 @@ void add_run(CLI::App& program, Action& action) {
       "how a free body's tumbling is stepped; explicit gains energy, as in the paper [implicit]");
   run.add_flag("--conditioning", flags->conditioning,
                "measure rank and condition of the contact problems (slow; the worst is in the summary)");
+  add("--joint-forces", flags->joint_forces, "explicit|implicit",
+      "springs, dampers and gains of robots: of the start of a step, or of its end to first order [scenario]");
   add("--prune", flags->prune, "on|off", "leave out what the scene does not need [on]");
   add("--record-every", flags->record_every, "N",
       "keep each N-th step in trajectory.csv and steps.csv; 0: neither file [1]");
+  run.add_flag("--record-contacts", flags->record_contacts,
+               "contacts.csv and shapes.csv besides: each contact of the steps that are kept, for scripts/view.py");
   add("--save-problems", flags->save_problems, "DIR",
       "store the contact problems of the events as FCLIB files, for solve [none]");
   add("--save-every", flags->save_every, "N", "store each N-th event's problem only [1]");
@@ -621,7 +685,10 @@ void add_run(CLI::App& program, Action& action) {
   add("--out", flags->out, "DIR", "where the files go [results/runs/<scenario>__<method>...]");
   run.add_flag("--quiet", flags->quiet, "no progress and no summary");
   run.add_flag("--json", flags->json, "the summary as JSON on standard output");
-  run.callback([flags, &action] { action = [flags] { return execute(make_plan(*flags)); }; });
+  run.callback([flags, method, &action] {
+    if (method->count() == 0 && !flags->engine) throw CLI::RequiredError("--method");
+    action = [flags] { return flags->engine ? run_engine(engine_flags(*flags)) : execute(make_plan(*flags)); };
+  });
 }
 
 }  // namespace cb

@@ -46,5 +46,6 @@ MethodRow drumwright_shell_row();
 MethodRow coulomb_row();
 MethodRow newton_row();
 MethodRow mirtich_row();
+MethodRow soft_row();
 
 }  // namespace cb

@@ -113,5 +113,7 @@ const NcpSolverRow* find_ncp_solver(std::string_view name);
 NcpSolverRow newton_ncp_row();
 NcpSolverRow nsgs_row();
 NcpSolverRow bisection_row();
+NcpSolverRow admm_row();
+NcpSolverRow cascade_row();
 
 }  // namespace cb

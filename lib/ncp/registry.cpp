@@ -5,7 +5,7 @@
 namespace cb {
 
 std::span<const NcpSolverRow> ncp_solvers() {
-  static const std::array rows{newton_ncp_row(), nsgs_row(), bisection_row()};
+  static const std::array rows{newton_ncp_row(), nsgs_row(), bisection_row(), admm_row(), cascade_row()};
   return rows;
 }
 

@@ -114,11 +114,11 @@ def statuses_of(said: dict) -> list[str]:
 
 def choices(said: dict, outside=(), unavailable=False) -> tuple[list[tuple], dict[str, str]]:
     """(method row, variant, solver) of everything this build has, or could have, in the order of its own list, but
-    solvers named `outside`; and what it has not: {method/solver: reason}."""
+    methods and solvers named `outside`; and what it has not: {method/solver: reason}."""
     out = {(s["method"], s["name"]): s["unavailable"] for s in said["solvers"]
-           if s["unavailable"] and s["name"] not in outside}
+           if s["unavailable"] and not {s["name"], s["method"]} & {*outside}}
     rows = [(method, variant, solver) for method in said["methods"] for solver in method["solvers"] or [""]
-            if solver not in outside and (unavailable or (method["name"], solver) not in out)
+            if not {method["name"], solver} & {*outside} and (unavailable or (method["name"], solver) not in out)
             for variant in method["variants"] or [""]]
     return rows, {f"{method}/{solver}": reason for (method, solver), reason in out.items()}
 
@@ -295,7 +295,9 @@ def watched(program, scene, flags: list, folder, statuses: list[str], wall_limit
     recorded = [] if "--record-every" in flags else ["--record-every", "1"]
     command = run_words(program, scene, [*flags, *recorded, "--memory-limit", memory_mb], folder)
     job = {
-        "asked": {"scene": Path(scene).stem, "method": flags[flags.index("--method") + 1]}, "statuses": statuses,
+        "asked": {
+            "scene": Path(scene).stem,
+            "method": flags[flags.index("--engine" if "--engine" in flags else "--method") + 1]}, "statuses": statuses,
         "wall_limit_s": wall_limit, "memory_limit_mb": memory_mb}
     code, stopped, peak, said = execute(command, wall_limit, addresses(memory_mb))
     summary = read_json(Path(folder) / "summary.json")
@@ -320,13 +322,14 @@ def reached(folder: Path) -> float | None:
 
 
 def job_of(run, program, scene, runs, statuses, time_limit, memory_limit_mb=4096, record_every=1, timed=True, key="",
-           deadline=None):
+           deadline=None, record_contacts=False):
     """What `do` needs to know of a run (plan.Run). The program keeps its own limit; the outer one is for one that does
     not come back."""
     return {
         "asked": run.asked(), "flags": run.flags(), "key": key, "program": program, "scene": scene, "runs": str(runs),
         "statuses": statuses, "timed": timed, "time_limit_s": time_limit, "wall_limit_s": 1.2 * time_limit + 10,
-        "memory_limit_mb": memory_limit_mb, "record_every": record_every, "deadline": deadline}
+        "memory_limit_mb": memory_limit_mb, "record_every": record_every, "deadline": deadline,
+        "record_contacts": record_contacts}
 
 
 def within(job: dict, now: float) -> dict:
@@ -345,7 +348,8 @@ def do(job: dict, load: Load) -> dict:
     scratch.mkdir(parents=True)
     record = {
         **job["asked"], "flags": job["flags"], "key": job["key"], "limits": [
-            job["time_limit_s"], job["memory_limit_mb"]], "record_every": job["record_every"]}
+            job["time_limit_s"], job["memory_limit_mb"]], "record_every": job["record_every"],
+        "record_contacts": job["record_contacts"]}
     if job["time_limit_s"] > 0:
         record.update(done(job, scratch, load))
     else:
@@ -361,7 +365,8 @@ def done(job: dict, scratch: Path, load: Load) -> dict:
     """Runs the program into `scratch`: how it ended, as fields of its record."""
     def command(out, limit):
         limits = ["--time-limit", f"{limit:g}", "--memory-limit", f"{job['memory_limit_mb']:g}"]
-        flags = [*job["flags"], "--record-every", job["record_every"], *limits]
+        kept = ["--record-contacts"] if job["record_contacts"] else []
+        flags = [*job["flags"], "--record-every", job["record_every"], *kept, *limits]
         return run_words(job["program"], job["scene"], flags, out)
 
     memory, warm_up, start = addresses(job["memory_limit_mb"]), scratch / "warm_up", time.monotonic()
