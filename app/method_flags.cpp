@@ -40,7 +40,7 @@ void refuse_foreign(const MethodRow& method, std::string_view flag, const std::s
 
 double number(const OptionRow& row, const std::string& value) {
   return row.positive ? positive_flag(row.flag, value, row.expected)
-                      : number_flag(row.flag, value, row.least, HUGE_VAL, row.expected);
+                      : number_flag(row.flag, value, row.least, row.most, row.expected);
 }
 
 void parse(const OptionRow& row, const std::string& value, MethodOptions& options) {
@@ -78,6 +78,9 @@ MethodOptions method_options(const MethodFlags& flags, const MethodRow& method, 
     if (!flags.asked(row.flag)) continue;
     if (flags.asked(row.replaces))
       throw UsageError(fmt::format("--{} and --{} exclude each other: give one of them", row.replaces, row.flag));
+    if (!row.variant.empty() && row.variant != options.variant)
+      throw UsageError(fmt::format("--{}: of {}, only --variant {} has a use for it; leave it out", row.flag,
+                                   method.name, row.variant));
     parse(row, *flags.own.find(row.flag)->second, options);
   }
   return options;

@@ -18,6 +18,7 @@
 #include "limits.h"
 #include "linalg/stop.h"
 #include "method_flags.h"
+#include "output/contact_file.h"
 #include "output/number.h"
 #include "output/progress.h"
 #include "output/run_files.h"
@@ -42,7 +43,7 @@ struct RunFlags : MethodFlags {
   Text restitution, friction, step, duration, record_every, save_problems, save_every, time_limit, memory_limit, out,
       prune, perturb, seed, shuffle, gyroscopic, stepping, accuracy, order, record_interval, engine, setting;
   std::vector<std::string> set, knob;
-  bool quiet = false, json = false, conditioning = false;
+  bool quiet = false, json = false, conditioning = false, record_contacts = false;
 };
 
 /// A run that is known to be possible, but for what the disk and the solvers say.
@@ -55,6 +56,7 @@ struct RunPlan {
   SimulationOptions simulation;
   bool prune = true;  ///< leave out what the scene does not need
   long record_every = 1;
+  bool record_contacts = false;
   fs::path save_problems;  ///< empty: none
   long save_every = 1;
   std::optional<double> time_limit_s, memory_limit_mb;
@@ -184,6 +186,9 @@ RunPlan make_plan(const RunFlags& flags) {
   if (flags.record_every)
     plan.record_every = whole_flag("record-every", *flags.record_every, 0, 1L << 60,
                                    "a whole number of steps: 1 keeps every step, 0 none");
+  plan.record_contacts = flags.record_contacts;
+  if (plan.record_contacts && plan.record_every == 0)
+    throw UsageError("--record-contacts: --record-every 0 keeps no steps; leave one out");
   if (flags.prune) plan.prune = on_off_flag("prune", *flags.prune);
   if (flags.perturb)
     plan.summary.perturb =
@@ -374,8 +379,9 @@ void keep_last(const Simulation& simulation, const LeftOut& left_out, const Step
 }
 
 /// Steps to the end, to a status that ends the run, or to a stop (throws Stopped). `hard`: see HardProblem.
-void go(const RunPlan& plan, Simulation& simulation, RunFiles& files, Limits& limits, SceneErrors& errors,
-        RunSummary& summary, Progress& progress, const LeftOut& left_out, std::optional<HardProblem>& hard) {
+void go(const RunPlan& plan, Simulation& simulation, RunFiles& files, ContactFile& contacts, Limits& limits,
+        SceneErrors& errors, RunSummary& summary, Progress& progress, const LeftOut& left_out,
+        std::optional<HardProblem>& hard) {
   constexpr std::chrono::milliseconds between_flushes{500};
   Clock::time_point now = Clock::now(), flushed = now;
   while (!simulation.done()) {
@@ -390,8 +396,10 @@ void go(const RunPlan& plan, Simulation& simulation, RunFiles& files, Limits& li
       files.last_step(record);
     else
       files.step(simulation.state(), record, simulation.torque());
+    contacts.step(record);
     if (before_writing - flushed > between_flushes) {
       files.flush();
+      contacts.flush();
       flushed = before_writing;
     }
     now = Clock::now();
@@ -403,13 +411,14 @@ void go(const RunPlan& plan, Simulation& simulation, RunFiles& files, Limits& li
       if (record.unsolved) keep_last(simulation, left_out, record, hard);
       break;
     }
-    if (!files.ok()) break;
+    if (!files.ok() || !contacts.ok()) break;
     progress.update(now, record.t, plan.simulation.duration, record.contacts);
   }
 }
 
 /// The run itself. Fills in what came of it; may throw.
-void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors& errors, RunSummary& summary) {
+void simulate(const RunPlan& plan, RunFiles& files, ContactFile& contacts, Limits& limits, SceneErrors& errors,
+              RunSummary& summary) {
   RunTally& tally = summary.tally;
   PrunedRun pruned_run(plan.scenario, plan.simulation, *plan.method, plan.options, plan.prune);
   Simulation& simulation = pruned_run.simulation;
@@ -431,7 +440,10 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
       summary.write_s += std::chrono::duration<double>(Clock::now() - before_writing).count();
     }
     if (!event.trial) errors.observe_event(event);
-    if (!event.trial) files.event(event);
+    if (!event.trial) {
+      files.event(event);
+      contacts.event(event);
+    }
     const bool holds = Referee::holds(event.residuals, plan.simulation.accepted_residual);
     tally.observe_event(event, holds);
     if (!holds) keep_worst(plan, event, hard);
@@ -443,7 +455,7 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
   summary.status = Status::ok;
   summary.reason.clear();
   try {
-    go(plan, simulation, files, limits, errors, summary, progress, *pruned_run.left_out, hard);
+    go(plan, simulation, files, contacts, limits, errors, summary, progress, *pruned_run.left_out, hard);
   } catch (const Stopped&) {
     stopped = true;
     summary.status = limits.status();
@@ -451,6 +463,7 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
     limits.lift();
   }
   files.flush();
+  contacts.flush();
   progress.clear();
   if (hard) {
     summary.worst_refusal = fmt::format("{}, at t = {:.9g} s", hard->reason, hard->t);
@@ -508,6 +521,7 @@ int execute(const RunPlan& plan) {
     fs::remove(summary_path, refused);
     refuse_directory(files.failed_path(), std::strerror(files.error()));
   }
+  ContactFile contacts(plan.out, plan.scenario, plan.record_contacts, plan.record_every);
 
   const bool polygon = std::any_of(plan.method->options.begin(), plan.method->options.end(),
                                    [](const OptionRow& row) { return row.flag == "k"; });
@@ -527,7 +541,7 @@ int execute(const RunPlan& plan) {
       summary.reason = plan.unsupported;
     } else {
       limits.bound_memory();
-      simulate(plan, files, limits, *errors, summary);
+      simulate(plan, files, contacts, limits, *errors, summary);
     }
   } catch (const FileError& error) {
     summary.status = Status::write_failed;
@@ -542,7 +556,9 @@ int execute(const RunPlan& plan) {
   }
   limits.lift();
   files.flush();
+  contacts.flush();
   if (!files.ok() && summary_file.ok()) fail_writing(summary, files.failed_path(), files.error());
+  if (!contacts.ok() && files.ok() && summary_file.ok()) fail_writing(summary, contacts.path(), contacts.error());
   if (summary.finished) {
     code = finished;
     if (summary.tally.inaccurate_events > 0) {
@@ -646,6 +662,8 @@ void add_run(CLI::App& program, Action& action) {
   add("--prune", flags->prune, "on|off", "leave out what the scene does not need [on]");
   add("--record-every", flags->record_every, "N",
       "keep each N-th step in trajectory.csv and steps.csv; 0: neither file [1]");
+  run.add_flag("--record-contacts", flags->record_contacts,
+               "contacts.csv and shapes.csv besides: each contact of the steps that are kept, for scripts/view.py");
   add("--save-problems", flags->save_problems, "DIR",
       "store the contact problems of the events as FCLIB files, for solve [none]");
   add("--save-every", flags->save_every, "N", "store each N-th event's problem only [1]");

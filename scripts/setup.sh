@@ -19,6 +19,7 @@ optional=(
   liburdfdom-dev                     # robots from URDF files
   libbenchmark-dev                   # bench/
   git                                # the commit in the manifest
+  libjs-three                        # runs to look at (view.py)
   python3-tqdm                       # the time left of a sweep, as a bar
   python3-distributed                # sweeps on other machines (sweep.py --engine dask)
 )
@@ -27,6 +28,7 @@ for_tests=(
   python3-cvxopt                     # the convex method against a solver that shares no code
   liborocos-kdl-dev                  # robots against another library
   chromium                           # the report in a browser
+  assimp-utils                       # glTF files
   yapf3 flake8 pylint                # how scripts/ is written
   qemu-user                          # the same numbers on other processors
 )

@@ -43,7 +43,9 @@ const MethodRow* find_method(std::string_view name);
 /// Rows, one a file (methods/newton.cpp, ...).
 MethodRow anitescu_potra_row();
 MethodRow drumwright_shell_row();
+MethodRow coulomb_row();
 MethodRow newton_row();
 MethodRow mirtich_row();
+MethodRow soft_row();
 
 }  // namespace cb

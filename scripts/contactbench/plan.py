@@ -14,10 +14,10 @@ from .program import ProgramError, choices, scenes_of
 
 # Knobs in a sweep file are flags of `contactbench run`, with underscores. These are every method's, the others only of
 # the methods whose row in `list --json` names the flag.
-COMMON = ("step", "duration", "restitution", "friction", "prune")
+COMMON = ("step", "stepping", "duration", "restitution", "friction", "prune")
 # Parts of the names of runs; of other knobs their own names.
 SHORT = {
-    "step": "h", "duration": "T", "k": "k", "epsilon": "eps", "epsilon_relative": "epsrel",
+    "step": "h", "stepping": "by-", "duration": "T", "k": "k", "epsilon": "eps", "epsilon_relative": "epsrel",
     "compression_bound": "bound-", "regularise": "reg", "warm_start": "warm-", "restitution": "e", "friction": "mu",
     "prune": "prune-"}
 # What may stand beside the knobs in a block or a profile.
