@@ -35,7 +35,8 @@ def preflight(path, listed):
     rows = []
     for engine in listed["engines"]:
         if engine["unavailable"]:
-            rows.append({"engine": engine["name"], "variant": "", "fault": f"unavailable: {engine['unavailable']}", "lines": []})
+            rows.append({
+                "engine": engine["name"], "variant": "", "fault": f"unavailable: {engine['unavailable']}", "lines": []})
             continue
         for setting in SETTINGS:
             ended = program.call(path, "check", "--engine", engine["name"], "--setting", setting, "--json", timeout=900)
@@ -58,9 +59,10 @@ def failing(row):
     if row["fault"]:
         return [row["fault"]]
     return [
-        f"{line['name']}: {line['note']}" if line.get("unsupported") else
-        f"{line['name']}: {line['measured']:.6g}, not {line['expected']:g}" if line["measured"] is not None else
-        f"{line['name']}: no number" for line in row["lines"] if not line["passed"]]
+        f"{line['name']}: {line['note']}"
+        if line.get("unsupported") else f"{line['name']}: {line['measured']:.6g}, not {line['expected']:g}"
+        if line["measured"] is not None else f"{line['name']}: no number" for line in row["lines"]
+        if not line["passed"]]
 
 
 # Search for knobs.
@@ -129,7 +131,7 @@ def tune(path, listed, wanted):
 def drift(cell):
     """Furthest that any body went from its start, m: of scenes in which nothing moves and that have no closed form."""
     t, *places = series(cell.folder / "trajectory.csv", "t", "px", "py", "pz")
-    if not len(t):
+    if t.size == 0:
         return math.nan
     bodies = int((t == t[0]).sum())
     at = np.array(places).T
@@ -149,10 +151,10 @@ def rows(results):
             steps = number(cell["steps"])
             out.append({
                 "scene": scene, "parameters": parameters, "measure": measure or "drift_m", "engine": cell["engine"],
-                "variant": cell["variant"], "who": cell.name, "setting": cell["setting"],
-                "precision": cell["precision"] or "double", "knobs": cell["knobs"], "step": cell["step"],
-                "status": cell["status"], "reason": cell["reason"], "run": cell.unrepeated,
-                "error": None if math.isnan(error) else error, "time": cell.seconds if cell.finished else None,
+                "variant": cell["variant"], "who": cell.name, "setting": cell["setting"], "precision": cell["precision"]
+                or "double", "knobs": cell["knobs"], "step": cell["step"], "status": cell["status"],
+                "reason": cell["reason"], "run": cell.unrepeated, "error": None if math.isnan(error) else error,
+                "time": cell.seconds if cell.finished else None,
                 "us_a_step": 1e6 * cell.seconds / steps if cell.finished and steps else None, "busy": cell.busy})
     return out
 
@@ -190,7 +192,8 @@ def said(folder):
     return {
         "scenes": scenes, "columns": columns(some), "profile": results.profile, "preflight": [
             c | {"fails": failing(c)} for c in checks], "tuned": tuned(), "ahead": {
-                name: [r["who"] + f", {r['setting']}" for r in of if r["front"] and r["engine"]] for name, of in scenes.items()}}
+                name: [r["who"] + f", {r['setting']}" for r in of if r["front"] and r["engine"]]
+                for name, of in scenes.items()}}
 
 
 def main():

@@ -212,10 +212,11 @@ def block_runs(block, scene, file, sweep, profile, rows, stem):
             for knobs in itertools.product(*[[(n, v) for v in values(merged[n])] for n in names]):
                 if turned(chosen, knobs) is None:
                     continue  # an angle of the polygon is none of a method without one
-                yield Run(scene, turned(chosen, knobs), method["name"], variant, solver, tuple(knobs), 0, 0, (stem, ),
-                          recorded(settings, knobs), bool(settings["timed"]), float(settings["time_limit_s"]),
-                          float(settings["memory_limit_mb"]), file, 0 if method.get("engine") else int(
-                              settings["members"]), method.get("engine", False)), int(settings["repeats"])
+                yield Run(
+                    scene, turned(chosen, knobs), method["name"], variant, solver, tuple(knobs), 0, 0, (stem, ),
+                    recorded(settings, knobs), bool(settings["timed"]), float(settings["time_limit_s"]),
+                    float(settings["memory_limit_mb"]), file, 0 if method.get("engine") else int(settings["members"]),
+                    method.get("engine", False)), int(settings["repeats"])
 
 
 def merge(a, b):

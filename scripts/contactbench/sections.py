@@ -6,7 +6,7 @@ import hashlib
 import statistics
 from dataclasses import dataclass, field
 
-from . import claims, precision, solve_all, table1
+from . import claims, engines as engines_beside, precision, solve_all, table1
 from .figures import FIGURES, SAYS
 from .measures import BAD, VERDICTS
 from .runs import LIMITS
@@ -273,6 +273,22 @@ def stiff_cases(results):
         {"verdicts": count})
 
 
+def engines(results):
+    """Engines beside the methods: their preflights, error and time on each scene, where one is ahead of us."""
+    said, title = engines_beside.said(results.folder), "Engines"
+    if said is None:
+        return Section(title, {"scenes": None})
+    fixed = ("who", "setting", "precision", "step", "knobs", "measure", "status", "error", "fails")
+    data = {
+        name: {r["run"]: picked(r, fixed) for r in some if r["status"] not in LIMITS}
+        for name, some in said["scenes"].items()}
+    timing = {
+        name: {r["run"]: picked(r, ("us_a_step", "front", "busy", "status")) for r in some}
+        for name, some in said["scenes"].items()}
+    return Section(title, said, {"scenes": data, "preflight": said["preflight"]},
+                   {"scenes": timing, "ahead": said["ahead"]})
+
+
 def unfinished(results):
     """Every run that did not end well, with its reason."""
     bad = results.table[(results.table["status"] != "ok") |
@@ -287,5 +303,5 @@ def unfinished(results):
 # Groups of the table of contents. A section that others do not build on is added at the end of its group.
 GROUPS = {
     "Which method": (advice, error_time), "The paper": (claim_table, table_one, figures),
-    "Accuracy and cost": (convergence, performance, stored_problems, left_out),
+    "Accuracy and cost": (convergence, performance, stored_problems, left_out), "Other programs": (engines, ),
     "Where it gets hard": (stiff_cases, unfinished), "About": (reading, )}
