@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "commands.h"
+#include "contact/problem_files.h"
 #include "engines.h"
 #include "folder_lock.h"
 #include "limits.h"
@@ -140,6 +141,18 @@ EnginePlan make_plan(const EngineRunFlags& flags) {
   if (flags.time_limit) request.time_limit_s = positive_flag("time-limit", *flags.time_limit, seconds);
   if (flags.memory_limit)
     plan.memory_limit_mb = positive_flag("memory-limit", *flags.memory_limit, "a positive number of MB");
+  if (flags.save_problems) {
+    if (flags.save_problems->empty()) throw UsageError("--save-problems '': must name a directory");
+    if (!fclib_available()) throw UsageError(fmt::format("--save-problems: {}", fclib_unavailable_reason()));
+    request.save_problems = *flags.save_problems;
+  }
+  if (flags.save_every) {
+    if (!flags.save_problems)
+      throw UsageError(
+          fmt::format("--save-every {}: says how often --save-problems DIR stores; give that too", *flags.save_every));
+    request.save_every =
+        whole_flag("save-every", *flags.save_every, 1, 1L << 60, "a whole number of steps, at least 1");
+  }
   if (flags.out && flags.out->empty()) throw UsageError("--out '': must name a directory");
   plan.chosen = choose(flags.engine, flags.variant, flags.setting, flags.knob);
   request.variant = plan.chosen.variant;
@@ -237,6 +250,19 @@ std::string lines_of(const RunSummary& summary) {
   return out;
 }
 
+/// The folder of stored problems, without those of an earlier run.
+void prepare_problems(const fs::path& folder) {
+  if (folder.empty()) return;
+  std::error_code refused;
+  fs::create_directories(folder, refused);
+  std::vector<fs::path> old;
+  for (const auto& entry : fs::directory_iterator(folder, refused))
+    if (entry.path().filename().string().starts_with("step_")) old.push_back(entry.path());
+  if (refused)
+    throw UsageError(fmt::format("--save-problems: {} cannot be written: {}", folder.string(), refused.message()));
+  for (const fs::path& path : old) fs::remove(path, refused);
+}
+
 }  // namespace
 
 int run_engine(const EngineRunFlags& flags) {
@@ -255,6 +281,7 @@ int run_engine(const EngineRunFlags& flags) {
     throw UsageError(fmt::format("--out: {} cannot be written: {}", out.string(), std::strerror(file.error())));
   for (const char* earlier : {"hard_problem.hdf5", "trajectory.csv", "steps.csv"}) fs::remove(out / earlier, refused);
 
+  prepare_problems(plan.request.save_problems);
   if (plan.chosen.program.empty()) {
     summary.status = Status::unavailable;
     summary.reason = plan.chosen.missing;
