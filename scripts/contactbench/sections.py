@@ -8,6 +8,7 @@ import statistics
 from dataclasses import dataclass, field
 
 from . import claims, precision, scenery, solve_all, stepping, table1, today
+from . import engines as engines_beside
 from . import found as found_out
 from .figures import FIGURES, SAYS
 from .measures import BAD, VERDICTS
@@ -352,6 +353,22 @@ def stiff_cases(results):
                    {"cells": len(cells), "faults": picked(count, BAD)}, {"verdicts": count})
 
 
+def engines(results):
+    """Engines beside the methods: their preflights, error and time on each scene, where one is ahead of us."""
+    said, title = engines_beside.said(results.folder), "Engines"
+    if said is None:
+        return Section(title, {"scenes": None})
+    fixed = ("who", "setting", "precision", "step", "knobs", "measure", "status", "error", "fails")
+    data = {
+        name: {r["run"]: picked(r, fixed) for r in some if r["status"] not in LIMITS}
+        for name, some in said["scenes"].items()}
+    timing = {
+        name: {r["run"]: picked(r, ("us_a_step", "front", "busy", "status")) for r in some}
+        for name, some in said["scenes"].items()}
+    return Section(title, said, {"scenes": data, "preflight": said["preflight"]},
+                   {"scenes": timing, "ahead": said["ahead"]})
+
+
 def unfinished(results):
     """Every run that did not end well, with its reason."""
     bad = results.table[(results.table["status"] != "ok") |
@@ -367,6 +384,7 @@ def unfinished(results):
 GROUPS = {
     "Which method": (found, advice, error_time, models_today, scenes), "The paper": (claim_table, table_one, figures),
     "Accuracy and cost": (convergence, ways_of_stepping, performance, stored_problems, left_out),
+    "Other programs": (engines, ),
     "Where it gets hard": (stiff_cases, unfinished), "About": (reading, )}
 # Of scenes of which the paper claims nothing.
 OTHERS = {
