@@ -74,7 +74,8 @@ def rows_of(path, said, scene, own, place):
             continue
         by = " ".join(str(choice[key]) for key in ("method", "solver", "variant") if choice.get(key))
         rows.append(
-            dict.fromkeys(COLUMNS) | {key: row[key] for key in ("scene", "engine", "variant", "t", "contacts", "file")} |
+            dict.fromkeys(COLUMNS) | {key: row[key]
+                                      for key in ("scene", "engine", "variant", "t", "contacts", "file")} |
             {key: answer.get(key) for key in ("law_residual", "status", "time_min_s")} | {"by": by})
     return rows
 
@@ -107,16 +108,18 @@ def words_of(x):
 
 def own_markdown(rows):
     """A table an engine's problem: its answer, then ours on the same data."""
-    lines = ["# Engines' own contact problems", "",
-             "Residual of Coulomb's law with the engine's offset, and without; of the engine's own model; how far M, J,",
-             "v-, r and v+ agree with each other. `scripts/isolated.py problems`; docs/engines.md.", ""]
+    lines = [
+        "# Engines' own contact problems", "",
+        "Residual of Coulomb's law with the engine's offset, and without; of the engine's own model; how far M, J,",
+        "v-, r and v+ agree with each other. `scripts/isolated.py problems`; docs/engines.md.", ""]
     for file, some in itertools.groupby(rows, key=lambda row: row["file"]):
         some = list(some)
         first = some[0]
-        lines += [f"## {file}: {first['contacts']} contacts, t = {number(first['t']):g} s, "
-                  f"largest compliance {words_of(first['largest_compliance_per_kg'])} 1/kg", "",
-                  "| by | Coulomb | without offset | its own model | momentum | velocity, m/s | time, us | status |",
-                  "|---|---|---|---|---|---|---|---|"]
+        lines += [
+            f"## {file}: {first['contacts']} contacts, t = {number(first['t']):g} s, "
+            f"largest compliance {words_of(first['largest_compliance_per_kg'])} 1/kg", "",
+            "| by | Coulomb | without offset | its own model | momentum | velocity, m/s | time, us | status |",
+            "|---|---|---|---|---|---|---|---|"]
         for row in some:
             time = "-" if not row["time_min_s"] else f"{1e6 * number(row['time_min_s']):.1f}"
             cells = [words_of(row[c]) for c in COLUMNS[6:11]]
@@ -156,10 +159,12 @@ def profiles(rows):
 def solvers_markdown(rows):
     ours, theirs = best(rows, False), best(rows, True)
     names = list(dict.fromkeys(row["problem"] for row in rows))
-    lines = ["# Solvers of exact Coulomb friction: ours and Siconos' in one run", "",
-             "Least time of the solve alone (us, CPU) by a solver whose answer the referee accepts (residual of",
-             "Coulomb's law up to 1e-8). `scripts/isolated.py solvers`; bench/siconos_solvers.cpp says how each is called.", "",
-             "| problem | contacts | our best | us | Siconos' best | us | ours/theirs |", "|---|---|---|---|---|---|---|"]
+    lines = [
+        "# Solvers of exact Coulomb friction: ours and Siconos' in one run", "",
+        "Least time of the solve alone (us, CPU) by a solver whose answer the referee accepts (residual of",
+        "Coulomb's law up to 1e-8). `scripts/isolated.py solvers`; bench/siconos_solvers.cpp says how each is called.",
+        "", "| problem | contacts | our best | us | Siconos' best | us | ours/theirs |",
+        "|---|---|---|---|---|---|---|"]
     contacts = {row["problem"]: row["contacts"] for row in rows}
     for name in names:
         a, b = ours.get(name), theirs.get(name)
@@ -167,17 +172,21 @@ def solvers_markdown(rows):
         ratio = f"{a[0] / b[0]:.2f}" if a and b else "-"
         lines.append(f"| {name} | {contacts[name]} | {cells[0]} | {cells[1]} | {ratio} |")
     both = [ours[n][0] / theirs[n][0] for n in names if n in ours and n in theirs]
-    lines += ["", f"Ours at least as fast on {sum(r <= 1 for r in both)} of the {len(both)} problems that both solve; "
-              f"solved by ours: {len(ours)}, by Siconos': {len(theirs)}, of {len(names)}.", "",
-              "| solver | solved | fastest of all | within 2 times | false claims | no end |", "|---|---|---|---|---|---|"]
+    lines += [
+        "", f"Ours at least as fast on {sum(r <= 1 for r in both)} of the {len(both)} problems that both solve; "
+        f"solved by ours: {len(ours)}, by Siconos': {len(theirs)}, of {len(names)}.", "",
+        "| solver | solved | fastest of all | within 2 times | false claims | no end |", "|---|---|---|---|---|---|"]
     of = {}
     for row in rows:
         of.setdefault(row["solver"], []).append(row)
     ratios = profiles(rows)
     for solver, some in of.items():
-        count = [sum(r["solved"] == "1" for r in some), sum(r <= 1 for r in ratios[solver]),
-                 sum(r <= 2 for r in ratios[solver]), sum(r["verdict"] == "false claim" for r in some),
-                 sum(r["verdict"] in ("time limit", "left the program") or r["verdict"].startswith("killed") for r in some)]
+        count = [
+            sum(r["solved"] == "1" for r in some),
+            sum(r <= 1 for r in ratios[solver]),
+            sum(r <= 2 for r in ratios[solver]),
+            sum(r["verdict"] == "false claim" for r in some),
+            sum(r["verdict"] in ("time limit", "left the program") or r["verdict"].startswith("killed") for r in some)]
         lines.append(f"| {solver} | " + " | ".join(map(str, count)) + " |")
     return "\n".join([*lines, ""])
 
@@ -196,8 +205,9 @@ def draw(rows, folder):
         x = [r for r in ratios if math.isfinite(r)]
         y = [(i + 1) / len(ratios) for i in range(len(x))]
         other = solver.startswith("siconos")
-        panel.step([1.0, *x, end], [0.0, *y, y[-1]], where="post", label=solver, color=next(theirs if other else colours),
-                   linestyle=next(lines) if other else "-", linewidth=1.2 if other else 1.8)
+        panel.step([1.0, *x, end], [0.0, *y, y[-1]], where="post", label=solver,
+                   color=next(theirs if other else colours), linestyle=next(lines) if other else "-",
+                   linewidth=1.2 if other else 1.8)
     panel.set(xscale="log", xlim=(0.95, end), ylim=(-0.02, 1.03), ylabel="share of problems",
               xlabel="time over that of the fastest", title="accepted by the referee (1e-8)")
     panel.legend(fontsize=7, loc="lower right")
