@@ -19,9 +19,8 @@ COMMON = ("step", "stepping", "accuracy", "order", "record_interval", "joint_for
 # Parts of the names of runs; of other knobs their own names.
 SHORT = {
     "step": "h", "stepping": "by-", "accuracy": "A", "order": "p", "record_interval": "dt", "joint_forces": "joints-",
-    "duration": "T", "k": "k", "epsilon": "eps", "epsilon_relative": "epsrel",
-    "compression_bound": "bound-", "regularise": "reg", "warm_start": "warm-", "restitution": "e", "friction": "mu",
-    "prune": "prune-"}
+    "duration": "T", "k": "k", "epsilon": "eps", "epsilon_relative": "epsrel", "compression_bound": "bound-",
+    "regularise": "reg", "warm_start": "warm-", "restitution": "e", "friction": "mu", "prune": "prune-"}
 # What may stand beside the knobs in a block or a profile.
 SETTINGS = {
     "repeats": 1, "members": 0, "record_every": 1, "record_interval_s": 0, "timed": True, "time_limit_s": 3600,
@@ -217,10 +216,11 @@ def block_runs(block, scene, file, sweep, profile, rows, stem):
             for knobs in itertools.product(*[[(n, v) for v in values(merged[n])] for n in names]):
                 if turned(chosen, knobs) is None:
                     continue  # an angle of the polygon is none of a method without one
-                yield Run(scene, turned(chosen, knobs), method["name"], variant, solver, tuple(knobs), 0, 0, (stem, ),
-                          recorded(settings, knobs), bool(settings["timed"]), float(settings["time_limit_s"]),
-                          float(settings["memory_limit_mb"]), file, 0 if method.get("engine") else int(
-                              settings["members"]), method.get("engine", False)), int(settings["repeats"])
+                yield Run(
+                    scene, turned(chosen, knobs), method["name"], variant, solver, tuple(knobs), 0, 0, (stem, ),
+                    recorded(settings, knobs), bool(settings["timed"]), float(settings["time_limit_s"]),
+                    float(settings["memory_limit_mb"]), file, 0 if method.get("engine") else int(settings["members"]),
+                    method.get("engine", False)), int(settings["repeats"])
 
 
 def merge(a, b):

@@ -209,9 +209,10 @@ def ways_of_stepping(results):
     """Steps to a wanted accuracy: wanted against reached, what each order costs, the steps over time."""
     picture, about, digest = figure(results, stepping.FIGURE, stepping.SWEEP)
     rows, cost = stepping.wanted(results), stepping.cost(results)
-    fixed = ("scene", "parameters", "method", "wanted", "status", "reached", "switches", "impacts", "first_order", "solves")
+    fixed = ("scene", "parameters", "method", "wanted", "status", "reached", "switches", "impacts", "solves")
     data = {"figure": about, "wanted": {r["run"]: picked(r, fixed) for r in rows}, "cost": cost}
-    return Section("Steps to a wanted accuracy", {"picture": picture, "rows": rows, "cost": cost}, data, {"sha256": digest})
+    shown = {"picture": picture, "rows": rows, "cost": cost}
+    return Section("Steps to a wanted accuracy", shown, data, {"sha256": digest})
 
 
 def performance(results):
