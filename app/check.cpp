@@ -92,10 +92,10 @@ std::vector<std::string> stepping_notes(const Scenario& scenario, const MethodRo
     const bool bounces = std::any_of(scenario.pairs.laws.begin(), scenario.pairs.laws.end(),
                                      [](const PairLaw& law) { return law.restitution > 0; });
     const bool polygon = row != nullptr && row->law.polygon_edges;
-    notes.push_back(fmt::format(
-        "--accuracy A (m): steps as long as the error lets them be{}{}",
-        polygon ? "; slip that turns switches from facet to facet" : "",
-        bounces ? "; impacts are located, bounces too low to matter at A are left out and counted" : ""));
+    notes.push_back(
+        fmt::format("--accuracy A (m): steps as long as the error lets them be{}{}",
+                    polygon ? "; slip that turns switches from facet to facet" : "",
+                    bounces ? "; impacts are located, bounces too low to matter at A are left out and counted" : ""));
   }
   std::vector<char> meets(scenario.model.bodies.size(), 0);
   for (std::size_t i = 0; i < scenario.shapes.size(); ++i)
@@ -105,7 +105,8 @@ std::vector<std::string> stepping_notes(const Scenario& scenario, const MethodRo
         meets[static_cast<std::size_t>(a)] = meets[static_cast<std::size_t>(b)] = 1;
     }
   if (const auto bodies = std::count(meets.begin(), meets.end(), 1); bodies >= many)
-    notes.push_back(fmt::format("--stepping steps: {} bodies can meet each other; one problem a step, first order", bodies));
+    notes.push_back(
+        fmt::format("--stepping steps: {} bodies can meet each other; one problem a step, first order", bodies));
   return notes;
 }
 

@@ -251,7 +251,8 @@ RunPlan make_plan(const RunFlags& flags) {
   if (implicit) plan.simulation.joint_forces = JointForces::implicit;
   check_steps(plan);
   plan.out = flags.out ? fs::path(*flags.out) : default_directory(flags, plan);
-  plan.summary.control_eigenvalue = largest_eigenvalue(plan.scenario, plan.simulation.step, plan.simulation.joint_forces);
+  plan.summary.control_eigenvalue =
+      largest_eigenvalue(plan.scenario, plan.simulation.step, plan.simulation.joint_forces);
   plan.summary.largest_stable_step = largest_stable_step(plan.scenario, plan.simulation.joint_forces);
   plan.quiet = flags.quiet;
   plan.json = flags.json;

@@ -27,8 +27,9 @@ struct BlockOwner {
 /// tree's velocities are its qd. `owners` receives who they are. Contacts come first, in their order, then limits: row
 /// n acts on the joint's rate (a torque impulse in N m s at a revolute one), the tangential rows are 0, mu = 0 and
 /// restitution = 0.
-/// `joints`: the blocks of trees are M + h D + h^2 K. Trees that are `driven` (indexed as Model::trees; empty: none) get no block, as what is fixed does not: how they
-/// move is no impulse's doing. Their velocity at a contact is in the offset.
+/// `joints`: the blocks of trees are M + h D + h^2 K. Trees that are `driven` (indexed as Model::trees; empty: none)
+/// get no block, as what is fixed does not: how they move is no impulse's doing. Their velocity at a contact is in the
+/// offset.
 class Assembler {
  public:
   /// `mu`, `restitution`: one per contact. `turn`: angle of t1, t2 about -normal (from a to b), rad. Contacts between

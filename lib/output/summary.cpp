@@ -100,8 +100,9 @@ Json accuracy(const RunSummary& run) {
 Json engine(const EngineUse& use) {
   Json knobs = Json::object();
   for (const auto& [key, value] : use.knobs) knobs[key] = value;
-  return {{"name", use.name},           {"version", use.version}, {"precision", use.precision},
-          {"package", text(use.package)}, {"setting", use.setting}, {"knobs", knobs}};
+  return {{"name", use.name},           {"version", use.version},
+          {"precision", use.precision}, {"package", text(use.package)},
+          {"setting", use.setting},     {"knobs", knobs}};
 }
 
 /// Of the worst problem measured; null where none was.

@@ -21,7 +21,8 @@ JointGains motor_gains(const Scenario& scenario);
 /// Largest eigenvalue, by magnitude, of h A at the scenario's initial state, where A = -d qdd / d qd of the controlled
 /// robots out of contact, motors without limits: M^-1 (velocity gains + damping) and what feed-forward leaves of them;
 /// (M + h D)^-1 with implicit damping D.
-/// With implicit joint forces M is M + h D + h^2 K. The step multiplies a rate's error by 1 - h A: beyond 2 it grows, whatever the method. None without a controller.
+/// With implicit joint forces M is M + h D + h^2 K. The step multiplies a rate's error by 1 - h A: beyond 2 it grows,
+/// whatever the method. None without a controller.
 std::optional<double> largest_eigenvalue(const Scenario& scenario, double h,
                                          JointForces forces = JointForces::explicit_euler);
 

@@ -171,10 +171,10 @@ def at_accuracy(maker, about, wanted, own):
 
     def run(method, accuracy):
         summary, motion, command = maker.run(method, accuracy, duration)
+        estimate = (summary.get("accuracy") or {}).get("estimated_error_m")
         about["runs"].append({
             "command": command, "status": summary["status"], "law_residual_max": summary["residuals"]["law_max"],
-            "estimated_error_m": (summary.get("accuracy") or {}).get("estimated_error_m"), "seconds": summary["time"]
-            ["total_s"]})
+            "estimated_error_m": estimate, "seconds": summary["time"]["total_s"]})
         return summary, motion if good(summary) else None
 
     first, motion = run(FIRST, wanted)

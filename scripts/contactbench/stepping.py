@@ -10,11 +10,14 @@ from .looks import plt, point
 SWEEP = "stepping"
 FIGURE = "steps_taken"
 SHOWN = "1e-6"  # m, the accuracy whose steps are drawn
-WITHIN, BEYOND = 10, 100  # of the wanted: what may be reached at most, and what needs no reason at least
+# What is marked: name, colour, marker, its size.
+MARKS = {
+    "macro": ("macro step", "0.45", ".", 2), "switch": ("switch", "C3", "x", 6),
+    "first_order": ("first order (switches pile up)", "C1", "+", 5), "impact": ("after an impact", "C0", "v", 6)}
 
 
 def error_of(cell, name):
-    """Largest error over time against the exact answer of the law that the method solves, m; nan where none is known."""
+    """Largest error against the exact answer of the law that the method solves, m; nan where none is known."""
     own = cell.error(f"polygon_{name}") if cell["method"] == "ap" else math.nan
     return cell.error(name) if math.isnan(own) else own
 
@@ -30,7 +33,7 @@ def count(cell, column):
 
 def wanted(results):
     """Wanted against reached: a row a run of the order that the program chose."""
-    rows = []
+    rows, counts = [], ("solves", "switches", "impacts", "first_order_steps")
     for scene, parameters, cell in cells_of(results):
         if cell.knob("order"):
             continue
@@ -39,15 +42,14 @@ def wanted(results):
         rows.append({
             "scene": scene, "parameters": parameters, "method": cell.with_k, "wanted": goal, "status": cell["status"],
             "reached": None if math.isnan(error) else error, "ratio": None if math.isnan(error) else error / goal,
-            "estimated": float(cell.row.get("estimated_error_m") or "nan"), "solves": count(cell, "solves"),
-            "switches": count(cell, "switches"), "impacts": count(cell, "impacts"), "first_order": count(
-                cell, "first_order_steps"), "run": cell["run"]})
+            "estimated": float(cell.row.get("estimated_error_m") or "nan"), "run": cell["run"]})
+        rows[-1] |= {name: count(cell, name) for name in counts}
     return rows
 
 
 def cost(results):
-    """What each order takes on the circle: per order the errors, the solves, and the slope of their logarithms, which is
-    less the order; order 1 is the scene by events, with the solves that an error of 1e-6 m would take."""
+    """What each order takes on the circle: errors, solves, the slope of their logarithms (the order), and the solves for
+    1e-6 m by it. Order 1 is the scene by events."""
     scene, groups = "circular_sliding", {}
     for cell in results.cells(scene, SWEEP):
         order = int(cell.knob("order") or 0) if cell.knob("accuracy") else 1
@@ -62,7 +64,8 @@ def cost(results):
         solves, errors = [s for s, _ in some], [e for _, e in some]
         slope = precision.slope(solves, errors)
         at_micron = solves[-1] * (1e-6 / errors[-1])**(1 / slope)
-        rows.append({"order": order, "solves": solves, "errors": errors, "slope": -slope, "solves_for_1e-6_m": at_micron})
+        row = {"order": order, "solves": solves, "errors": errors, "slope": -slope}
+        rows.append(row | {"solves_for_1e-6_m": at_micron})
     return rows
 
 
@@ -89,14 +92,12 @@ def steps_taken(cells, axes):
             lines = []
         rows = [line.split(",") for line in lines]
         t, length = np.array([float(r[1]) for r in rows]), np.array([float(r[4]) for r in rows])
-        kind, impact = np.array([r[2] for r in rows]), np.array([r[3] == "1" for r in rows], dtype=bool)
-        for what, look in ((kind == "macro", {"marker": ".", "markersize": 2, "color": "0.45"}),
-                           (kind == "switch", {"marker": "x", "markersize": 6, "color": "C3"}),
-                           (kind == "first_order", {"marker": "+", "markersize": 5, "color": "C1"}),
-                           (impact, {"marker": "v", "markersize": 6, "color": "C0", "markerfacecolor": "none"})):
-            if rows and what.any():
-                panel.plot(t[what], length[what], linestyle="", **look)
+        marked = {kind: np.array([r[2] == kind for r in rows], dtype=bool) for kind in MARKS}
+        marked["impact"] = np.array([r[3] == "1" for r in rows], dtype=bool)
+        for kind, (_, colour, marker, size) in MARKS.items():
+            if marked[kind].any():
+                panel.plot(t[marked[kind]], length[marked[kind]], linestyle="", color=colour, marker=marker,
+                           markersize=size, markerfacecolor="none" if kind == "impact" else colour)
         panel.set(yscale="log", xlabel="time (s)", ylabel="step (s)",
                   title=f"{cell['scene'].replace('_', ' ')} {cell['parameters']}".strip())
-    return [point("macro step", "0.45", "."), point("switch", "C3", "x"), point("first order (switches pile up)", "C1", "+"),
-            point("after an impact", "C0", "v")]
+    return [point(*mark[:3]) for mark in MARKS.values()]
