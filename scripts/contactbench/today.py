@@ -21,6 +21,14 @@ def column_of(cell):
     return {"ap": "polygon", "convex": "convexity", "soft": "softness"}.get(cell["method"], "sequence")
 
 
+def label_of(cell):
+    """The method with the knobs that tell it apart in a scene and step."""
+    knobs = [
+        word.replace("compression_bound", "bound").replace("=", " ") for word in cell["knobs"].split()
+        if not word.startswith(("step=", "duration="))]
+    return ", ".join([cell.with_k.replace(", epsilon 1e-12 J", ""), *knobs])
+
+
 def exact(cell):
     """Whether its answers are Coulomb's law to rounding."""
     return cell["status"] == "ok" and number(cell["law_residual_max"]) <= precision.EXACT_LAW
@@ -45,26 +53,26 @@ def rows_of(results):
             agree = precision.apart(*law[:2]) if len(law) > 1 else math.nan
             for cell in (c for c in cells if c["step"] == step):
                 rows.append({
-                    "scene": scene, "parameters": parameters, "step": step, "cell": cell, "column": column_of(cell),
-                    "status": cell["status"] if cell.finished else cell.how_it_ended, "agree": agree,
-                    "apart": precision.apart(cell, law[0]) if law and cell.finished else math.nan, "law": number(
-                        cell["law_residual_max"]), "error": cell.error(name) if name else math.nan, "measure": name,
-                    "time_per_step": cell.seconds /
+                    "scene": scene, "parameters": parameters, "step": step, "cell": cell, "label": label_of(cell),
+                    "column": column_of(cell), "status": cell["status"] if cell.finished else cell.how_it_ended,
+                    "agree": agree, "apart": precision.apart(cell, law[0]) if law and cell.finished else math.nan,
+                    "law": number(cell["law_residual_max"]), "error": cell.error(name) if name else math.nan,
+                    "measure": name, "time_per_step": cell.seconds /
                     int(cell["steps"]) if cell.finished and int(cell["steps"] or 0) else math.nan})
     return rows
 
 
 def budget(rows):
-    """A row a scene and step: for each column the run that is nearest to exact Coulomb friction, and how far."""
+    """A row a scene and step: for each column its runs and how far they are from exact Coulomb friction, the nearest
+    first."""
     out = {}
     for row in rows:
         line = out.setdefault((row["scene"], row["parameters"], row["step"]),
-                              {"agree": row["agree"], "law_error": math.nan, **dict.fromkeys(COLUMNS)})
+                              {"agree": row["agree"], "law_error": math.nan} | {column: [] for column in COLUMNS})
         if row["cell"]["method"] == "coulomb" and row["cell"]["solver"] == EXACT[0]:
             line["law_error"] = row["error"]
-        best = line.get(row["column"])
-        if row["column"] and not math.isnan(row["apart"]) and (best is None or row["apart"] < best["apart"]):
-            line[row["column"]] = row
+        if row["column"] and not math.isnan(row["apart"]):
+            line[row["column"]] = sorted([*line[row["column"]], row], key=lambda r: r["apart"])
     return out
 
 
