@@ -1,4 +1,5 @@
-// Siconos as an engine beside the methods: its own time stepping, after Moreau and Jean.
+// Siconos as an engine beside the methods: its own time stepping, after Moreau and Jean (siconos_scene.cpp speaks with
+// its library).
 //
 // What is followed: Siconos 4.4, users' guide ("Time integration of the dynamics", "Friction-contact problems"), the
 // heads of MoreauJeanOSI.hpp, TimeStepping.hpp, FrictionContact.hpp and SiconosBulletCollisionManager.hpp, and what
@@ -11,213 +12,88 @@
 // Its own contact problem: M (with theta h times the gyroscopic forces' derivative, zero without spin), J and the
 // velocity without contact are what the integrator keeps; nothing stabilises the gap, so that the offset is zero.
 
-// Bullet's and the mechanics' classes must be known before the kernel's.
-// clang-format off
-#include <BulletSiconosFwd.hpp>
-#include <MechanicsFwd.hpp>
-#include <SiconosKernel.hpp>
-// clang-format on
-#include <Friction_cst.h>
-#include <SolverOptions.h>
-
-#include <RigidBodyDS.hpp>
-#include <SiconosBulletCollisionManager.hpp>
-#include <SiconosContactor.hpp>
-#include <SiconosShape.hpp>
-#include <cmath>
-#include <map>
+#include <algorithm>
 #include <memory>
 
 #include "frame/engine.h"
 #include "frame/own_problem.h"
+#include "siconos_scene.h"
 
 namespace cb {
 
 namespace {
 
-constexpr double end_of_time = 1e9;  // s: Siconos asks for one
+namespace plain = siconos_scene;
 
-std::shared_ptr<SiconosVector> vector(std::initializer_list<double> x) {
-  auto out = std::make_shared<SiconosVector>(static_cast<unsigned>(x.size()));
-  unsigned i = 0;
-  for (const double value : x) (*out)(i++) = value;
+plain::Pose plain_pose(const Pose& pose) {
+  return {{pose.p.x(), pose.p.y(), pose.p.z()}, {pose.q.w(), pose.q.x(), pose.q.y(), pose.q.z()}};
+}
+
+plain::Shape plain_shape(const Shape& shape, int group) {
+  plain::Shape out{shape.body, plain::Kind::sphere, shape.radius, {}, {}, group};
+  for (int k = 0; k < 3; ++k) out.size[k] = 2 * shape.half_extents[k];
+  Pose at = shape.local;
+  if (shape.kind == ShapeKind::box) out.kind = plain::Kind::box;
+  if (shape.kind == ShapeKind::cylinder) out.kind = plain::Kind::cylinder;
+  if (shape.kind == ShapeKind::half_space) {
+    out.kind = plain::Kind::plane;  // its normal is z in Siconos, y here
+    at.q = at.q * Quat::FromTwoVectors(Vec3::UnitZ(), Vec3::UnitY());
+  }
+  if (out.kind == plain::Kind::cylinder && out.size[1] == 0)
+    throw Unsupported("a disc (" + shape.name + "): Siconos' cylinders have a length");
+  out.at = plain_pose(at);
   return out;
 }
-std::shared_ptr<SiconosVector> vector(const Pose& pose) {
-  const Quat& q = pose.q;
-  return vector({pose.p.x(), pose.p.y(), pose.p.z(), q.w(), q.x(), q.y(), q.z()});
-}
 
-class SiconosScene {
- public:
-  SiconosScene(const Scenario& scenario, const EngineSetting& setting);
-
-  void load(const Loads& loads) {
-    for (std::size_t b = 0; b < bodies_.size(); ++b)
-      for (unsigned k = 0; k < 3; ++k) (*forces_[b])(k) = masses_[b] * loads.gravity[k] + loads.force[b][k];
-  }
-  void step(double) {
-    if (stepped_) simulation_->nextStep();
-    simulation_->computeOneStep();
-    stepped_ = true;
-  }
-  void read(State& state) const {
-    for (std::size_t b = 0; b < bodies_.size(); ++b) {
-      const SiconosVector &q = *bodies_[b]->q(), &v = *bodies_[b]->twist();
-      Pose& pose = state.pose[b];
-      pose = {Vec3(q(0), q(1), q(2)), Quat(q(3), q(4), q(5), q(6))};
-      const Vec3 spin = pose.q * Vec3(v(3), v(4), v(5));  // in the body's frame
-      for (unsigned k = 0; k < 3; ++k) {
-        state.v[6 * b + k] = v(k);
-        state.v[6 * b + 3 + k] = spin[k];
-      }
-    }
-  }
-  int contacts() const { return static_cast<int>(simulation_->indexSet(1)->size()); }
-  bool problem(OwnProblem& out) const;
-
- private:
-  std::shared_ptr<SiconosShape> make_shape(const Shape& shape) const;
-  void add_laws(const Scenario& scenario, SiconosBulletCollisionManager& manager) const;
-
-  std::vector<std::shared_ptr<RigidBodyDS>> bodies_;
-  std::vector<std::shared_ptr<SiconosVector>> forces_;
-  std::vector<double> masses_;
-  std::shared_ptr<NonSmoothDynamicalSystem> system_;
-  std::shared_ptr<TimeStepping> simulation_;
-  bool stepped_ = false;
-};
-
-std::shared_ptr<SiconosShape> SiconosScene::make_shape(const Shape& shape) const {
-  std::shared_ptr<SiconosShape> made;
-  const Vec3 size = 2 * shape.half_extents;
-  switch (shape.kind) {
-    case ShapeKind::sphere:
-      made = std::make_shared<SiconosSphere>(shape.radius);
-      break;
-    case ShapeKind::box:
-      made = std::make_shared<SiconosBox>(size.x(), size.y(), size.z());
-      break;
-    case ShapeKind::cylinder:
-      if (size.y() == 0) throw Unsupported("a disc (" + shape.name + "): Siconos' cylinders have a length");
-      made = std::make_shared<SiconosCylinder>(shape.radius, size.y());
-      break;
-    case ShapeKind::half_space:
-      made = std::make_shared<SiconosPlane>();
-      break;
-  }
-  made->setInsideMargin(0);
-  made->setOutsideMargin(0);
-  return made;
-}
-
-void SiconosScene::add_laws(const Scenario& scenario, SiconosBulletCollisionManager& manager) const {
-  const PairLaws& pairs = scenario.pairs;
-  for (int i = 0; i < pairs.groups; ++i)
-    for (int j = 0; j <= i; ++j) {
-      const int law = pairs.index[static_cast<std::size_t>(i * pairs.groups + j)];
-      if (law < 0) continue;
-      const PairLaw& of = pairs.laws[static_cast<std::size_t>(law)];
-      const auto made = std::make_shared<NewtonImpactFrictionNSL>(of.restitution, 0., of.mu, 3);
-      manager.insertNonSmoothLaw(made, static_cast<unsigned long>(i), static_cast<unsigned long>(j));
-    }
-}
-
-SiconosScene::SiconosScene(const Scenario& scenario, const EngineSetting& setting) {
-  refuse_robots(scenario, "Siconos");
-  const auto knob = [&](const char* name) { return setting.knobs.at(name); };
-  system_ = std::make_shared<NonSmoothDynamicalSystem>(0, end_of_time);
+plain::Scene scene_of(const Scenario& scenario) {
+  plain::Scene out{};
   for (std::size_t b = 0; b < scenario.model.bodies.size(); ++b) {
     const Body& body = scenario.model.bodies[b];
     const Pose& pose = scenario.initial.pose[b];
     const double* v = &scenario.initial.v[6 * b];
     const Vec3 spin = pose.q.conjugate() * Vec3(v[3], v[4], v[5]);
-    const auto inertia = std::make_shared<SimpleMatrix>(3, 3);
-    inertia->zero();
-    for (unsigned k = 0; k < 3; ++k) (*inertia)(k, k) = body.inertia[k];
-    const auto made = std::make_shared<RigidBodyDS>(
-        vector(pose), vector({v[0], v[1], v[2], spin.x(), spin.y(), spin.z()}), body.mass, inertia);
-    made->setUseContactorInertia(false);
-    const auto contactors = std::make_shared<SiconosContactorSet>();
-    for (std::size_t i = 0; i < scenario.shapes.size(); ++i)
-      if (scenario.shapes[i].body == static_cast<int>(b))
-        contactors->append(std::make_shared<SiconosContactor>(
-            make_shape(scenario.shapes[i]), vector(scenario.shapes[i].local), scenario.pairs.group[i]));
-    made->setContactors(contactors);
-    // Also of the step before the first: forces are a mean of two steps.
-    const Vec3 weight = body.mass * scenario.gravity.at(0);
-    forces_.push_back(vector({weight.x(), weight.y(), weight.z()}));
-    made->setFExtPtr(forces_.back());
-    masses_.push_back(body.mass);
-    system_->insertDynamicalSystem(made);
-    bodies_.push_back(made);
+    const Vec3& I = body.inertia;
+    out.bodies.push_back(
+        {body.mass, {I.x(), I.y(), I.z()}, plain_pose(pose), {v[0], v[1], v[2], spin.x(), spin.y(), spin.z()}});
   }
-  const auto problem = std::make_shared<FrictionContact>(3, SICONOS_FRICTION_3D_NSGS);
-  problem->numericsSolverOptions()->iparam[SICONOS_IPARAM_MAX_ITER] = static_cast<int>(knob("iterations"));
-  problem->numericsSolverOptions()->dparam[SICONOS_DPARAM_TOL] = knob("tolerance");
-  problem->setMStorageType(NM_SPARSE_BLOCK);
-  const auto clock = std::make_shared<TimeDiscretisation>(0, setting.step);
-  simulation_ = std::make_shared<TimeStepping>(system_, clock);
-  simulation_->insertIntegrator(std::make_shared<MoreauJeanOSI>(knob("theta")));
-  simulation_->insertNonSmoothProblem(problem);
-  simulation_->setNewtonMaxIteration(static_cast<unsigned>(knob("newton_iterations")));
-  simulation_->setNewtonTolerance(knob("newton_tolerance"));
-  simulation_->setCheckSolverFunction([](int, Simulation*) {});  // without its message on standard output
-  const auto manager = std::make_shared<SiconosBulletCollisionManager>(SiconosBulletOptions());
-  add_laws(scenario, *manager);
-  for (std::size_t i = 0; i < scenario.shapes.size(); ++i) {
-    const Shape& shape = scenario.shapes[i];
-    if (shape.body >= 0) continue;
-    const auto contactors = std::make_shared<SiconosContactorSet>();
-    contactors->append(std::make_shared<SiconosContactor>(make_shape(shape), vector(Pose()), scenario.pairs.group[i]));
-    Pose pose = shape.local;
-    // A plane's normal is z in Siconos, y here.
-    if (shape.kind == ShapeKind::half_space) pose.q = pose.q * Quat::FromTwoVectors(Vec3::UnitZ(), Vec3::UnitY());
-    manager->insertStaticContactorSet(contactors, vector(pose));
-  }
-  simulation_->insertInteractionManager(manager);
+  const PairLaws& pairs = scenario.pairs;
+  for (std::size_t i = 0; i < scenario.shapes.size(); ++i)
+    out.shapes.push_back(plain_shape(scenario.shapes[i], pairs.group[i]));
+  for (int i = 0; i < pairs.groups; ++i)
+    for (int j = 0; j <= i; ++j)
+      if (const int law = pairs.index[static_cast<std::size_t>(i * pairs.groups + j)]; law >= 0) {
+        const PairLaw& of = pairs.laws[static_cast<std::size_t>(law)];
+        out.laws.push_back({i, j, of.mu, of.restitution});
+      }
+  const Vec3 gravity = scenario.gravity.at(0);
+  for (int k = 0; k < 3; ++k) out.gravity[k] = gravity[k];
+  return out;
 }
 
-bool SiconosScene::problem(OwnProblem& out) const {
+/// A world with what it has to remember.
+struct Running {
+  plain::World world;
+  std::vector<plain::Body> bodies;
+};
+
+bool own_problem(const plain::World& world, OwnProblem& out) {
+  plain::Problem of;
+  world.problem(of);
   out = {};
-  std::map<const DynamicalSystem*, int> block;
-  const DynamicalSystemsGraph& systems = *system_->topology()->dSG(0);
-  for (const auto& body : bodies_) {
-    const int b = out.problem.M.add_block(6);
-    block[body.get()] = b;
-    const auto& kept = systems.properties(systems.descriptor(body));
-    const SiconosVector& free = *(*kept.workVectors)[MoreauJeanOSI::VFREE];
-    for (unsigned i = 0; i < 6; ++i) {
-      for (unsigned j = 0; j < 6; ++j)
-        out.problem.M.block(b)(static_cast<int>(i), static_cast<int>(j)) = (*kept.W)(i, j);
-      out.problem.v_minus.push_back(free(i));
-      out.v_plus.push_back((*body->twist())(i));
-    }
-  }
-  const auto active = simulation_->indexSet(1);
-  InteractionsGraph::VIterator at, end;
-  for (std::tie(at, end) = active->vertices(); at != end; ++at) {
-    const auto interaction = active->bundle(*at);
-    const auto& between = active->properties(*at);
-    const auto relation = std::static_pointer_cast<NewtonEulerR>(interaction->relation());
-    const SimpleMatrix& J = *relation->jachqT();
-    std::vector<std::pair<int, unsigned>> entries = {{block.at(between.source.get()), 0}};
-    if (between.target != between.source) entries.emplace_back(block.at(between.target.get()), 6);
-    std::sort(entries.begin(), entries.end());
+  for (std::size_t at = 0; at < of.M.size(); at += 36)
+    out.problem.M.block(out.problem.M.add_block(6)) = Eigen::Map<const Eigen::Matrix<double, 6, 6>>(&of.M[at]);
+  out.problem.v_minus = of.v_minus;
+  out.v_plus = of.v_plus;
+  using Rows = Eigen::Matrix<double, 3, 6, Eigen::RowMajor>;
+  for (const plain::Contact& contact : of.contacts) {
     out.problem.J.add_band();
-    for (const auto& [body, column] : entries) {
-      const int entry = out.problem.J.add_entry(body, 6);
-      for (unsigned r = 0; r < 3; ++r)
-        for (unsigned k = 0; k < 6; ++k)
-          out.problem.J.entry(entry)(static_cast<int>(r), static_cast<int>(k)) = J(r, column + k);
-    }
-    const SiconosVector& impulse = *interaction->lambda(1);
-    const auto law = std::static_pointer_cast<NewtonImpactFrictionNSL>(interaction->nonSmoothLaw());
-    for (unsigned r = 0; r < 3; ++r) {
-      out.impulse.push_back(impulse(r));
-      out.problem.offset.push_back(0);
-    }
-    out.problem.mu.push_back(law->mu());
+    const int first = contact.body[1] >= 0 && contact.body[1] < contact.body[0] ? 1 : 0;
+    for (const int e : {first, 1 - first})
+      if (contact.body[e] >= 0)
+        out.problem.J.entry(out.problem.J.add_entry(contact.body[e], 6)) = Eigen::Map<const Rows>(contact.J[e]);
+    out.impulse.insert(out.impulse.end(), contact.impulse, contact.impulse + 3);
+    out.problem.offset.insert(out.problem.offset.end(), 3, 0.0);
+    out.problem.mu.push_back(contact.mu);
     out.problem.restitution.push_back(0);
   }
   out.law = "exact Coulomb friction, Newton's restitution";
@@ -225,13 +101,39 @@ bool SiconosScene::problem(OwnProblem& out) const {
 }
 
 EngineWorld make(const Scenario& scenario, const EngineSetting& setting) {
-  const auto scene = std::make_shared<SiconosScene>(scenario, setting);
+  refuse_robots(scenario, "Siconos");
+  const auto knob = [&](const char* name) { return setting.knobs.at(name); };
+  const plain::Scene scene = scene_of(scenario);
+  const plain::Setting of{setting.step,
+                          knob("theta"),
+                          knob("tolerance"),
+                          knob("newton_tolerance"),
+                          static_cast<int>(knob("iterations")),
+                          static_cast<int>(knob("newton_iterations"))};
+  const auto running = std::make_shared<Running>(Running{plain::World(scene, of), scene.bodies});
   EngineWorld world;
-  world.load = [scene](const Loads& loads) { scene->load(loads); };
-  world.step = [scene](double h) { scene->step(h); };
-  world.read = [scene](State& state) { scene->read(state); };
-  world.contacts = [scene] { return scene->contacts(); };
-  world.problem = [scene](OwnProblem& out) { return scene->problem(out); };
+  world.load = [running](const Loads& loads) {
+    for (std::size_t b = 0; b < running->bodies.size(); ++b) {
+      const Vec3 force = running->bodies[b].mass * loads.gravity + loads.force[b];
+      running->world.load(static_cast<int>(b), force.data());
+    }
+  };
+  world.step = [running](double) { running->world.step(); };
+  world.read = [running](State& state) {
+    running->world.read(running->bodies);
+    for (std::size_t b = 0; b < running->bodies.size(); ++b) {
+      const plain::Body& body = running->bodies[b];
+      const double *q = body.pose.q, *v = body.twist;
+      state.pose[b] = {Vec3(body.pose.p), Quat(q[0], q[1], q[2], q[3])};
+      const Vec3 spin = state.pose[b].q * Vec3(v + 3);
+      for (int k = 0; k < 3; ++k) {
+        state.v[6 * b + static_cast<std::size_t>(k)] = v[k];
+        state.v[6 * b + 3 + static_cast<std::size_t>(k)] = spin[k];
+      }
+    }
+  };
+  world.contacts = [running] { return running->world.contacts(); };
+  world.problem = [running](OwnProblem& out) { return own_problem(running->world, out); };
   return world;
 }
 

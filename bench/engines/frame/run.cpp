@@ -11,6 +11,7 @@
 #include "dynamics/free_bodies.h"
 #include "evaluation/scene_errors.h"
 #include "geometry/broad_phase.h"
+#include "linalg/file_error.h"
 #include "observed_impact.h"
 #include "output/machine.h"
 #include "output/run_files.h"
