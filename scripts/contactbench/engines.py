@@ -171,9 +171,11 @@ def fronts(some):
     out = {}
     for row in some:
         out.setdefault((row["scene"], row["parameters"]), []).append(row)
-    return {
-        scene: precision.pareto([r for r in of if r["time"] is not None and r["error"] is not None and r["error"] < ANSWER])
-        for scene, of in out.items()}
+
+    def answers(row):
+        return row["time"] is not None and row["error"] is not None and row["error"] < ANSWER
+
+    return {scene: precision.pareto(list(filter(answers, of))) for scene, of in out.items()}
 
 
 def said(folder):
