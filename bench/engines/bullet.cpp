@@ -4,9 +4,8 @@
 // and the heads of btContactSolverInfo.h, btManifoldResult.h, btDiscreteDynamicsWorld.h of 3.24.
 //   * A pair's friction and restitution replace the product of the two objects' own: gCalculateCombined*Callback.
 //   * stepSimulation(h, 0): one step of h, no interpolation.
-//   * Friction acts along the slip, one direction a contact; with the knob friction_directions = 2 along two of them,
-//   of
-//     sequential impulses clipped to a cone (implicit cone friction).
+//   * Friction acts along the slip, one direction a contact; with friction_directions = 2 along two,
+//     which sequential impulses clip to a cone.
 //   * Contacts begin at a distance (breaking_threshold) and stop what would close it within the step, so that at small
 //     steps most of a bounce is lost: m_restitutionVelocityThreshold and restitution act on what is left.
 

@@ -5,7 +5,8 @@
 //   * A pair's friction goes to each contact (dContact.surface.mu), with dContactApprox1: without it mu is a force in
 //   N.
 //   * Friction is a pyramid: two directions, each at most mu times the normal force; along axes that ODE chooses
-//     (dPlaneSpace of the normal), or with the knob slip_direction the first along the slip (dContactFDir1).
+//     (dPlaneSpace of the normal). With the knob slip_speed, where the slip is faster than that, friction acts along
+//     the slip alone (dContactFDir1, mu2 = 0); slower, the pyramid has to be overcome first.
 //   * The box of mu N and mu N is the same for both steppers; quick iterates (SOR), world is a direct LCP solver.
 //   * The order of ODE's iterations is random: its seed is set, so that runs repeat.
 
@@ -41,8 +42,8 @@ class OdeScene {
   void set_slip_direction(dContact& contact, dBodyID a, dBodyID b) const;
 
   const Scenario& scenario_;
-  bool quick_, slip_direction_;
-  double bounce_speed_;
+  bool quick_;
+  double slip_speed_, bounce_speed_;
   dWorldID world_;
   dSpaceID space_;
   dJointGroupID joints_;
@@ -54,7 +55,7 @@ class OdeScene {
 OdeScene::OdeScene(const Scenario& scenario, const EngineSetting& setting)
     : scenario_(scenario),
       quick_(setting.variant.starts_with("quick")),
-      slip_direction_(setting.knobs.at("slip_direction") != 0),
+      slip_speed_(setting.knobs.at("slip_speed")),
       bounce_speed_(setting.knobs.at("bounce_speed")) {
   refuse_robots(scenario, "ODE");
   dInitODE2(0);
@@ -171,7 +172,7 @@ void OdeScene::collide(dGeomID a, dGeomID b) {
       contact.surface.bounce = law->restitution;
       contact.surface.bounce_vel = bounce_speed_;
     }
-    if (slip_direction_) set_slip_direction(contact, body_a, body_b);
+    if (slip_speed_ > 0) set_slip_direction(contact, body_a, body_b);
     dJointAttach(dJointCreateContact(world_, joints_, &contact), body_a, body_b);
   }
   contacts_ += count;
@@ -187,10 +188,10 @@ void OdeScene::set_slip_direction(dContact& contact, dBodyID a, dBodyID b) const
     slip += sign * Vec3(v[0], v[1], v[2]);
   }
   slip -= n.dot(slip) * n;
-  constexpr double still = 1e-9;  // m/s: no direction
   const double speed = slip.norm();
-  if (speed < still) return;
-  contact.surface.mode |= dContactFDir1;
+  if (speed < slip_speed_) return;
+  contact.surface.mode |= dContactFDir1 | dContactMu2;
+  contact.surface.mu2 = 0;  // across, it would hold the motion to a straight line
   for (int i = 0; i < 3; ++i) contact.fdir1[i] = slip[i] / speed;
 }
 
@@ -231,8 +232,8 @@ Engine ode() {
                   "cfm: contacts give way by cfm times their force a step"};
   engine.variants = {{"quick", "dWorldQuickStep: successive over-relaxation, 20 iterations", pyramid, {}},
                      {"world", "dWorldStep: direct LCP solver (Dantzig's algorithm after Baraff)", pyramid, {}},
-                     {"quick-slip", "quick, with the pyramid turned along the slip", 1, {{"slip_direction", 1}}},
-                     {"world-slip", "world, with the pyramid turned along the slip", 1, {{"slip_direction", 1}}}};
+                     {"quick-slip", "quick, with friction along the slip where it slips", 1, {{"slip_speed", 1e-4}}},
+                     {"world-slip", "world, with friction along the slip where it slips", 1, {{"slip_speed", 1e-4}}}};
   engine.knobs = {{"iterations", 20, "", "of quick a step"},
                   {"relaxation", 1.3, "", "of quick: over-relaxation"},
                   {"erp", 0.2, "", "share of the depth that a step takes away"},
@@ -241,7 +242,7 @@ Engine ode() {
                   {"max_correcting_speed", 0, "m/s", "with which depth is taken away at most; 0: any"},
                   {"bounce_speed", 0, "m/s", "below which nothing bounces"},
                   {"max_contacts", 8, "", "of a pair of shapes at most"},
-                  {"slip_direction", 0, "", "1: first direction of the pyramid along the slip"},
+                  {"slip_speed", 0, "m/s", "beyond which friction acts along the slip alone; 0: never"},
                   {"finite_rotation", 0, "", "1: orientations by finite rotations"}};
   engine.make = make;
   return engine;

@@ -20,6 +20,7 @@ from .runs import Runs, number, series
 SWEEP = "engines"
 SETTINGS = ("default", "tuned")
 HERE = program.ROOT / "scenarios" / "engines"
+ANSWER = 0.1  # m: an error beyond is no answer, however cheap
 LEAST, FAILED = -9.0, 3.0  # log10 of an error in m: none counts as less; of a run that does not finish
 
 
@@ -165,12 +166,16 @@ def columns(some):
 
 
 def fronts(some):
-    """{(scene, parameters): what no other beats in error and time}. An engine on it is a finding: where our methods are
-    behind at that error. Without those that fail their preflight."""
+    """{(scene, parameters): what no other beats in error and time, of what is off by less than a tenth of a unit box}.
+    An engine on it is a finding: there our methods are behind at that error."""
     out = {}
     for row in some:
         out.setdefault((row["scene"], row["parameters"]), []).append(row)
-    return {scene: precision.pareto([r for r in of if r["time"] is not None]) for scene, of in out.items()}
+
+    def answers(row):
+        return row["time"] is not None and row["error"] is not None and row["error"] < ANSWER
+
+    return {scene: precision.pareto(list(filter(answers, of))) for scene, of in out.items()}
 
 
 def said(folder):

@@ -212,7 +212,7 @@ def block_runs(block, scene, file, sweep, profile, rows, stem):
             if not asked_for(method, "/".join(p for p in (method["name"], variant or solver) if p), merged):
                 continue
             # What a block leaves empty is left out of it; an accuracy takes the place of a step.
-            names = [n for n in (*COMMON, *own_knobs(method)) if merged.get(n, []) != []]
+            names = [n for n in knobs_of(method) if merged.get(n, []) != []]
             if "accuracy" in names:
                 if method.get("no_expansion"):
                     continue

@@ -78,6 +78,14 @@ class Report(unittest.TestCase):
             ["restitution of 0: 0.149196, not 0", "restitution of 0.5: none"])
         self.assertEqual(engines.failing({"fault": "crash: signal 11", "lines": []}), ["crash: signal 11"])
 
+    def test_a_cheap_wrong_answer_is_on_no_front(self):
+        def row(who, error, time, engine="ode"):
+            return {"scene": "stack", "parameters": "", "who": who, "engine": engine, "error": error, "time": time}
+
+        front = engines.fronts([row("lost", 50.0, 1), row("quick", 1e-3, 2), row("ours", 1e-9, 3, ""), row("slow", 1e-3, 4),
+                                row("died", None, None)])
+        self.assertEqual([r["who"] for r in front["stack", ""]], ["quick", "ours"])
+
     def test_drift_is_the_furthest_way_of_any_body(self):
         with tempfile.TemporaryDirectory() as folder:
             with open(Path(folder) / "trajectory.csv", "w", newline="") as file:
