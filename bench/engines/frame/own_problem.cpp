@@ -38,12 +38,13 @@ Vector3d project(const Vector3d& r, double mu) {
 
 double worst_momentum(const OwnProblem& own) {
   const ContactProblem& problem = own.problem;
-  std::vector<double> change(own.v_plus), left(change.size());
+  std::vector<double> change(own.v_plus), left(change.size()), before(change.size());
   for (std::size_t i = 0; i < change.size(); ++i) change[i] -= problem.v_minus[i];
   multiply(problem.M, change, left);
+  multiply(problem.M, problem.v_minus, before);
   std::vector<double> right(left.size(), 0.0);
   multiply_transposed_add(problem.J, problem.M, own.impulse, right);
-  // Of what the impulses are made of: those on a stack cancel in each body.
+  // Of what it is made of: the momentum before, and impulses, which cancel in a body of a stack.
   ContactProblem sizes = problem;
   for (double& x : sizes.J.values) x = std::abs(x);
   std::vector<double> impulse(own.impulse), size(left.size(), 0.0);
@@ -54,7 +55,7 @@ double worst_momentum(const OwnProblem& own) {
     double error = 0, of = 0;
     for (int i = problem.M.first[b]; i < problem.M.first[b + 1]; ++i) {
       error = std::max(error, std::abs(left[i] - right[i]));
-      of = std::max({of, std::abs(left[i]), size[i]});
+      of = std::max({of, std::abs(before[i]), size[i]});
     }
     if (error > 0) worst = std::max(worst, error / of);
   }

@@ -20,7 +20,8 @@ struct OwnProblem {
 
 /// What is true of the engine's answer.
 struct OwnMeasures {
-  double momentum = 0;  ///< |M (v+ - v-) - J^T r| over |M (v+ - v-)|, worst of the blocks of M: how well the data agree
+  double momentum =
+      0;  ///< |M (v+ - v-) - J^T r| over |M v-| and |J^T| |r|, worst of the blocks of M: how well the data agree
   double velocity = 0;  ///< largest |v- + M^-1 J^T r - v+|, m/s or rad/s
   double law = 0;       ///< residual of Coulomb's law with the engine's offset (docs/judging.md)
   double law_bare = 0;  ///< the same without an offset: what its velocities are to Coulomb
