@@ -33,7 +33,8 @@ def preflight(path, listed):
     rows = []
     for engine in listed["engines"]:
         if engine["unavailable"]:
-            rows.append({"engine": engine["name"], "variant": "", "fault": f"unavailable: {engine['unavailable']}", "lines": []})
+            rows.append({
+                "engine": engine["name"], "variant": "", "fault": f"unavailable: {engine['unavailable']}", "lines": []})
             continue
         for setting in SETTINGS:
             ended = program.call(path, "check", "--engine", engine["name"], "--setting", setting, "--json", timeout=900)
@@ -56,9 +57,10 @@ def failing(row):
     if row["fault"]:
         return [row["fault"]]
     return [
-        f"{line['name']}: {line['note']}" if line.get("unsupported") else
-        f"{line['name']}: {line['measured']:.6g}, not {line['expected']:g}" if line["measured"] is not None else
-        f"{line['name']}: no number" for line in row["lines"] if not line["passed"]]
+        f"{line['name']}: {line['note']}"
+        if line.get("unsupported") else f"{line['name']}: {line['measured']:.6g}, not {line['expected']:g}"
+        if line["measured"] is not None else f"{line['name']}: no number" for line in row["lines"]
+        if not line["passed"]]
 
 
 # Search for knobs.
@@ -132,8 +134,8 @@ def drift(cell):
     bodies = int((t == t[0]).sum())
     first = [p[:bodies] for p in places]
     return max(
-        math.dist((places[0][i], places[1][i], places[2][i]), (first[0][i % bodies], first[1][i % bodies], first[2][i % bodies]))
-        for i in range(len(t)))
+        math.dist((places[0][i], places[1][i], places[2][i]), (first[0][i % bodies], first[1][i % bodies],
+                                                               first[2][i % bodies])) for i in range(len(t)))
 
 
 def scenes(results):

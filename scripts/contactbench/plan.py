@@ -19,13 +19,12 @@ COMMON = ("step", "stepping", "accuracy", "order", "record_interval", "joint_for
 # Parts of the names of runs; of other knobs their own names.
 SHORT = {
     "step": "h", "stepping": "by-", "accuracy": "A", "order": "p", "record_interval": "dt", "joint_forces": "joints-",
-    "duration": "T", "k": "k", "epsilon": "eps", "epsilon_relative": "epsrel",
-    "compression_bound": "bound-", "regularise": "reg", "warm_start": "warm-", "restitution": "e", "friction": "mu",
-    "prune": "prune-"}
+    "duration": "T", "k": "k", "epsilon": "eps", "epsilon_relative": "epsrel", "compression_bound": "bound-",
+    "regularise": "reg", "warm_start": "warm-", "restitution": "e", "friction": "mu", "prune": "prune-"}
 # What may stand beside the knobs in a block or a profile.
 SETTINGS = {
-    "repeats": 1, "members": 0, "record_every": 1, "record_interval_s": 0, "record_contacts": False, "timed": True, "time_limit_s": 3600,
-    "memory_limit_mb": 4096}
+    "repeats": 1, "members": 0, "record_every": 1, "record_interval_s": 0, "record_contacts": False, "timed": True,
+    "time_limit_s": 3600, "memory_limit_mb": 4096}
 # m: how far a member of an ensemble moves each free body at the start: the last bits of a place of size 1 m.
 LAST_BITS = "1e-15"
 COARSE = 10  # steps between its records
@@ -220,17 +219,18 @@ def block_runs(block, scene, file, sweep, profile, rows, stem):
                     continue  # an angle of the polygon is none of a method without one
                 yield Run(scene, turned(chosen, knobs), method["name"], variant, solver, tuple(knobs), 0, 0, (stem, ),
                           recorded(settings, knobs), bool(settings["timed"]), float(settings["time_limit_s"]),
-                          float(settings["memory_limit_mb"]), file, 0 if method.get("engine") else int(
-                              settings["members"]), method.get("engine", False), bool(settings["record_contacts"])
-                          and not method.get("engine")), int(settings["repeats"])
+                          float(settings["memory_limit_mb"]), file,
+                          0 if method.get("engine") else int(settings["members"]), method.get("engine", False),
+                          bool(settings["record_contacts"]) and not method.get("engine")), int(settings["repeats"])
 
 
 def merge(a, b):
     """One run that two blocks ask for: recorded as finely as either wants (0 is not at all), with the wider limits."""
     finest = min((r for r in (a.record_every, b.record_every) if r), default=0)
-    return dataclasses.replace(a, sweeps=tuple(dict.fromkeys(a.sweeps + b.sweeps)), record_every=finest, timed=a.timed
-                               or b.timed, time_limit_s=max(a.time_limit_s, b.time_limit_s), memory_limit_mb=max(
-                                   a.memory_limit_mb, b.memory_limit_mb), members=max(a.members, b.members), record_contacts=a.record_contacts or b.record_contacts)
+    return dataclasses.replace(a, sweeps=tuple(
+        dict.fromkeys(a.sweeps + b.sweeps)), record_every=finest, timed=a.timed or b.timed, time_limit_s=max(
+            a.time_limit_s, b.time_limit_s), memory_limit_mb=max(a.memory_limit_mb, b.memory_limit_mb), members=max(
+                a.members, b.members), record_contacts=a.record_contacts or b.record_contacts)
 
 
 def plan(paths, profile, listed):

@@ -296,8 +296,8 @@ def watched(program, scene, flags: list, folder, statuses: list[str], wall_limit
     command = run_words(program, scene, [*flags, *recorded, "--memory-limit", memory_mb], folder)
     job = {
         "asked": {
-            "scene": Path(scene).stem, "method": flags[flags.index("--engine" if "--engine" in flags else "--method") + 1]
-        }, "statuses": statuses,
+            "scene": Path(scene).stem,
+            "method": flags[flags.index("--engine" if "--engine" in flags else "--method") + 1]}, "statuses": statuses,
         "wall_limit_s": wall_limit, "memory_limit_mb": memory_mb}
     code, stopped, peak, said = execute(command, wall_limit, addresses(memory_mb))
     summary = read_json(Path(folder) / "summary.json")

@@ -153,8 +153,9 @@ def certify(maker, duration):
     about = {
         "scene": coarse["scenario"], "parameters": parameters,
         "scene_digest": digest(*program.files_of(maker.program, maker.file, parameters)), "accepted": False,
-        "reason": "", "own_step": coarse["options"]["step"], "took_s": coarse["time"]["total_s"], "accuracy_m": None, "duration": duration, "until": None,
-        "uncertainty_m": None, "versions": coarse["versions"], "machine": coarse["machine"], "runs": []}
+        "reason": "", "own_step": coarse["options"]["step"], "took_s": coarse["time"]["total_s"], "accuracy_m": None,
+        "duration": duration, "until": None, "uncertainty_m": None, "versions": coarse["versions"],
+        "machine": coarse["machine"], "runs": []}
     reasons = []
     for wanted in WANTED:
         found = at_accuracy(maker, about, wanted, own)
@@ -173,8 +174,8 @@ def at_accuracy(maker, about, wanted, own):
         summary, motion, command = maker.run(method, accuracy, duration)
         about["runs"].append({
             "command": command, "status": summary["status"], "law_residual_max": summary["residuals"]["law_max"],
-            "estimated_error_m": (summary.get("accuracy") or {}).get("estimated_error_m"), "seconds": summary["time"]
-            ["total_s"]})
+            "estimated_error_m": (summary.get("accuracy")
+                                  or {}).get("estimated_error_m"), "seconds": summary["time"]["total_s"]})
         return summary, motion if good(summary) else None
 
     first, motion = run(FIRST, wanted)

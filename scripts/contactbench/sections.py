@@ -92,8 +92,8 @@ def reading(results):
     if manifest.get("runs_not_done_yet"):
         made_with.append(("not done yet", manifest["runs_not_done_yet"]))
     shown = {
-        "paper": of_paper(results), "profile_means": PROFILES.get(results.profile, ""), "busy": timing.get("runs_on_a_busy_machine", 0),
-        "runs": runs, "apart": apart, "made_with": made_with}
+        "paper": of_paper(results), "profile_means": PROFILES.get(results.profile, ""), "busy": timing.get(
+            "runs_on_a_busy_machine", 0), "runs": runs, "apart": apart, "made_with": made_with}
     # The repeat count and limits of a cell are in runs.csv; the machine itself is what times depend on.
     return Section("How to read this", shown,
                    {key: manifest.get(key) for key in ("profile", "sweeps", "runs", "members", "missing", "statuses")},
@@ -156,7 +156,8 @@ def hover(points):
     """What the page's script draws: the points of each scene as plain numbers."""
     scenes = {}
     for p in (p for p in points if p["error"] is not None):
-        cell, plain = p["cell"], picked(p, ("run", "error", "time", "least", "most", "repeats", "uncertainty", "status"))
+        cell, plain = p["cell"], picked(p,
+                                        ("run", "error", "time", "least", "most", "repeats", "uncertainty", "status"))
         plain |= {"label": f"{cell.with_k}, {cell.way}", "key": cell.name.partition(",")[0], "command": cell.command}
         plain |= {"good": precision.met(p, math.inf), "worst": p["worst"] if math.isfinite(p["worst"]) else 1e300}
         scenes.setdefault(scene_name(p["scene"], p["parameters"]), []).append(plain)
@@ -166,14 +167,18 @@ def hover(points):
 
 def scenes(results):
     """Every scene with its picture and its motion, which report.py writes beside the report."""
-    return Section("The scenes", Plain(scenes=scenery.motions(results) if results.whole else {}))
+    found = scenery.motions(results) if results.whole else {}
+    shown = {name.partition(" ")[0] for name in found}
+    return Section("The scenes",
+                   Plain(scenes=found, without=[s for s in dict.fromkeys(results.table["scene"]) if s not in shown]))
 
 
 def differences(results):
     """Of any scenes: every setting, and how far methods are from each other."""
     tables, far = {}, {}
     for scene in scenery.scenes(results):
-        tables[scene_name(*scene)], far[scene_name(*scene)] = scenery.table(results, *scene), scenery.apart(results, *scene)
+        tables[scene_name(*scene)], far[scene_name(*scene)] = scenery.table(results, *scene), scenery.apart(
+            results, *scene)
     # How each ended and what it came to; when is the machine's.
     fixed = {name: [{k: v for k, v in row.items() if k != "time"} for row in of["rows"]] for name, of in tables.items()}
     return Section("Settings and differences", {"tables": tables, "apart": far}, {"rows": fixed, "apart": far},
@@ -224,7 +229,8 @@ def advice(results):
         points, name = precision.points(results, *scene), scene_name(*scene)
         for error in ERRORS:
             best, second, _ = precision.choose(points, error)
-            rows.setdefault(name, []).append((best, second, second and precision.told_apart(best, second)))
+            near = None if best else precision.nearest(points)
+            rows.setdefault(name, []).append((best, second, second and precision.told_apart(best, second), near))
             if best:
                 chosen.append(best)
                 data[f"{name} {error:g}"] = {"best": best["run"], "runner_up": second and second["run"]}
@@ -257,9 +263,11 @@ def ways_of_stepping(results):
     """Steps to a wanted accuracy: wanted against reached, what each order costs, the steps over time."""
     picture, about, digest = figure(results, stepping.FIGURE, stepping.SWEEP)
     rows, cost = stepping.wanted(results), stepping.cost(results)
-    fixed = ("scene", "parameters", "method", "wanted", "status", "reached", "switches", "impacts", "first_order", "solves")
+    fixed = ("scene", "parameters", "method", "wanted", "status", "reached", "switches", "impacts", "first_order",
+             "solves")
     data = {"figure": about, "wanted": {r["run"]: picked(r, fixed) for r in rows}, "cost": cost}
-    return Section("Steps to a wanted accuracy", {"picture": picture, "rows": rows, "cost": cost}, data, {"sha256": digest})
+    return Section("Steps to a wanted accuracy", {"picture": picture, "rows": rows, "cost": cost}, data,
+                   {"sha256": digest})
 
 
 def performance(results):
@@ -342,11 +350,13 @@ def unfinished(results):
 
 # Groups of the table of contents. A section that others do not build on is added at the end of its group.
 GROUPS = {
-    "Which method": (found, advice, error_time, scenes), "The paper": (claim_table, table_one, figures), "Accuracy and cost": (
-        convergence, ways_of_stepping, performance, stored_problems, left_out), "Where it gets hard": (stiff_cases, unfinished), "About": (
-            reading, )}
+    "Which method": (found, advice, error_time, scenes), "The paper": (claim_table, table_one, figures),
+    "Accuracy and cost": (convergence, ways_of_stepping, performance, stored_problems, left_out),
+    "Where it gets hard": (stiff_cases, unfinished), "About": (reading, )}
 # Of scenes of which the paper claims nothing.
-OTHERS = {"What was found": (found, scenes, differences), "Which method": (advice, error_time), "About": (unfinished, reading)}
+OTHERS = {
+    "What was found": (found, scenes, differences), "Which method": (advice, error_time),
+    "About": (unfinished, reading)}
 
 
 def groups(results):
