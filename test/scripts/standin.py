@@ -78,6 +78,7 @@ if mode == "chaos":
     summary["errors"]["position_linf_m"] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6][seed]
     summary["errors"]["energy_rise_relative"] = 0.1 * (seed % 2)
     summary["reference"], summary["steps"], summary["residuals"] = {{"kind": "analytic"}}, 100, {{"false_claims": 0, "law_max": 0.0}}
+if mode == "apart": summary["residuals"], summary["steps"] = {{"false_claims": 0, "law_max": 0.0}}, 100
 if mode == "nan": summary["errors"]["final_m"] = float("nan")
 if mode == "liar": summary["finished"] = False
 text = json.dumps(summary)
