@@ -235,10 +235,12 @@ RunPlan make_plan(const RunFlags& flags) {
   }
   if (plan.summary.perturb > 0) perturb(plan.scenario, plan.summary.perturb, plan.summary.seed);
   plan.options = method_options(flags, *plan.method, plan.scenario.k, plan.scenario.compression_bound);
-  // What a solver leaves open is multiplied by the extrapolation's weights.
-  constexpr double open_energy = 1e-12;  // J a metre of the accuracy
+  // What a solver leaves open is multiplied by the extrapolation's weights: epsilon leaves 1 kg sqrt(2 epsilon) m/s,
+  // a thousandth of A a second. Below the floor doubles have nothing to give.
+  constexpr double share = 1e-6, floor = 1e-22;  // J/m^2, J
+  const double A = plan.simulation.accuracy;
   if (plan.simulation.stepping == Stepping::accuracy && !flags.asked("epsilon") && !flags.asked("epsilon-relative"))
-    plan.options.epsilon = std::min(plan.options.epsilon, open_energy * plan.simulation.accuracy);
+    plan.options.epsilon = std::min(plan.options.epsilon, std::max(floor, share * A * A));
   plan.unavailable = unavailable_reason(*plan.method, plan.options);
   if (const std::string_view why = plan.method->law.no_expansion;
       plan.simulation.stepping == Stepping::accuracy && !why.empty())
@@ -306,12 +308,14 @@ struct HardProblem {
 };
 constexpr const char* hard_problem_file = "hard_problem.hdf5";
 
-/// What `solve` makes of a problem: status and answer of a method that knows of nothing before.
+/// What `solve` makes of a problem: status of the run's method where it knows of nothing before.
 Status solve_afresh(const RunPlan& plan, const ContactProblem& problem) {
   MethodOptions options = plan.options;
   options.warm_start = false;
   ContactSolution solution;
-  plan.method->make(options)(problem, solution);
+  const ContactMethod method =
+      plan.prune ? pruned(*plan.method, options, std::make_shared<LeftOut>()) : plan.method->make(options);
+  method(problem, solution);
   std::vector<double> v_plus;
   const Residuals residuals = Referee().check(problem, solution, plan.method->law, v_plus);
   if (Referee::holds(residuals, plan.simulation.accepted_residual)) return Status::ok;
@@ -327,9 +331,12 @@ std::string solve_command(const RunPlan& plan) {
   if (!options.solver.empty()) command += " --solver " + options.solver;
   if (!options.variant.empty()) command += " --variant " + options.variant;
   for (const OptionRow& row : plan.method->options) {
-    const std::string value = text_of(value_of(row, plan.method->options, options));
-    if (!value.empty() && !row.between_events) command += fmt::format(" --{} {}", row.flag, value);
+    const OptionValue value = value_of(row, plan.method->options, options);
+    const bool asked = row.always_named || value != value_of(row, plan.method->options, MethodOptions());
+    if (asked && !row.between_events && !text_of(value).empty())
+      command += fmt::format(" --{} {}", row.flag, text_of(value));
   }
+  if (plan.prune) command += " --prune on";
   return command;
 }
 
@@ -601,18 +608,12 @@ int execute(const RunPlan& plan) {
 
 /// The flags of a run of an engine. Throws UsageError for those that only methods have.
 EngineRunFlags engine_flags(const RunFlags& flags) {
-  const std::vector<std::pair<const char*, bool>> of_methods = {{"method", !flags.method.empty()},
-                                                                {"solver", flags.solver.has_value()},
-                                                                {"prune", flags.prune.has_value()},
-                                                                {"shuffle-contacts", flags.shuffle.has_value()},
-                                                                {"order", flags.order.has_value()},
-                                                                {"gyroscopic", flags.gyroscopic.has_value()},
-                                                                {"stepping", flags.stepping.has_value()},
-                                                                {"accuracy", flags.accuracy.has_value()},
-                                                                {"conditioning", flags.conditioning},
-                                                                {"record-interval", flags.record_interval.has_value()},
-                                                                {"save-problems", flags.save_problems.has_value()},
-                                                                {"save-every", flags.save_every.has_value()}};
+  const std::vector<std::pair<const char*, bool>> of_methods = {
+      {"method", !flags.method.empty()},        {"solver", flags.solver.has_value()},
+      {"prune", flags.prune.has_value()},       {"shuffle-contacts", flags.shuffle.has_value()},
+      {"order", flags.order.has_value()},       {"gyroscopic", flags.gyroscopic.has_value()},
+      {"stepping", flags.stepping.has_value()}, {"accuracy", flags.accuracy.has_value()},
+      {"conditioning", flags.conditioning},     {"record-interval", flags.record_interval.has_value()}};
   const auto refuse = [&](std::string_view flag) {
     throw UsageError(fmt::format("--{}: belongs to methods; leave it or --engine {} out", flag, *flags.engine));
   };
@@ -620,9 +621,10 @@ EngineRunFlags engine_flags(const RunFlags& flags) {
     if (given) refuse(flag);
   for (const auto& [flag, value] : flags.own)
     if (value) refuse(flag);
-  return {flags.scenario,     *flags.engine,  flags.variant,      flags.setting, flags.restitution, flags.friction,
-          flags.step,         flags.duration, flags.record_every, flags.perturb, flags.seed,        flags.time_limit,
-          flags.memory_limit, flags.out,      flags.set,          flags.knob,    flags.quiet,       flags.json};
+  return {flags.scenario,   *flags.engine,    flags.variant,      flags.setting,      flags.restitution,
+          flags.friction,   flags.step,       flags.duration,     flags.record_every, flags.perturb,
+          flags.seed,       flags.time_limit, flags.memory_limit, flags.out,          flags.save_problems,
+          flags.save_every, flags.set,        flags.knob,         flags.quiet,        flags.json};
 }
 
 }  // namespace

@@ -26,13 +26,12 @@ BaseStep::BaseStep(const Scenario& scenario, const SimulationOptions& options, C
   random_.seed(options_.shuffle);
   // Shuffled contacts are no patches any more.
   if (options_.shuffle != 0) options_.prune.corners = Corners::differ;
-  double smallest = HUGE_VAL;
   for (const Shape& shape : scenario_.shapes) {
     tolerance_.push_back(options_.closed_gap * shape.size());
     radius_.push_back(shape.body >= 0 ? shape.bounding_radius() + shape.local.p.norm() : 0);
-    smallest = std::min(smallest, shape.size());
+    smallest_ = std::min(smallest_, shape.size());
   }
-  margin_ = std::isfinite(smallest) ? 1e-6 * smallest : 1e-6;
+  margin_ = std::isfinite(smallest_) ? 1e-6 * smallest_ : 1e-6;
   motions_.resize(scenario_.shapes.size());
   travel_.assign(scenario_.shapes.size(), 0.0);
   external_.resize(scenario_.model.bodies.size());
@@ -89,6 +88,21 @@ bool BaseStep::event(double bounced) {
   lap_.restart();  // the referee's check is no part of any of them
   if (!record_.unsolved) left_out_.coplanar_points += points_left_out_;
   return !record_.unsolved;
+}
+
+// Bodies go on lines while links turn about others: to second order off by |w| |v| dt^2 / 2, w and v of the link.
+double BaseStep::longest_move() const {
+  constexpr double most = 0.05;   // -: of the smallest shape; half of it ends the run as overlap inside a step
+  constexpr double least = 1e-3;  // -: of a step, however fast they are
+  double longest = HUGE_VAL;
+  if (scenario_.model.trees.empty()) return longest;
+  for (const Body& body : scenario_.model.bodies) {
+    if (body.tree < 0) continue;
+    const double* v = &state_.v[6 * static_cast<std::size_t>(&body - scenario_.model.bodies.data())];
+    const double bending = Vec3(v).norm() * Vec3(v + 3).norm();  // m/s^2
+    if (bending > 0) longest = std::min(longest, std::sqrt(2 * most * smallest_ / bending));
+  }
+  return std::max(longest, least * step_);
 }
 
 double BaseStep::until_contact(double horizon, bool again, bool solved) {

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <functional>
+#include <limits>
 #include <random>
 #include <string>
 #include <vector>
@@ -61,6 +62,9 @@ class BaseStep {
   /// Has the event solved. False where that ended the run. `bounced`: s left of a step that a time of contact has
   /// split; 0 where none has.
   bool event(double bounced);
+  /// How long links may move, s, before their arcs leave steady motion, by which times of contact are sought, by more
+  /// than a fraction of the smallest shape. No limit without robots.
+  double longest_move() const;
   /// The first time of contact of what is open, s, or `horizon`. `again`: after another one in this step; `solved`:
   /// did velocities change since the last?
   double until_contact(double horizon, bool again, bool solved);
@@ -237,8 +241,9 @@ class BaseStep {
   std::vector<double> tolerance_;  // per shape, m: gap below which it is closed
   std::vector<double> radius_;     // per shape, m: how far its points are from the body's centre of mass
   const std::vector<std::pair<int, int>>* pairs_ = nullptr;
-  std::vector<double> travel_;   // per shape, m: bound on its displacement before the step ends
-  double margin_ = 0;            // m, by which the pairs were widened
+  std::vector<double> travel_;  // per shape, m: bound on its displacement before the step ends
+  double smallest_ = std::numeric_limits<double>::infinity();  // m, of all shapes
+  double margin_ = 0;                                          // m, by which the pairs were widened
   double moved_ = 0;             // m, bound on what any shape has moved by since they were found
   bool contacts_known_ = false;  // are contacts_ those of the present poses?
   double depth_ = 0;             // m, of the deepest of them

@@ -167,12 +167,15 @@ def wanted(name, patterns):
 def engines(listed):
     """Rows of engines beside those of methods (program.choices): of each variant; of an engine that is not here one,
     whose runs are `unavailable`."""
-    return [({"name": engine["name"], "engine": True}, variant, "") for engine in listed.get("engines", [])
+    return [({"name": engine["name"], "engine": True, "here": not engine["unavailable"]}, variant, "")
+            for engine in listed.get("engines", [])
             for variant in [v["name"] for v in engine.get("variants", [])] or [""]]
 
 
 def knobs_of(method):
-    return OF_ENGINES if method.get("engine") else (*COMMON, *own_knobs(method))
+    if method.get("engine"):
+        return OF_ENGINES if method["here"] else ()
+    return *COMMON, *own_knobs(method)
 
 
 def asked_for(method, name, block):

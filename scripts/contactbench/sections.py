@@ -7,7 +7,8 @@ import math
 import statistics
 from dataclasses import dataclass, field
 
-from . import claims, precision, scenery, solve_all, stepping, table1
+from . import claims, precision, scenery, solve_all, stepping, table1, today
+from . import engines as engines_beside
 from . import found as found_out
 from .figures import FIGURES, SAYS
 from .measures import BAD, VERDICTS
@@ -250,6 +251,25 @@ def advice(results):
                    {}, {"answers": data, "text": text})
 
 
+def models_today(results):
+    """What each model does wrong, from the paper's to those of today: against exact Coulomb friction at the same
+    step, so that the error of the step is none of a model's."""
+    title, rows = "From the paper to today", today.rows_of(results)
+    if not rows:
+        return Section(title, {"rows": None})
+    lines, good = today.budget(rows), today.advice(rows)
+    fixed = ("column", "status", "apart", "law", "error", "agree")
+    shown = {
+        "rows": rows, "columns": today.COLUMNS,
+        "lines": [(f"{scene_name(*key[:2])}, step {key[2]} s", line) for key, line in lines.items()], "good": [
+            (f"{scene_name(*key[:2])}, step {key[2]} s", good.get(key, [])) for key in lines], "sweep": today.SWEEP}
+    data = {"runs": {r["cell"].unrepeated: picked(r, fixed) for r in rows}}
+    timing = {r["cell"].unrepeated: r["time_per_step"] for r in rows}
+    return Section(title, shown, data, {
+        "time_per_step": timing, "cheapest": {name: some[0]["cell"].unrepeated
+                                              for name, some in shown["good"] if some}})
+
+
 def convergence(results):
     """Observed order in the step, and the friction polygon's error against its number of edges."""
     shown = {"orders": precision.orders(results), "polygons": precision.polygons(results)}
@@ -337,6 +357,22 @@ def stiff_cases(results):
                    {"cells": len(cells), "faults": picked(count, BAD)}, {"verdicts": count})
 
 
+def engines(results):
+    """Engines beside the methods: their preflights, error and time on each scene, where one is ahead of us."""
+    said, title = engines_beside.said(results.folder), "Engines"
+    if said is None:
+        return Section(title, {"scenes": None})
+    fixed = ("who", "setting", "precision", "step", "knobs", "measure", "status", "error", "fails")
+    data = {
+        name: {r["run"]: picked(r, fixed) for r in some if r["status"] not in LIMITS}
+        for name, some in said["scenes"].items()}
+    timing = {
+        name: {r["run"]: picked(r, ("us_a_step", "front", "busy", "status")) for r in some}
+        for name, some in said["scenes"].items()}
+    return Section(title, said, {"scenes": data, "preflight": said["preflight"]},
+                   {"scenes": timing, "ahead": said["ahead"]})
+
+
 def unfinished(results):
     """Every run that did not end well, with its reason."""
     bad = results.table[(results.table["status"] != "ok") |
@@ -350,8 +386,9 @@ def unfinished(results):
 
 # Groups of the table of contents. A section that others do not build on is added at the end of its group.
 GROUPS = {
-    "Which method": (found, advice, error_time, scenes), "The paper": (claim_table, table_one, figures),
+    "Which method": (found, advice, error_time, models_today, scenes), "The paper": (claim_table, table_one, figures),
     "Accuracy and cost": (convergence, ways_of_stepping, performance, stored_problems, left_out),
+    "Other programs": (engines, ),
     "Where it gets hard": (stiff_cases, unfinished), "About": (reading, )}
 # Of scenes of which the paper claims nothing.
 OTHERS = {

@@ -92,13 +92,16 @@ AccuracyStepping::AccuracyStepping(const Scenario& scenario, const SimulationOpt
                     ? options.smallest
                     : std::min(std::sqrt(2 * share * options.accuracy / acceleration_), options.duration)),
       finest_(std::min(smallest_, share * options.accuracy / (acceleration_ * memory))) {
-  // A body's radius: how far its shapes reach, and at least its radius of gyration.
-  for (const Body& body : model_.bodies) radius_.push_back(std::sqrt(body.inertia.maxCoeff() / body.mass));
+  // A body's radius: how far its shapes reach. Of one without shapes the least radius of gyration, since moments of
+  // inertia beyond any matter's are a way to freeze turns.
+  radius_.assign(model_.bodies.size(), 0.0);
   for (const Shape& shape : scenario.shapes)
     if (shape.body >= 0) {
       double& radius = radius_[static_cast<std::size_t>(shape.body)];
       radius = std::max(radius, shape.bounding_radius() + shape.local.p.norm());
     }
+  for (std::size_t b = 0; b < radius_.size(); ++b)
+    if (radius_[b] == 0) radius_[b] = std::sqrt(model_.bodies[b].inertia.minCoeff() / model_.bodies[b].mass);
   for (const Force& force : scenario.forces) edges_.insert(edges_.end(), {force.from, force.to});
   std::sort(edges_.begin(), edges_.end());
   // Velocities of robots in contact are bound where a base step began: what the first one misses is no power of h, so
@@ -227,24 +230,15 @@ AccuracyStepping::Try AccuracyStepping::judge(double H) {
   return out;
 }
 
-// Velocities of what touches are brought back on the contacts, by one event without restitution in which no time passes.
-bool AccuracyStepping::bind_velocities(BaseStep& base) {
-  base.set_rest_speed(HUGE_VAL);
-  base.kick(0);
-  return !base.approaching() || base.event(0);
-}
-
 // The end of a macro step: what touched touches, and moves as it did.
 AccuracyStepping::Try AccuracyStepping::leave(BaseStep& base, double H, double t_end) {
   base.restore({best_state_, base.energy_input(), start_.spinning});
   base.close_gaps(touching_, 10 * distance(radius_, best_state_, neighbour_state_));
   base.set_rest_speed(acceleration_ * smallest_);
   base.look(0);
-  const bool impact = base.approach_speed() > acceleration_ * smallest_;
-  if (!impact && !bind_velocities(base)) return {Try::failed};
   base.save(end_);
   end_.state.t = t_end;
-  if (impact) {  // which may change anything
+  if (base.approach_speed() > acceleration_ * smallest_) {  // an impact, which may change anything
     modes_known_ = false;
     return {};
   }

@@ -34,7 +34,6 @@ class AccuracyStepping {
   /// Power of H by which the estimate grows over what is allowed.
   int growth_order() const { return order_ >= 3 ? order_ : std::max(1, order_ - 1); }
   Try leave(BaseStep& base, double H, double t_end);
-  bool bind_velocities(BaseStep& base);
   double next_length(const Try& tried, double H) const;
   void take_first_order(BaseStep& base, double h, double edge, AccuracyStep::Kind kind);
   void go_on_from(const Try& taken, double H, double limit, bool nearing);
