@@ -95,3 +95,10 @@ def step_down(results, scene, parameters, error, time_per_step):
     best = near if near and near["status"] == "ok" else None
     second = next((p for p in points[1:] if best and p["status"] == "ok" and p["cell"].key != best["cell"].key), None)
     return RESIDUAL, TRUST[RESIDUAL], best, second, near
+
+
+def furthest(results, scene, parameters):
+    """Of a scene that no setting got through, the one that came furthest, in words; empty where nothing was run."""
+    cells = results.cells(scene, precision.SWEEP, parameters=parameters)
+    cell = max(cells, key=lambda c: number(c["t_reached"] or "0"), default=None)
+    return f"{cell.label}: {cell.how_it_ended}, {cell.command}" if cell else ""

@@ -208,6 +208,7 @@ def answer(options):
                                                             options.time_per_step)
         made |= {
             "basis": basis, "trust": trust, "measure": basis, "reference": "missing", "why": about.get("reason", "")}
+        made |= {"furthest": "" if near else ladder.furthest(results, scene, parameters)}
         made |= {"runs": len(results.cells(scene, precision.SWEEP, parameters=parameters)), "best": said(best)}
         return made | {
             "runner_up": said(second), "nearest": said(near), "told_apart": best and second
@@ -239,7 +240,7 @@ def show_all(made):
           ("as this machine has" if on["this_machine"] else
            "not of this machine: --verify runs the answer here, scripts/reproduce.sh measures all of it here"))
     if made["best"] is None:
-        print("none did" if made["nearest"] else "no run of it came to the end")
+        print("none did" if made["nearest"] else f"no run of it came to the end; furthest: {made.get('furthest')}")
         if made["nearest"]:
             show("least error", made["nearest"], made["measure"])
         return

@@ -388,8 +388,7 @@ def unfinished(results):
 GROUPS = {
     "Which method": (found, advice, error_time, models_today, scenes), "The paper": (claim_table, table_one, figures),
     "Accuracy and cost": (convergence, ways_of_stepping, performance, stored_problems, left_out),
-    "Other programs": (engines, ),
-    "Where it gets hard": (stiff_cases, unfinished), "About": (reading, )}
+    "Other programs": (engines, ), "Where it gets hard": (stiff_cases, unfinished), "About": (reading, )}
 # Of scenes of which the paper claims nothing.
 OTHERS = {
     "What was found": (found, scenes, differences), "Which method": (advice, error_time),
