@@ -139,9 +139,9 @@ def apart(results):
     for scene in dict.fromkeys((c["scene"], c["parameters"]) for c in results.cells(sweep=None)):
         cells = [c for c in results.cells(scene[0], None, parameters=scene[1]) if c.finished]
         ended = len(cells), len(results.cells(scene[0], None, parameters=scene[1]))
-        worst = max((number(c["max_gain_relative"]) for c in cells), default=math.nan)
+        worst = max((number(c["max_gain_relative"] or "0") for c in cells), default=0.0)
         told.append(f"{' '.join(scene).strip()}: {ended[0]} of {ended[1]} settings came to the end" +
-                    ("" if math.isnan(worst) else f", the largest gain of energy in an event is {some(worst)} of it"))
+                    (f", an event gains up to {some(worst)} of the energy" if worst > 1e-9 else ""))
     return "; ".join(told) + ".", "differences"
 
 
