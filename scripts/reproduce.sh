@@ -34,7 +34,7 @@ budget=()
 [ "$profile" != paper ] || budget=(--budget 1.25)
 runs=$out/runs/$profile
 "$python" "$root/scripts/references.py" --program "$root/build/bin/contactbench" --out "$out/references"
-"$python" "$root/scripts/sweep.py" "$root"/scenarios/sweeps/{paper,robots,claims,error_time,orders,polygons,stepping,today}.toml --profile "$profile" \
+"$python" "$root/scripts/sweep.py" "$root"/scenarios/sweeps/{motion,paper,robots,claims,error_time,orders,polygons,stepping,today}.toml --profile "$profile" \
   --program "$root/build/bin/contactbench" --runs "$runs" --out "$out" --jobs "$jobs" --timed-alone "${keep[@]}" "${budget[@]}"
 "$python" "$root/scripts/solve_all.py" --program "$root/build/bin/contactbench" --out "$out/solve_all"
 "$python" "$root/scripts/replay.py" --program "$root/build/bin/contactbench" --out "$out/replay"

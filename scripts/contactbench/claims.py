@@ -91,7 +91,8 @@ class Claim:
         verdicts = {p.verdict for p in self.parts}
         if verdicts <= {UNKNOWN}:
             return UNKNOWN
-        return YES if verdicts == {YES} else "in part" if YES in verdicts else "contradicted" if NO in verdicts else DIFFERS
+        return YES if verdicts == {
+            YES} else "in part" if YES in verdicts else "contradicted" if NO in verdicts else DIFFERS
 
     @property
     def because(self):

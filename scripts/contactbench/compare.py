@@ -12,7 +12,7 @@ from . import precision, program, recommend, report
 
 
 def rows_of(results):
-    """The settings at each step, the ended ones by time: (method, step, how it ended, error or None, s a simulated s)."""
+    """The settings, those that ended by time: (method, step, how it ended, error or None, s a simulated s)."""
     rows = []
     for scene in dict.fromkeys((c["scene"], c["parameters"]) for c in results.cells(sweep=None)):
         for point in precision.points(results, *scene, name=precision.measure(results, *scene) or "none"):

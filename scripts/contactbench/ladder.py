@@ -17,11 +17,12 @@ CONVERGING, RESIDUAL = "converging", "residual"
 TRUST = {
     "exact": "the scene has an exact answer: the error is that",
     "certified": "two methods agree over the whole run: the error is known to the uncertainty of the reference",
-    "agreed": "two methods agree for the first {until:g} s, which is what was run; of what comes after nothing is known, and methods part there",
-    CONVERGING: "no two methods agree: the error is how far the same method moves when its step is made finer, which says "
-                "that it converges and not to what; at its step the others are up to {spread} m away",
-    RESIDUAL: "nothing is known of where the bodies should be: the answer solves the contact problems that it meets, without "
-              "a gain of energy, and is the cheapest that does"}
+    "agreed": "two methods agree for the first {until:g} s, which is what was run; of what comes after nothing is "
+    "known, and methods part there",
+    CONVERGING: "no two methods agree: the error is how far the same method moves when its step is made finer, which "
+    "says that it converges and not to what; at its step the others are up to {spread} m away",
+    RESIDUAL: "nothing is known of where the bodies should be: the answer solves the contact problems that it meets, "
+    "without a gain of energy, and is the cheapest that does"}
 
 
 def basis_of(measure, about, wanted):
@@ -36,14 +37,15 @@ def point(cell, measure, error):
     """As precision.points has them, of an error that is no column of the table."""
     duration, times = float(cell["duration"]), sorted(cell.times)
     return {
-        "run": cell["run"], "scene": cell["scene"], "parameters": cell["parameters"], "step": cell["step"], "measure": measure,
-        "status": cell["status"], "error": error, "worst": error, "uncertainty": 0.0, "time": cell.seconds / duration,
-        "least": times[0] / duration, "most": times[-1] / duration, "time_per_step": cell.seconds / int(cell["steps"] or 1),
-        "repeats": len(times), "busy": cell.busy, "cell": cell}
+        "run": cell["run"], "scene": cell["scene"], "parameters": cell["parameters"], "step": cell["step"],
+        "measure": measure, "status": cell["status"], "error": error, "worst": error, "uncertainty": 0.0,
+        "time": cell.seconds / duration, "least": times[0] / duration, "most": times[-1] / duration,
+        "time_per_step": cell.seconds / int(cell["steps"] or 1), "repeats": len(times), "busy": cell.busy, "cell": cell}
 
 
 def finished(results, scene, parameters):
-    return [c for c in results.cells(scene, precision.SWEEP, parameters=parameters) if c.finished and c.times and c["step"]]
+    return [
+        c for c in results.cells(scene, precision.SWEEP, parameters=parameters) if c.finished and c.times and c["step"]]
 
 
 def converging(results, scene, parameters):
@@ -62,8 +64,9 @@ def converging(results, scene, parameters):
 
 
 def spread(results, scene, parameters, cell):
-    """How far the other methods at the same step are from a run: the most and the median, m; None where there are none."""
-    others = [c for c in finished(results, scene, parameters) if c["step"] == cell["step"] and c["method"] != cell["method"]]
+    """How far the other methods at the same step are from a run: the most and the median, m; None without others."""
+    others = [
+        c for c in finished(results, scene, parameters) if c["step"] == cell["step"] and c["method"] != cell["method"]]
     known = [d for d in (precision.apart(cell, c) for c in others) if not math.isnan(d)]
     return (max(known), statistics.median(known)) if known else None
 
@@ -78,14 +81,24 @@ def sound(results, scene, parameters):
 
 
 def step_down(results, scene, parameters, error, time_per_step):
-    """Where there is nothing to measure errors against: (basis, trust, best, runner-up, nearest); best is None where none
-    met the error, nearest where not even one came to the end."""
+    """Where there is nothing to measure errors against: (basis, trust, best, runner-up, nearest); best is None where
+    none met the error, nearest where not even one came to the end."""
     points = converging(results, scene, parameters)
     best, second, _ = precision.choose(points, error, time_per_step)
     near = best or precision.nearest(points)
     if near:
         far = spread(results, scene, parameters, near["cell"])
         return CONVERGING, TRUST[CONVERGING].format(spread=f"{far[0]:.2g}" if far else "?"), best, second, near
-    points = [p for p in sound(results, scene, parameters) if time_per_step is None or p["time_per_step"] <= time_per_step]
-    second = next((p for p in points[1:] if p["cell"].key != points[0]["cell"].key), None)
-    return RESIDUAL, TRUST[RESIDUAL], points[0] if points else None, second, points[0] if points else None
+    points = [
+        p for p in sound(results, scene, parameters) if time_per_step is None or p["time_per_step"] <= time_per_step]
+    near = points[0] if points else None
+    best = near if near and near["status"] == "ok" else None
+    second = next((p for p in points[1:] if best and p["status"] == "ok" and p["cell"].key != best["cell"].key), None)
+    return RESIDUAL, TRUST[RESIDUAL], best, second, near
+
+
+def furthest(results, scene, parameters):
+    """Of a scene that no setting got through, the one that came furthest, in words; empty where nothing was run."""
+    cells = results.cells(scene, precision.SWEEP, parameters=parameters)
+    cell = max(cells, key=lambda c: number(c["t_reached"] or "0"), default=None)
+    return f"{cell.label}: {cell.how_it_ended}, {cell.command}" if cell else ""

@@ -5,9 +5,9 @@ method, solver and knobs, with the run that shows it and the runner-up.
   scripts/recommend.py stack --set boxes=4 --error 1e-6 --time-per-step 1e-4 --verify
   scripts/recommend.py my.xml --error 1e-3 --duration 2 --out my      first runs a small sweep of it into the folder my
 
-Of a scene without an exact answer it steps down: to a reference on which two methods agree, over the whole run or for as
-long as they do; to how each converges and how far methods are apart; to residuals, energy and time. It names the step and
-how far it can be trusted (ladder.py).
+Of a scene without an exact answer it steps down: to a reference on which two methods agree, over the whole run or for
+as long as they do; to how each converges and how far methods are apart; to residuals, energy and time. It names the
+step and how far it can be trusted (ladder.py).
 
 Exit codes: 0 there is an answer (and it was confirmed, with --verify); 1 --verify could not confirm it; 2 wrong flags
 or input; 3 no run met the error: the nearest is named.
@@ -90,9 +90,9 @@ def sweep_of(options, contacts=False):
     toml = options.out / f"{precision.SWEEP}.toml"
     interval = kept_every(known) if contacts else references.INTERVAL
     toml.write_text(
-        render("small_sweep.toml", interval=interval, duration=min(until, known["duration"]), limit=options.limit,
-               scene=file, steps=steps, contacts=contacts, sets=[p.partition("=") for p in options.set],
-               dear=known["took_s"] > DEAR))
+        render("small_sweep.toml", interval=interval, duration=min(until, known["duration"]),
+               limit=options.limit, scene=file, steps=steps, contacts=contacts, sets=[
+                   p.partition("=") for p in options.set], dear=known["took_s"] > DEAR))
     words = [toml, "--program", options.program, "--runs", options.out / "runs", "--out", options.out]
     try:
         with contextlib.redirect_stdout(sys.stderr):
@@ -206,13 +206,16 @@ def answer(options):
     if not measure:
         basis, trust, best, second, near = ladder.step_down(results, scene, parameters, options.error,
                                                             options.time_per_step)
-        made |= {"basis": basis, "trust": trust, "measure": basis, "reference": "missing", "why": about.get("reason", "")}
+        made |= {
+            "basis": basis, "trust": trust, "measure": basis, "reference": "missing", "why": about.get("reason", "")}
+        made |= {"furthest": "" if near else ladder.furthest(results, scene, parameters)}
         made |= {"runs": len(results.cells(scene, precision.SWEEP, parameters=parameters)), "best": said(best)}
-        return made | {"runner_up": said(second), "nearest": said(near), "told_apart": best and second and
-                       precision.told_apart(best, second)}
+        return made | {
+            "runner_up": said(second), "nearest": said(near), "told_apart": best and second
+            and precision.told_apart(best, second)}
     points = precision.points(results, scene, parameters, measure)
-    made["reference"], made["basis"] = precision.reference_of(
-        results, scene, parameters, measure), ladder.basis_of(measure, about, options.duration)
+    made["reference"], made["basis"] = precision.reference_of(results, scene, parameters, measure), ladder.basis_of(
+        measure, about, options.duration)
     made["trust"] = ladder.TRUST[made["basis"]].format(until=about.get("until") or 0)
     made["runs"] = len(points)
     best, second, cheaper = precision.choose(points, options.error, options.time_per_step)
@@ -237,7 +240,7 @@ def show_all(made):
           ("as this machine has" if on["this_machine"] else
            "not of this machine: --verify runs the answer here, scripts/reproduce.sh measures all of it here"))
     if made["best"] is None:
-        print("none did" if made["nearest"] else "no run of it came to the end")
+        print("none did" if made["nearest"] else f"no run of it came to the end; furthest: {made.get('furthest')}")
         if made["nearest"]:
             show("least error", made["nearest"], made["measure"])
         return

@@ -153,8 +153,9 @@ def certify(maker, duration):
     about = {
         "scene": coarse["scenario"], "parameters": parameters,
         "scene_digest": digest(*program.files_of(maker.program, maker.file, parameters)), "accepted": False,
-        "reason": "", "own_step": coarse["options"]["step"], "took_s": coarse["time"]["total_s"], "accuracy_m": None, "duration": duration, "until": None,
-        "uncertainty_m": None, "versions": coarse["versions"], "machine": coarse["machine"], "runs": []}
+        "reason": "", "own_step": coarse["options"]["step"], "took_s": coarse["time"]["total_s"], "accuracy_m": None,
+        "duration": duration, "until": None, "uncertainty_m": None, "versions": coarse["versions"],
+        "machine": coarse["machine"], "runs": []}
     reasons = []
     for wanted in WANTED:
         found = at_accuracy(maker, about, wanted, own)

@@ -18,7 +18,6 @@ from .runs import Runs
 from .sections import groups, of_paper
 from .templates import render
 
-
 OF_ANY = ("error_time", "error_budget")  # figures of scenes of which the paper claims nothing
 
 
@@ -58,8 +57,9 @@ def finite(value):
 def heading(results):
     """Title of the window, first line of the page."""
     if of_paper(results):
-        return {"title": "contact models compared",
-                "heading": "Contact models in multibody simulation: the paper's benchmark, made again"}
+        return {
+            "title": "contact models compared",
+            "heading": "Contact models in multibody simulation: the paper's benchmark, made again"}
     scenes = ", ".join(dict.fromkeys(results.table["scene"]))
     return {"title": scenes, "heading": f"Contact models compared: {scenes}"}
 
@@ -83,7 +83,8 @@ def write(results):
     count = worth.counted([[s["data"], s["timing"]] for s in said.values()],
                           [[s["worth"], s["worth_of_timing"]] for s in said.values()])
     names = {title: [build.__name__ for build in group] for title, group in order.items()}
-    page = render("report.html", profile=results.profile, sections=sections, worth=count, groups=names, **heading(results))
+    page = render("report.html", profile=results.profile, sections=sections, worth=count, groups=names,
+                  **heading(results))
     (results.folder / "report.html").write_text(page)
     if of_paper(results):
         table1.write(results, sections["table_one"].shown)
@@ -93,7 +94,8 @@ def main():
     parser = program.flags(__doc__)
     parser.add_argument("--results", required=True, type=Path,
                         help="folder of runs.csv and manifest.json; all is written there")
-    parser.add_argument("--runs", type=Path, help="folder with one folder a run [RESULTS/runs/PROFILE, or RESULTS/runs]")
+    parser.add_argument("--runs", type=Path,
+                        help="folder with one folder a run [RESULTS/runs/PROFILE, or RESULTS/runs]")
     parser.add_argument("--no-draw", action="store_true", help="take the figures that are there")
     options = parser.parse_args()
     runs = options.runs or next((p for p in (Runs(options.results).runs, options.results / "runs") if p.is_dir()), None)

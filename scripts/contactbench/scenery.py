@@ -25,7 +25,7 @@ def to_look_at(results, scene, parameters):
 
 
 def motions(results):
-    """{"scene parameters": {cells, picture, title}} of the scenes that have a run to look at."""
+    """{"scene parameters": {cells, picture, title}} of what has a run that kept its contacts."""
     found = {}
     for scene in scenes(results):
         cells = to_look_at(results, *scene)
@@ -33,10 +33,9 @@ def motions(results):
             motion = view.Motion(cells[0].folder, cells[0].with_k, 2) if cells else None
         except program.ProgramError:
             motion = None
-        name = " ".join(filter(None, scene))
-        found[name] = {
-            "cells": cells if motion else [], "picture": still.svg(motion) if motion else "",
-            "title": motion.summary.get("title") or "" if motion else ""}
+        if motion:
+            found[" ".join(filter(None, scene))] = {
+                "cells": cells, "picture": still.svg(motion), "title": motion.summary.get("title") or ""}
     return found
 
 
@@ -47,10 +46,9 @@ def write_motions(results):
     parts = []
     for name, found in motions(results).items():
         cells = found["cells"]
-        if cells:
-            part = view.scene_of([c.folder for c in cells], labels=[f"{c.with_k}, {c.way}" for c in cells],
-                                 frames=FRAMES, room=ROOM)
-            parts.append(part | {"name": name})
+        part = view.scene_of([c.folder for c in cells], labels=[f"{c.with_k}, {c.way}" for c in cells], frames=FRAMES,
+                             room=ROOM)
+        parts.append(part | {"name": name})
     if not parts:
         return "no run kept its contacts"
     try:
@@ -83,7 +81,7 @@ def table(results, scene, parameters):
         error = cell.error(name) if name else math.nan
         time = cell.seconds / float(cell["duration"]) if cell.finished and cell.times else math.nan
         rows.append({
-            "method": cell.with_k, "step": cell.step_or_accuracy, "ended": cell.how_it_ended or "ok", "error": error, "time": time,
-            "residual": cell["residual_max"], "gain": cell["max_gain_relative"], "command": cell.command,
+            "method": cell.with_k, "step": cell.step_or_accuracy, "ended": cell.how_it_ended or "ok", "error": error,
+            "time": time, "residual": cell["residual_max"], "gain": cell["max_gain_relative"], "command": cell.command,
             "run": cell.unrepeated})
     return {"measure": name, "reference": precision.reference_of(results, scene, parameters, name), "rows": rows}

@@ -168,7 +168,10 @@ def hover(points):
 
 def scenes(results):
     """Every scene with its picture and its motion, which report.py writes beside the report."""
-    return Section("The scenes", Plain(scenes=scenery.motions(results) if results.whole else {}))
+    found = scenery.motions(results) if results.whole else {}
+    shown = {name.partition(" ")[0] for name in found}
+    return Section("The scenes",
+                   Plain(scenes=found, without=[s for s in dict.fromkeys(results.table["scene"]) if s not in shown]))
 
 
 def differences(results):
@@ -227,7 +230,8 @@ def advice(results):
         points, name = precision.points(results, *scene), scene_name(*scene)
         for error in ERRORS:
             best, second, _ = precision.choose(points, error)
-            rows.setdefault(name, []).append((best, second, second and precision.told_apart(best, second)))
+            near = None if best else precision.nearest(points)
+            rows.setdefault(name, []).append((best, second, second and precision.told_apart(best, second), near))
             if best:
                 chosen.append(best)
                 data[f"{name} {error:g}"] = {"best": best["run"], "runner_up": second and second["run"]}

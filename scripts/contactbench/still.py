@@ -28,10 +28,12 @@ def faces_of(shape):
         square = np.array([[1, -1, -1], [1, 1, -1], [1, 1, 1], [1, -1, 1]])
         return [h * np.roll(square * [s, 1, 1], a, axis=1) for a, s in sides]
     if shape["kind"] == "cylinder":
-        rim = [np.array([math.cos(2 * math.pi * k / SIDES), 0, math.sin(2 * math.pi * k / SIDES)]) for k in range(SIDES)]
+        rim = [
+            np.array([math.cos(2 * math.pi * k / SIDES), 0,
+                      math.sin(2 * math.pi * k / SIDES)]) for k in range(SIDES)]
         rim, y = [shape["radius"] * p for p in rim], np.array([0, shape["hy"], 0])
-        return [np.array([p + s * y for p in rim]) for s in (1, -1)
-                ] + [np.array([a + y, b + y, b - y, a - y]) for a, b in zip(rim, rim[1:] + rim[:1])]
+        return [np.array([p + s * y for p in rim])
+                for s in (1, -1)] + [np.array([a + y, b + y, b - y, a - y]) for a, b in zip(rim, rim[1:] + rim[:1])]
     return [np.zeros((1, 3))]
 
 
@@ -66,7 +68,8 @@ def tone(number, bright):
 
 def svg(motion):
     """The picture, self-contained; coordinates in a box 300 wide."""
-    drawn = [(frame, face) for frame in (0, len(motion.t) - 1) for face in sorted(faces_at(motion, frame), key=lambda f: f[0])]
+    drawn = [(frame, face) for frame in (0, len(motion.t) - 1)
+             for face in sorted(faces_at(motion, frame), key=lambda f: f[0])]
     if not drawn:
         return ""
     reach = [np.vstack([f[1] - f[2], f[1] + f[2]]) for _, f in drawn]
@@ -74,7 +77,8 @@ def svg(motion):
     scale = 280 / max(*(high - low), 1e-9)
     lines = []
     for frame, (_, flat, radius, bright, number) in drawn:
-        look = f'fill="{tone(number, bright)}" stroke="#20242a" stroke-width=".4"' + (' opacity=".25"' if frame == 0 else "")
+        look = f'fill="{tone(number, bright)}" stroke="#20242a" stroke-width=".4"' + (' opacity=".25"'
+                                                                                      if frame == 0 else "")
         points = [[f"{x:.1f}" for x in point] for point in scale * (flat - low) + 10]
         if radius:
             lines.append(f'<circle cx="{points[0][0]}" cy="{points[0][1]}" r="{scale * radius:.1f}" {look}/>')

@@ -38,7 +38,10 @@ time.sleep(float(os.environ.get("SLOW", "0")))
 n = 100
 with open(out + "/trajectory.csv", "w") as f:
     f.write("t,body,px,py,pz,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\\n")
-    for i in range(n + 1): f.write(f"{{i / 10}},box,{{i * 1e-9}},0.5,0,1,0,0,0,0,0,0,0,0,0\\n")
+    # mode "apart": every method goes its own way, and every step besides.
+    way = 1e-8
+    if mode == "apart": way = ["newton", "mirtich", "ap", "convex"].index(flag("--method", "")) + float(flag("--step", "0.001"))
+    for i in range(n + 1): f.write(f"{{i / 10}},box,{{i / 10 * way}},0.5,0,1,0,0,0,0,0,0,0,0,0\\n")
     f.write("10.1,box,0.")  # what a killed program leaves
 with open(out + "/steps.csv", "w") as f:
     f.write("step,t,status,residual,kinetic_energy,dynamics_s,collision_s,assembly_s,solve_s,step_s\\n")
@@ -75,6 +78,7 @@ if mode == "chaos":
     summary["errors"]["position_linf_m"] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6][seed]
     summary["errors"]["energy_rise_relative"] = 0.1 * (seed % 2)
     summary["reference"], summary["steps"], summary["residuals"] = {{"kind": "analytic"}}, 100, {{"false_claims": 0, "law_max": 0.0}}
+if mode == "apart": summary["residuals"], summary["steps"] = {{"false_claims": 0, "law_max": 0.0}}, 100
 if mode == "nan": summary["errors"]["final_m"] = float("nan")
 if mode == "liar": summary["finished"] = False
 text = json.dumps(summary)

@@ -124,17 +124,47 @@ class Recommend(unittest.TestCase):
         self.assertEqual(again["best"]["method"], "newton")
 
 
-    def test_a_scene_with_nothing_to_measure_against_is_told_so_before_any_sweep(self):
+    def test_where_no_two_methods_agree_the_answer_is_by_how_a_method_converges(self):
         scene = self.top / "my.xml"
-        scene.write_text('<scenario> <!-- run --set x=1: <reference kind="analytic"/> --> <reference kind="missing"/> </scenario>')
+        scene.write_text("<scenario/>")
+        self.environment = standin.environment(FAKE=json.dumps({"my": "apart"}))
+        made = self.ask(scene, "--error", 0.01, "--out", self.top / "mine")
+        self.assertEqual((made["basis"], made["reference"]), ("converging", "missing"))
+        self.assertIn("no second method agrees", made["why"])
+        # The motion of a method is off by 10 s times its step: from the finest, 2.5e-4 s, a run at 1e-3 s by 7.5e-3 m.
+        self.assertAlmostEqual(made["best"]["error"], 7.5e-3, 9)
+        # Methods are 1 m a second apart from each other, up to 3 m a second.
+        far = float(made["trust"].split("up to ")[1].split()[0])
+        self.assertTrue(10 <= far <= 30, made["trust"])
+        nearest = self.ask(scene, "--error", 1e-9, "--out", self.top / "mine", code=3)["nearest"]
+        self.assertAlmostEqual(nearest["error"], made["best"]["error"], 9)
+
+    def test_where_nothing_is_right_the_least_wrong_is_named(self):
+        scene = self.top / "my.xml"
+        scene.write_text('<scenario><reference kind="missing"/></scenario>')
         self.environment = standin.environment(FAKE=json.dumps({"my": "inaccurate"}))
         made = self.ask(scene, "--error", 0.03, "--out", self.top / "mine", code=3)
-        self.assertEqual((made["reference"], made["why"]), ("missing", "to 1e-08 m: convex: inaccurate; to 1e-06 m: convex: inaccurate"))
-        self.assertFalse((self.top / "mine/runs").exists())
-        # One with an exact answer does without.
-        scene.write_text('<scenario><reference name="stack" kind="analytic"/></scenario>')
-        self.ask(scene, "--error", 0.03, "--out", self.top / "mine", code=3)
-        self.assertTrue((self.top / "mine/runs").exists())
+        self.assertEqual((made["basis"], made["reference"], made["best"]), ("residual", "missing", None))
+        self.assertEqual(made["why"], "to 1e-08 m: convex: inaccurate; to 1e-06 m: convex: inaccurate")
+        self.assertTrue(made["nearest"]["run"].startswith("my__"))
+
+    def test_all_methods_on_one_scene_are_one_command_with_a_report_of_it_alone(self):
+        scene = self.top / "my.xml"
+        scene.write_text("<scenario/>")
+        out = self.top / "mine"
+        ended = subprocess.run([sys.executable, "-B", ROOT / "scripts/compare.py", scene, "--program", self.program, "--out", out],
+                               capture_output=True, text=True, env=self.environment)
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        # Newton's at four times the step of 1e-3 s errs by 0.04 m and is the cheapest.
+        first = ended.stdout.splitlines()[1].split()
+        self.assertEqual((first[0], first[-4:]), ("Newton", ["0.004", "0.04", "0.0275", "ok"]), ended.stdout)
+        page = (out / "report.html").read_text()
+        self.assertIn("Contact models compared: my", page)
+        for word in ("paper", "reproduced", "contradicted"):
+            self.assertNotIn(word, page.lower())
+        sections = json.loads((out / "report.json").read_text())["sections"]
+        self.assertNotIn("claim_table", sections)
+        self.assertEqual(len(sections["differences"]["data"]["rows"]["my"]), len({r["run"] for r in sections["differences"]["data"]["rows"]["my"]}))
 
 
 class References(unittest.TestCase):

@@ -30,9 +30,9 @@ TEMPLATES = jinja2.Environment(loader=jinja2.FileSystemLoader(Path(__file__).par
                                lstrip_blocks=True, keep_trailing_newline=True, undefined=jinja2.StrictUndefined)
 TEMPLATES.filters |= {
     "e": lambda text: html.escape(str(text)), "embedded": embedded, "json": json.dumps, "g3": lambda x: f"{x:.3g}",
-    "short": short, "g2": lambda x: known(x, 2), "g4": lambda x: known(x, 4), "fixed": lambda x, digits: f"{x:.{digits}f}",
-    "g3_known": known, "words": lambda name: name.replace("_", " "), "numbers": lambda some: ", ".join(f"{x:.3g}"
-                                                                                                       for x in some)}
+    "short": short, "g2": lambda x: known(x, 2), "g4": lambda x: known(x, 4),
+    "fixed": lambda x, digits: f"{x:.{digits}f}", "g3_known": known, "words": lambda name: name.replace("_", " "),
+    "numbers": lambda some: ", ".join(f"{x:.3g}" for x in some)}
 
 
 def render(template, **values):

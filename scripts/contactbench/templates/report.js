@@ -48,7 +48,7 @@ if (points && Object.keys(DATA.scenes).length) {
     let out = "";
     for (let i = x0; i <= x1; ++i) out += `<line x1="${X(i)}" x2="${X(i)}" y1="8" y2="${h - under}"/><text x="${X(i)}" y="${h - under + 14}" text-anchor="middle">1e${i}</text>`;
     for (let i = y0; i <= y1; i += Math.max(1, Math.ceil((y1 - y0) / 9))) out += `<line x1="${left}" x2="${w - 12}" y1="${Y(i)}" y2="${Y(i)}"/><text x="${left - 5}" y="${Y(i) + 4}" text-anchor="end">1e${i}</text>`;
-    out += `<text x="${w - 12}" y="${h - 4}" text-anchor="end">processing time, s a simulated second</text><text x="4" y="${h - 4}">upwards: error, m</text><line class="wanted" x1="${left}" x2="${w - 12}" y1="${Y(log(wanted))}" y2="${Y(log(wanted))}"/>`;
+    out += `<text x="${w - 12}" y="${h - 4}" text-anchor="end">processing time, s a simulated second</text><text x="${left + 4}" y="20">error, m</text><line class="wanted" x1="${left}" x2="${w - 12}" y1="${Y(log(wanted))}" y2="${Y(log(wanted))}"/>`;
     svg.setAttribute("viewBox", `0 0 ${w} ${h}`); svg.innerHTML = out;
     const good = some.filter(p => p.good && p.worst + p.uncertainty <= wanted).sort((a, b) => a.time - b.time), best = good[0], near = some.filter(p => p.good).sort((a, b) => a.error - b.error || a.time - b.time)[0];
     for (const p of some) {

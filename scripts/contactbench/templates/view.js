@@ -33,7 +33,7 @@ function build(run, number, size) {
     const pose = [shape.px, shape.py, shape.pz, shape.qx, shape.qy, shape.qz, shape.qw], body = run.bodies.indexOf(shape.body);
     const geometry = surface(shape, size);
     if (!geometry) {  // the ground: a grid in its plane, which all runs share
-      const grid = new THREE.GridHelper(8 * size, 32, css("--soft"), css("--line")); const holder = new THREE.Group();
+      const grid = new THREE.GridHelper(Math.max(8 * size, 2.5 * current.across), 40, css("--soft"), css("--line")); const holder = new THREE.Group();
       place(holder, pose, 0); holder.add(grid); (number ? new THREE.Group() : root).add(holder); run.ground = holder; continue;
     }
     const over = number && mode() === "over";
@@ -162,7 +162,7 @@ function rebuild() {
 function look() {
   const box = extent(), middle = box.getCenter(new THREE.Vector3()), across = Math.max(0.1, box.getSize(new THREE.Vector3()).length());
   const sizes = current.runs[0].shapes.filter(s => s.body).map(s => 2 * Math.max(s.hx, s.hy, s.hz, s.radius)).sort((a, b) => a - b);
-  current.size = Math.min(across, 4 * (sizes[sizes.length >> 1] || across)); current.impulse = Math.max(...current.runs.map(run => run.impulse));
+  current.across = across; current.size = Math.min(across, 4 * (sizes[sizes.length >> 1] || across)); current.impulse = Math.max(...current.runs.map(run => run.impulse));
   camera = new THREE.PerspectiveCamera(40, 1, across / 500, across * 50);
   const stage = byId("stage"), wide = stage.clientWidth / stage.clientHeight, parts = mode() === "side" ? current.runs.length : 1;
   const narrow = Math.min(1, wide < 1 ? wide * parts : wide / parts);
