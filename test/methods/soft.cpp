@@ -15,7 +15,6 @@ namespace {
 
 constexpr double m = 4.0 / 3 * M_PI, W_n = 1 / m, W_t = 3.5 / m;  // of the sphere in problems.h, radius 1
 
-Eigen::Matrix3d sphere_block() { return Vector3d(W_n, W_t, W_t).asDiagonal(); }
 double rms() { return std::sqrt(W_n * W_n + 2 * W_t * W_t) / 3; }
 
 /// Standard options but for some.
