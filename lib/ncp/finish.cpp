@@ -23,6 +23,14 @@
 
 namespace cb {
 
+namespace {
+
+/// -: natural residual below which nothing is left to do; share of a residual that a step beyond the tolerance must
+/// leave.
+constexpr double least_residual = 1e-16, worth = 0.1;
+
+}  // namespace
+
 void AlartCurnierNewton::begin(const NcpProblem& problem, VelocitySystem& system, NcpMeasure& measure) {
   problem_ = &problem;
   measure_ = &measure;
@@ -92,7 +100,8 @@ double AlartCurnierNewton::solve(const Options& o, std::vector<double>& r, std::
   double best = measure_->residual(r_, u_), proximal = o.proximal;
   if (!std::isfinite(best)) best = HUGE_VAL;
   u = u_;
-  for (int k = 0, without = 0, returns = 0; k < o.limit && best > o.tolerance; ++k) {
+  for (int k = 0, without = 0, returns = 0; k < o.limit && best > least_residual; ++k) {
+    const bool enough = best <= o.tolerance;
     poll_stop();
     ++steps;
     const double residual = step(proximal, k == 0 ? o.touching : 0) ? measure_->residual(r_, u_) : HUGE_VAL;
@@ -104,6 +113,7 @@ double AlartCurnierNewton::solve(const Options& o, std::vector<double>& r, std::
       without = 0;
       proximal *= o.grows;
     }
+    const bool better = residual < worth * best;
     if (residual < best) {
       best = residual;
       r = r_;
@@ -112,6 +122,8 @@ double AlartCurnierNewton::solve(const Options& o, std::vector<double>& r, std::
       r_ = r;
       u_ = u;
     }
+    // One step beyond the tolerance, and more while they are worth it: along a stack errors add up.
+    if (enough && !better) break;
   }
   return best;
 }

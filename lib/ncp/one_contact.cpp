@@ -33,6 +33,8 @@ using Eigen::Vector3d;
 /// -: pivots of A below this fraction of trace(W) are zero.
 constexpr double singular = 1e-14;
 constexpr int most_steps = 200;
+/// -: step of lambda that is rounding.
+constexpr double rounding = 4e-16;
 
 /// The tangential problem when u_n = 0: u_t = A r_t + b, r_n = normal + slope.r_t.
 struct Tangential {
@@ -93,11 +95,9 @@ Vector3d solve_one_contact(const OneContact& c) {
   for (int k = 0; k < most_steps; ++k) {
     const double value = f(lambda, slope);
     (value > 0 ? low : high) = lambda;
-    double next = lambda - value / slope;
-    if (!(next > low && next < high)) next = (low + high) / 2;
-    const bool done = std::abs(next - lambda) <= 1e-16 * lambda || value == 0;
-    lambda = next;
-    if (done) break;
+    const double next = lambda - value / slope;
+    if (value == 0 || std::abs(next - lambda) <= rounding * lambda) break;  // before the bracket takes it for a miss
+    lambda = next > low && next < high ? next : (low + high) / 2;
   }
   const Vector2d r_t = -b[0] / (a[0] + lambda) * e1 - b[1] / (a[1] + lambda) * e2;
   // On the cone to the last bit: the normal impulse follows from the law's, friction from its direction.
