@@ -80,9 +80,12 @@ Chosen choose(const std::string& name, const Text& variant, const Text& setting,
   std::map<std::string, double, std::less<>> knobs = said["variants"][at - variants.begin()]["knobs"];
   if (chosen.use.setting == "tuned") {
     const Json tuned = tuned_knobs(name, chosen.variant);
-    if (!tuned.is_object())
-      throw UsageError(fmt::format("--setting tuned: nobody has searched for {}/{} (scripts/engines.py tune)", name,
-                                   chosen.variant));
+    if (!tuned.is_object()) {
+      chosen.program.clear();
+      chosen.missing =
+          fmt::format("nobody has searched for knobs of {}/{} (scripts/engines.py tune)", name, chosen.variant);
+      return chosen;
+    }
     for (const auto& [key, value] : tuned.items())
       if (const auto found = knobs.find(key); found != knobs.end()) found->second = value;
   }
@@ -232,9 +235,11 @@ void take(const Ended& ended, const EnginePlan& plan, RunSummary& summary) {
 }
 
 std::string lines_of(const RunSummary& summary) {
-  std::string out = fmt::format("{}: engine {}, {} ({} precision, {}): {}{}\n", summary.scenario, summary.used.method,
-                                summary.used.variant, summary.engine->precision, summary.engine->setting,
-                                name(summary.status), summary.reason.empty() ? "" : ": " + summary.reason);
+  std::string out = fmt::format("{}: engine {}", summary.scenario, summary.used.method);
+  if (!summary.engine->precision.empty())
+    out += fmt::format(", {} ({} precision, {})", summary.used.variant, summary.engine->precision,
+                       summary.engine->setting);
+  out += fmt::format(": {}{}\n", name(summary.status), summary.reason.empty() ? "" : ": " + summary.reason);
   out += fmt::format("  reached     {:g} of {:g} s in {} steps of {:g} s, at most {} contacts\n",
                      summary.tally.t_reached, summary.simulation.duration, summary.tally.steps, summary.simulation.step,
                      summary.tally.contacts_max);
