@@ -18,6 +18,7 @@
 #include "linalg/stop.h"
 #include "method_flags.h"
 #include "methods/lcp_status.h"
+#include "methods/pruned.h"
 #include "scenario/near_name.h"
 #include "simulation/simulation.h"
 
@@ -29,7 +30,7 @@ using Json = nlohmann::ordered_json;
 
 /// The command line of `solve`, as text.
 struct SolveFlags : MethodFlags {
-  Text problem, kind, matrix, vector, method, tolerance, time_limit, repeat, out, velocities;
+  Text problem, kind, matrix, vector, method, tolerance, time_limit, repeat, out, velocities, prune;
   bool symmetrise = false, json = false;
 };
 
@@ -125,6 +126,7 @@ Report solve_lcp(const SolveFlags& flags) {
   refuse_flag("variant", flags.variant, useless);
   for (const auto& [flag, value] : flags.own) refuse_flag(flag, value, useless);
   refuse_flag("velocities", flags.velocities, useless);
+  refuse_flag("prune", flags.prune, useless);
   if (flags.symmetrise) throw UsageError(fmt::format("--symmetrise: {}; leave it out", useless));
   const Common common = common_flags(flags);
 
@@ -221,6 +223,7 @@ Report solve_contact(const SolveFlags& flags) {
   if (!flags.method) throw UsageError("--method is missing; contactbench list methods says what there is");
   const MethodRow& row = method_flag(*flags.method);
   const MethodOptions options = method_options(flags, row, {}, {});
+  const bool prune = flags.prune && on_off_flag("prune", *flags.prune);
   const double tolerance = common.tolerance.value_or(SimulationOptions().accepted_residual);
 
   const StoredProblem stored = read_contact_problem(*flags.problem, {.symmetrise = flags.symmetrise});
@@ -242,7 +245,7 @@ Report solve_contact(const SolveFlags& flags) {
     solution.status = Status::unavailable;
     solution.reason = reason;
   } else {
-    const ContactMethod method = row.make(options);
+    const ContactMethod method = prune ? pruned(row, options, std::make_shared<LeftOut>()) : row.make(options);
     times = timed(common, [&] { method(problem, solution); });
     if (times.stop != Status::ok) {
       solution = {};
@@ -379,6 +382,7 @@ void add_solve(CLI::App& program, Action& action) {
   add_method_flags(command, *flags, true);
   command.add_flag("--symmetrise", flags->symmetrise,
                    "contact: solve with the symmetric part of W where it is not symmetric (refused without)");
+  add("--prune", flags->prune, "on|off", "contact: leave out what a run would (docs/performance.md) [off]");
   add("--tolerance", flags->tolerance, "RESIDUAL",
       "checked residual beyond which an answer counts as inaccurate [lcp 1e-10, contact 1e-9]");
   add("--time-limit", flags->time_limit, "S", "stop after S seconds, all repeats together [none]");

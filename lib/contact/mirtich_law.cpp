@@ -57,7 +57,6 @@ void join(const ProblemPart& part, const ContactSolution& answer, ContactSolutio
 Law mirtich_law() {
   return {.name = "mirtich",
           .check = []() -> LawCheck { return MirtichCheck(); },
-          .leave_out = [](const Witness&) { return LeaveOut{.parting = Parting::whole_islands}; },
           .rest = rest,
           .join = join,
           .no_expansion = one_after_another};

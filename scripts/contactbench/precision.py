@@ -195,7 +195,8 @@ def budget(results: Runs, scene: str, parameters: str) -> list[dict]:
 @functools.cache
 def parts_of_error(results, scene, parameters):
     """The rows of the budget, as one world has them."""
-    cells = [c for c in results.cells(scene, SWEEP, parameters=parameters) if c.finished]
+    # What steps to an accuracy has no step to share with others.
+    cells = [c for c in results.cells(scene, SWEEP, parameters=parameters) if c.finished and c["step"]]
     name = measure(results, scene, parameters)
     rows = []
     for cell in cells:
@@ -290,7 +291,7 @@ def contenders(results):
     out = {}
     for scene, parameters in scenes(results):
         for cell in results.cells(scene, SWEEP, parameters=parameters):
-            if cell["k"] in ("", "8") and cell["epsilon"] in ("", "1e-12"):
+            if cell["step"] and cell["k"] in ("", "8") and cell["epsilon"] in ("", "1e-12"):
                 out.setdefault(cell.name, {})[scene, parameters, cell["knobs"]] = cell
     return out
 

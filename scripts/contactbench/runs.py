@@ -31,7 +31,8 @@ COLUMNS = {
     "law_residual_max": "residuals.law_max", "gap_max_j": "residuals.gap_max_j",
     "infeasibility_max": "residuals.infeasibility_max", "inaccurate_events": "residuals.inaccurate_events",
     "false_claims": "residuals.false_claims", "max_penetration": "max_penetration", "max_gain_j": "energy.max_gain_j",
-    "max_gain_relative": "energy.max_gain_relative"}
+    "max_gain_relative": "energy.max_gain_relative", "estimated_error_m": "accuracy.estimated_error_m",
+    "switches": "accuracy.switches", "impacts": "accuracy.impacts", "first_order_steps": "accuracy.first_order_steps"}
 # Columns that differ from run to run of the same input; so do all of a run that a time or memory limit cut.
 TIMING = ("processing_s", "total_s", "dynamics_s", "collision_s", "assembly_s", "solve_s", "write_s", "wall_s",
           "other_cores", "busy", "peak_memory_mb")
@@ -168,6 +169,20 @@ class Cell:
 
     def __getitem__(self, column):
         return self.row[column]
+
+    def knob(self, name):
+        """A knob beside k and epsilon as it was given; empty where it was not."""
+        return dict(word.split("=", 1) for word in self["knobs"].split()).get(name, "")
+
+    @property
+    def step_or_accuracy(self):
+        accuracy = self.knob("accuracy")
+        return f"to {accuracy} m" if accuracy else self["step"]
+
+    @property
+    def way(self):
+        """How it steps, in words."""
+        return f"accuracy {self.knob('accuracy')} m" if self.knob("accuracy") else f"step {self['step']} s"
 
     @property
     def finished(self):

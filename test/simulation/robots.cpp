@@ -217,6 +217,24 @@ TEST_CASE("motors inside a floating robot do not push it away") {
   CHECK(std::abs(Vec3(&state.v[3]).y()) > 0.01);  // the hull turns against the boom
 }
 
+// A ball of 0.1 m at 1 m from the hinge, lowest where it begins: a straight line from there never meets the ceiling
+// 0.15 m above it, the arc does at cos(angle) = 0.85.
+TEST_CASE("a link that whirls stops at the plane that its arc meets, however far it turns in a step") {
+  for (const double rate : {100.0, 800.0, 3000.0}) {
+    INFO(rate << " rad/s");
+    const Scenario s = scene(R"(<half_space name="ceiling" point="0 -0.8 0" normal="0 -1 0"/>
+      <robot name="whirl"><link name="arm" mass="1" position="0 -1 0" inertia="0.1 0.1 0.1">
+        <sphere name="ball" radius="0.05" position="0 -1 0"/></link>
+      <joint name="hinge" kind="revolute" parent="world" child="arm" anchor="0 0 0" axis="0 0 1" velocity=")" +
+                                 std::to_string(rate) + R"("/></robot>)",
+                             R"(<contacts><pair a="ball" b="ceiling" mu="0"/></contacts>)", 1e-3, 0.01, "0 0 0");
+    Simulation simulation(s, options_of(s), method("ap"), anitescu_potra_law());
+    while (simulation.step_index() < simulation.steps_total()) REQUIRE(simulation.step().status == Status::ok);
+    CHECK(simulation.state().q[0] == Approx(std::acos(0.85)).margin(1e-8));
+    CHECK(std::abs(simulation.state().qd[0]) < 1e-9 * rate);
+  }
+}
+
 TEST_CASE("two links of one robot that touch stop each other") {
   // Two fingers on one palm close on each other's tips with opposite torques.
   const Scenario s = scene(R"(<robot name="claw"><link name="l" mass="1" position="-0.1 -0.5 0" inertia="0.1 0.1 0.1">
