@@ -17,6 +17,7 @@ optional=(
   libhdf5-dev libfclib-dev           # stored contact problems
   liburdfdom-dev                     # robots from URDF files
   libbenchmark-dev                   # bench/
+  pybind11-dev python3-dev           # the Python module
   git                                # the commit in the manifest
   python3-tqdm                       # the time left of a sweep, as a bar
   python3-distributed                # sweeps on other machines (sweep.py --engine dask)

@@ -149,6 +149,34 @@ void PolygonCheck::restitution(const ContactProblem& problem, const ContactSolut
   }
 }
 
+// The point of the polygon `reach` conv{d_i} nearest to `wanted` (t1, t2; N s): ca d_first + cb d_second.
+struct OnPolygon {
+  int first, second;
+  double ca, cb;
+  bool slides;  // at its rim, as `wanted` is beyond it
+};
+OnPolygon nearest(const FrictionPolygon& d, int k, const Vector2d& wanted, double reach) {
+  const double sector = 2 * M_PI / k, half_angle = sector / 2;
+  double angle = std::atan2(wanted.y(), wanted.x());
+  if (angle < 0) angle += 2 * M_PI;
+  OnPolygon on{};
+  on.first = static_cast<int>(angle / sector) % k;
+  on.second = (on.first + 1) % k;
+  const Vector2d a(d.cosine[on.first], d.sine[on.first]), b(d.cosine[on.second], d.sine[on.second]);
+  // Coordinates of `wanted` in the directions a, b.
+  const double area = a.x() * b.y() - a.y() * b.x();
+  on.ca = std::max((wanted.x() * b.y() - wanted.y() * b.x()) / area, 0.0);
+  on.cb = std::max((a.x() * wanted.y() - a.y() * wanted.x()) / area, 0.0);
+  on.slides = on.ca + on.cb > reach;
+  if (!on.slides) return on;
+  // Along the edge from reach a to reach b, whose length is 2 reach sin(half_angle).
+  const double edge = 2 * std::sin(half_angle);
+  const double along = reach > 0 ? std::clamp((wanted - reach * a).dot(b - a) / (edge * edge * reach), 0.0, 1.0) : 0;
+  on.ca = (1 - along) * reach;
+  on.cb = along * reach;
+  return on;
+}
+
 void rest(const ContactProblem& problem, const Witness& terms, ContactSolution& solution) {
   const auto& asked = std::get<PolygonWitness>(terms);
   const bool elastic =
@@ -157,6 +185,27 @@ void rest(const ContactProblem& problem, const Witness& terms, ContactSolution& 
   polygon.k = asked.k;
   polygon.regularisation = asked.regularisation;
   polygon.z.assign(static_cast<std::size_t>(elastic ? 2 : 1) * (asked.k + 2) * problem.nc(), 0.0);
+}
+
+// c_t on the two directions beside r_t: the least sum that adds up to it, and where a contact slips the only one that
+// satisfies the law. lam is the least that c_t asks for.
+std::string_view prove(const ImpulsesAlone& answer, ContactSolution& solution) {
+  const ContactProblem& problem = answer.problem;
+  for (const double e : problem.restitution)
+    if (e != 0) return "with restitution the impulses of the two phases are needed, each by itself";
+  rest(problem, answer.terms, solution);
+  PolygonWitness& polygon = solution.as<PolygonWitness>();
+  const int nc = problem.nc(), k = polygon.k;
+  const FrictionPolygon direction(k);
+  for (int c = 0; c < nc; ++c) {
+    const double* r = &solution.impulse[3 * c];
+    polygon.z[c] = r[0];
+    const OnPolygon on = nearest(direction, k, Vector2d(r[1], r[2]), HUGE_VAL);
+    polygon.z[nc + k * c + on.first] = on.ca;
+    polygon.z[nc + k * c + on.second] = on.cb;
+    polygon.z[nc + k * nc + c] = direction.least_slip_bound(&answer.u_plus[3 * c]);
+  }
+  return {};
 }
 
 void join(const ProblemPart& part, const ContactSolution& answer, ContactSolution& whole) {
@@ -185,34 +234,6 @@ class PolygonIdle {
  private:
   FrictionPolygon direction_;
 };
-
-// The point of the polygon `reach` conv{d_i} nearest to `wanted` (t1, t2; N s): ca d_first + cb d_second.
-struct OnPolygon {
-  int first, second;
-  double ca, cb;
-  bool slides;  // at its rim, as `wanted` is beyond it
-};
-OnPolygon nearest(const FrictionPolygon& d, int k, const Vector2d& wanted, double reach) {
-  const double sector = 2 * M_PI / k, half_angle = sector / 2;
-  double angle = std::atan2(wanted.y(), wanted.x());
-  if (angle < 0) angle += 2 * M_PI;
-  OnPolygon on{};
-  on.first = static_cast<int>(angle / sector) % k;
-  on.second = (on.first + 1) % k;
-  const Vector2d a(d.cosine[on.first], d.sine[on.first]), b(d.cosine[on.second], d.sine[on.second]);
-  // Coordinates of `wanted` in the directions a, b.
-  const double area = a.x() * b.y() - a.y() * b.x();
-  on.ca = std::max((wanted.x() * b.y() - wanted.y() * b.x()) / area, 0.0);
-  on.cb = std::max((a.x() * wanted.y() - a.y() * wanted.x()) / area, 0.0);
-  on.slides = on.ca + on.cb > reach;
-  if (!on.slides) return on;
-  // Along the edge from reach a to reach b, whose length is 2 reach sin(half_angle).
-  const double edge = 2 * std::sin(half_angle);
-  const double along = reach > 0 ? std::clamp((wanted - reach * a).dot(b - a) / (edge * edge * reach), 0.0, 1.0) : 0;
-  on.ca = (1 - along) * reach;
-  on.cb = along * reach;
-  return on;
-}
 
 class PolygonAlone {
  public:
@@ -256,6 +277,7 @@ Law anitescu_potra_law() {
           .idle = []() -> IdleCheck { return PolygonIdle(); },
           .rest = rest,
           .join = join,
+          .prove = prove,
           .polygon_edges = [](const ContactSolution& solution) { return solution.as<PolygonWitness>().k; }};
 }
 

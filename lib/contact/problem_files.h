@@ -47,6 +47,10 @@ struct StoredProblem {
 /// A problem given by W and q becomes one with M = 1 and J J^T = W. Throws FileError.
 StoredProblem read_contact_problem(const std::string& path, const ProblemFileOptions& options = {});
 
+struct FclibContent;
+/// The same from what an FCLIB file holds: sizes fit, numbers are finite. `path` begins the messages.
+StoredProblem to_problem(FclibContent content, const std::string& path, const ProblemFileOptions& options = {});
+
 /// Writes a problem as FCLIB (global). M, H = J^T, f = M v_minus, w, mu are stored to the last bit; v_minus and
 /// restitution travel in the group /contactbench. `row_of_v` (as read) restores a file's own order of unknowns.
 /// Throws FileError.

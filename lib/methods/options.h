@@ -36,14 +36,16 @@ struct MethodOptions {
   double regularise = 0;                    ///< ap: added to the diagonal of the LCP
   bool idle_friction = true;                ///< ap: keep the unknowns of friction where mu = 0
   bool warm_start = false;                  ///< ap, convex: try the active set of the previous event first
+  std::string command;                      ///< external: what answers, as a shell takes it
+  std::string law;                          ///< external: what its answers claim to solve
   std::shared_ptr<long> warm_starts;        ///< receives how many such starts were accepted, where it is given
   std::shared_ptr<AnsweredBy> answered_by;  ///< receives whose answers were taken, where it is given
 };
 
 /// The field that a flag sets, and what it holds; monostate: nothing was asked for.
 using OptionField = std::variant<int MethodOptions::*, double MethodOptions::*, std::optional<double> MethodOptions::*,
-                                 bool MethodOptions::*>;
-using OptionValue = std::variant<std::monostate, int, double, bool>;
+                                 bool MethodOptions::*, std::string MethodOptions::*>;
+using OptionValue = std::variant<std::monostate, int, double, bool, std::string>;
 
 /// A flag that a method understands, and everything that is done with it: `run`, `solve` and `list`, the summary, the
 /// names of runs and the sweeps read it from here.
@@ -63,6 +65,7 @@ struct OptionRow {
   bool of_scenario = false;        ///< may a scenario say it, too?
   std::string_view replaces = {};  ///< the flag that it takes the place of; asking for both is an error
   bool between_events = false;     ///< about what one event leaves to the next: of no use to `solve`
+  bool of_law = false;             ///< part of what is asked of an answer, whoever gives it (methods/outside.h)
 };
 
 /// Its name in JSON and in sweep files.

@@ -63,7 +63,7 @@ class Pruned {
   void bring_all_back();
   void call_method(int part, const ContactProblem& problem, ContactSolution& solution);
 
-  ContactMethod (*make_)(const MethodOptions&);
+  std::function<ContactMethod(const MethodOptions&)> make_;
   std::vector<ContactMethod> methods_;  // one; with a warm start one a part, for each to know its own previous event
   Law law_;
   MethodOptions options_;
