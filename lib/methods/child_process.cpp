@@ -69,12 +69,13 @@ void ChildProcess::start(const std::string& command, const int* input, const int
   become(command.c_str(), input[0], talk_ ? output[1] : STDERR_FILENO);
 }
 
-ChildProcess::~ChildProcess() { reap(false); }
+ChildProcess::~ChildProcess() { reap(); }
 
 // One turn: waits until the program takes or says something, and does that. False: neither will happen any more.
 bool ChildProcess::exchange(std::string_view* out) {
   if (failed_ || output_ < 0) return false;
   pollfd fds[] = {{output_, POLLIN, 0}, {out && !out->empty() ? input_ : -1, POLLOUT, 0}};
+  stuck_ = stop_asked.load(std::memory_order_relaxed);  // it has not answered, and will not leave by itself
   poll_stop();
   const int ready = poll(fds, 2, hear_within);
   if (ready < 0 && errno != EINTR) return false;
@@ -127,36 +128,34 @@ bool ChildProcess::read_bytes(char* to, std::size_t size) {
 bool ChildProcess::wait() {
   while (exchange(nullptr)) {
   }
-  reap(false);
+  reap();
   return !failed_ && WIFEXITED(status_) && WEXITSTATUS(status_) == 0;
 }
 
 std::string ChildProcess::ending() {
-  const bool ran = pid_ > 0 && output_ >= 0;
   if (failed_) return std::string("could not be started: ") + std::strerror(errno);
-  reap(ran);
-  if (ran) return "did not go on";
+  reap();
+  if (killed_) return "did not go on";
   if (WIFSIGNALED(status_))
     return "was killed by signal " + std::to_string(WTERMSIG(status_)) + " (" + strsignal(WTERMSIG(status_)) + ")";
   return "ended with exit code " + std::to_string(WEXITSTATUS(status_));
 }
 
-void ChildProcess::close_input() { close_fd(input_); }
-
 // Closes its input, by which it should end; ends it, with all that it started, where it does not.
-void ChildProcess::reap(bool at_once) {
-  close_input();
+void ChildProcess::reap() {
+  close_fd(input_);
   if (pid_ <= 0) return close_fd(output_);
   using Clock = std::chrono::steady_clock;
   const auto until = Clock::now() + std::chrono::milliseconds(leave_within);
   bool ended = false;
-  while (!at_once && !(ended = waitpid(pid_, &status_, WNOHANG) == pid_) && Clock::now() < until &&
+  while (!stuck_ && !(ended = waitpid(pid_, &status_, WNOHANG) == pid_) && Clock::now() < until &&
          !stop_asked.load(std::memory_order_relaxed)) {
     char ignored[4096];
     pollfd fd = {output_, POLLIN, 0};
     if (poll(&fd, 1, 1) > 0 && ::read(output_, ignored, sizeof ignored) <= 0) usleep(200);
   }
   kill(-pid_, SIGKILL);
+  killed_ = !ended;
   if (!ended)
     while (waitpid(pid_, &status_, 0) < 0 && errno == EINTR) {
     }

@@ -36,12 +36,11 @@ class ChildProcess {
  private:
   void start(const std::string& command, const int* input, const int* output);
   bool exchange(std::string_view* out);
-  void reap(bool at_once);
-  void close_input();
+  void reap();
 
   pid_t pid_ = -1;
   int input_ = -1, output_ = -1;  // the program's standard input, and its output or what tells its end
-  bool talk_, failed_ = false;
+  bool talk_, failed_ = false, stuck_ = false, killed_ = false;
   int status_ = 0;      // of waitpid
   std::string said_;    // by the program, not yet read
   std::size_t at_ = 0;  // how much of that is
