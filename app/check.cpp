@@ -11,6 +11,7 @@
 #include "method_flags.h"
 #include "output/summary.h"
 #include "print_json.h"
+#include "run_engine.h"
 #include "scenario/scenario.h"
 #include "simulation/explicit_step.h"
 #include "simulation/left_out.h"
@@ -158,6 +159,8 @@ struct CheckFlags {
   Text method, steps;
   std::vector<std::string> set;
   bool files = false, json = false;
+  // Of the preflight of an engine.
+  Text engine, variant, setting, step;
 };
 
 /// What is in the scene, and what was found of it, for programs. `trial`: null where no method was tried.
@@ -231,7 +234,8 @@ int check_as_json(const Scenario& scenario, const MethodRow* row, long steps) {
 }
 
 int check(const CheckFlags& flags) {
-  const auto& [name, method, trial_steps, set, files, in_json] = flags;
+  const std::string& name = flags.scenario;
+  const auto& [method, trial_steps, set, files] = std::tie(flags.method, flags.steps, flags.set, flags.files);
   const Overrides overrides = set_flags(set);
   const std::shared_ptr<const MethodRow> row = method ? method_flag(*method, {}) : nullptr;
   if (trial_steps && !row)
@@ -239,7 +243,7 @@ int check(const CheckFlags& flags) {
   const long steps = trial_steps ? whole_flag("steps", *trial_steps, 0, 1L << 60, "a whole number of steps") : 100;
   const Scenario scenario = load_scenario(find_scenario(name), overrides);
   if (files) return print_files(scenario);
-  if (in_json) return check_as_json(scenario, row.get(), steps);
+  if (flags.json) return check_as_json(scenario, row.get(), steps);
 
   const auto line = [](std::string_view key, const std::string& value) { fmt::print("  {:<12}{}\n", key, value); };
   fmt::print("{}: {}\n", scenario.name, scenario.title);
@@ -293,10 +297,10 @@ int check(const CheckFlags& flags) {
 void add_check(CLI::App& program, Action& action) {
   CLI::App& check_app = *program.add_subcommand("check", "validate a scenario; say what it has");
   const auto flags = std::make_shared<CheckFlags>();
-  check_app
-      .add_option("scenario", flags->scenario, "a scenario's XML file, or the name of one that comes with the program")
-      ->required()
-      ->type_name("SCENARIO.xml");
+  CLI::Option* scene = check_app
+                           .add_option("scenario", flags->scenario,
+                                       "a scenario's XML file, or the name of one that comes with the program")
+                           ->type_name("SCENARIO.xml");
   check_app
       .add_option("--method", flags->method,
                   "the contact model that a run would use: tries some steps and tells what they leave out")
@@ -307,8 +311,25 @@ void add_check(CLI::App& program, Action& action) {
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   check_app.add_flag("--files", flags->files, "print the files that the scene reads, one a line, and nothing else");
+  const auto add = [&](const char* flag, Text& value, const char* type, const char* summary) {
+    check_app.add_option(flag, value, summary)->type_name(type);
+  };
+  add("--engine", flags->engine, "ENGINE",
+      "in place of a scene: what an engine does with the simplest scenes, measured");
+  add("--variant", flags->variant, "VARIANT", "of --engine [all]");
+  add("--setting", flags->setting, "default|tuned", "of --engine [default]");
+  add("--step", flags->step, "S", "of --engine: step in s [1e-3]");
   check_app.add_flag("--json", flags->json, "as JSON");
-  check_app.callback([flags, &action] { action = [flags] { return check(*flags); }; });
+  check_app.callback([flags, scene, &action] {
+    if (scene->count() == 0 && !flags->engine) throw CLI::RequiredError("scenario");
+    action = [flags] {
+      if (!flags->engine) return check(*flags);
+      if (!flags->scenario.empty())
+        throw UsageError(
+            fmt::format("{}: --engine {} is checked without a scene; leave it out", flags->scenario, *flags->engine));
+      return check_engine(*flags->engine, flags->variant, flags->setting, flags->step, flags->json);
+    };
+  });
 }
 
 }  // namespace cb

@@ -7,6 +7,7 @@
 
 #include "commands.h"
 #include "contact/problem.h"
+#include "engines.h"
 #include "evaluation/references.h"
 #include "flags.h"
 #include "lcp/lcp.h"
@@ -144,6 +145,27 @@ Json list_controllers() {
   return list;
 }
 
+Json list_engines() {
+  Json list = Json::array();
+  for (const std::string& name : engine_names()) {
+    const auto& rows = engine_rows();
+    const auto row = std::find_if(rows.begin(), rows.end(), [&](const EngineRow& of) { return of.name == name; });
+    Json entry = {{"name", name}, {"summary", row == rows.end() ? "" : row->summary}};
+    std::string fault = engine_missing(name);
+    const std::filesystem::path program = engine_program(name);
+    const Json said = program.empty() ? Json() : Json(describe_engine(program, fault));
+    if (said.is_object()) {
+      entry.update(said);
+      entry["name"] = name;
+      entry["program"] = program.string();
+      fault.clear();
+    }
+    entry["unavailable"] = text(fault);
+    list.push_back(entry);
+  }
+  return list;
+}
+
 struct Topic {
   const char* name;
   Json (*list)();
@@ -151,7 +173,7 @@ struct Topic {
 constexpr Topic topics[] = {
     {"methods", list_methods},       {"outside", list_outside},     {"laws", list_laws},
     {"solvers", list_solvers},       {"scenarios", list_scenarios}, {"controllers", list_controllers},
-    {"references", list_references}, {"statuses", list_statuses}};
+    {"references", list_references}, {"statuses", list_statuses},   {"engines", list_engines}};
 
 /// A line for each entry, the errors of a reference or the gains of a controller below it.
 void print(const Json& list, const char* indent) {
@@ -160,10 +182,16 @@ void print(const Json& list, const char* indent) {
   for (const Json& entry : list) width = std::max(width, word(entry["name"]).size());
   for (const Json& entry : list) {
     fmt::print("{}{:<{}}  {}", indent, word(entry["name"]), width, word(entry["summary"]));
+    if (entry.contains("precision"))
+      fmt::print(" ({} {}, {} precision, {})", word(entry["name"]), word(entry["version"]), word(entry["precision"]),
+                 word(entry["package"]));
     if (entry.contains("method")) fmt::print(" ({})", entry["method"].is_null() ? "LCP" : word(entry["method"]));
     if (entry.contains("unavailable") && !entry["unavailable"].is_null())
       fmt::print(" (unavailable: {})", word(entry["unavailable"]));
     fmt::print("\n");
+    if (entry.contains("variants") && entry.contains("precision"))
+      for (const Json& variant : entry["variants"])
+        fmt::print("{}    {:<12}  {}\n", indent, word(variant["name"]), word(variant["summary"]));
     const char* details = entry.contains("errors") ? "errors" : "gains";
     if (!entry.contains(details)) continue;
     std::size_t inner = 0;
@@ -204,7 +232,7 @@ void add_list(CLI::App& program, Action& action) {
   const auto flags = std::make_shared<Flags>();
   list_app
       .add_option("topic", flags->topic,
-                  "methods, outside, laws, solvers, scenarios, controllers, references or statuses [all]")
+                  "methods, outside, laws, solvers, scenarios, controllers, references, statuses or engines [all]")
       ->type_name("TOPIC");
   list_app.add_flag("--json", flags->json, "as JSON");
   list_app.callback([flags, &action] { action = [flags] { return list(flags->topic, flags->json); }; });

@@ -52,7 +52,7 @@ void refuse_foreign(const MethodRow& method, std::string_view flag, const std::s
 
 double number(const OptionRow& row, const std::string& value) {
   return row.positive ? positive_flag(row.flag, value, row.expected)
-                      : number_flag(row.flag, value, row.least, HUGE_VAL, row.expected);
+                      : number_flag(row.flag, value, row.least, row.most, row.expected);
 }
 
 void parse(const OptionRow& row, const std::string& value, MethodOptions& options) {
@@ -92,6 +92,9 @@ MethodOptions method_options(const MethodFlags& flags, const MethodRow& method, 
     if (!flags.asked(row.flag)) continue;
     if (flags.asked(row.replaces))
       throw UsageError(fmt::format("--{} and --{} exclude each other: give one of them", row.replaces, row.flag));
+    if (!row.variant.empty() && row.variant != options.variant)
+      throw UsageError(fmt::format("--{}: of {}, only --variant {} has a use for it; leave it out", row.flag,
+                                   method.name, row.variant));
     parse(row, *flags.own.find(row.flag)->second, options);
   }
   return options;
@@ -184,6 +187,8 @@ void add_law_flags(CLI::App& command, MethodFlags& flags) {
       .add_option("--law", flags.own["law"],
                   fmt::format("what the answer claims to solve: {}, or a method whose law it is", join(law_names())))
       ->type_name("LAW");
+  command.add_option("--variant", flags.variant, "of the law that has several (soft: sap, mujoco) [the first]")
+      ->type_name("NAME");
   for (const MethodRow& row : all_methods())
     for (const OptionRow& option : row.options)
       if (option.of_law && !flags.own.contains(option.flag)) add_flag(command, flags, option, all_methods());

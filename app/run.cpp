@@ -18,11 +18,13 @@
 #include "limits.h"
 #include "linalg/stop.h"
 #include "method_flags.h"
+#include "output/contact_file.h"
 #include "output/npz.h"
 #include "output/number.h"
 #include "output/progress.h"
 #include "output/run_files.h"
 #include "output/summary.h"
+#include "run_engine.h"
 #include "scenario/near_name.h"
 #include "scenario/perturb.h"
 #include "simulation/explicit_step.h"
@@ -40,9 +42,9 @@ using Clock = std::chrono::steady_clock;
 struct RunFlags : MethodFlags {
   std::string scenario, method;
   Text restitution, friction, step, duration, record_every, save_problems, save_every, time_limit, memory_limit, out,
-      prune, perturb, seed, shuffle, gyroscopic, stepping, accuracy, order, record_interval, format;
-  std::vector<std::string> set;
-  bool quiet = false, json = false, conditioning = false;
+      prune, perturb, seed, shuffle, gyroscopic, stepping, accuracy, order, record_interval, engine, setting, format;
+  std::vector<std::string> set, knob;
+  bool quiet = false, json = false, conditioning = false, record_contacts = false;
 };
 
 /// A run that is known to be possible, but for what the disk and the solvers say.
@@ -55,6 +57,7 @@ struct RunPlan {
   SimulationOptions simulation;
   bool prune = true;  ///< leave out what the scene does not need
   long record_every = 1;
+  bool record_contacts = false;
   fs::path save_problems;  ///< empty: none
   long save_every = 1;
   std::optional<double> time_limit_s, memory_limit_mb;
@@ -198,6 +201,9 @@ RunPlan make_plan(const RunFlags& flags) {
     plan.record_every = whole_flag("record-every", *flags.record_every, 0, 1L << 60,
                                    "a whole number of steps: 1 keeps every step, 0 none");
   if (flags.format) plan.npz = npz_flag(*flags.format, plan.record_every);
+  plan.record_contacts = flags.record_contacts;
+  if (plan.record_contacts && plan.record_every == 0)
+    throw UsageError("--record-contacts: --record-every 0 keeps no steps; leave one out");
   if (flags.prune) plan.prune = on_off_flag("prune", *flags.prune);
   if (flags.perturb)
     plan.summary.perturb =
@@ -396,8 +402,9 @@ void keep_last(const Simulation& simulation, const LeftOut& left_out, const Step
 }
 
 /// Steps to the end, to a status that ends the run, or to a stop (throws Stopped). `hard`: see HardProblem.
-void go(const RunPlan& plan, Simulation& simulation, RunFiles& files, Limits& limits, SceneErrors& errors,
-        RunSummary& summary, Progress& progress, const LeftOut& left_out, std::optional<HardProblem>& hard) {
+void go(const RunPlan& plan, Simulation& simulation, RunFiles& files, ContactFile& contacts, Limits& limits,
+        SceneErrors& errors, RunSummary& summary, Progress& progress, const LeftOut& left_out,
+        std::optional<HardProblem>& hard) {
   constexpr std::chrono::milliseconds between_flushes{500};
   Clock::time_point now = Clock::now(), flushed = now;
   while (!simulation.done()) {
@@ -412,8 +419,10 @@ void go(const RunPlan& plan, Simulation& simulation, RunFiles& files, Limits& li
       files.last_step(record);
     else
       files.step(simulation.state(), record, simulation.torque());
+    contacts.step(record);
     if (before_writing - flushed > between_flushes) {
       files.flush();
+      contacts.flush();
       flushed = before_writing;
     }
     now = Clock::now();
@@ -425,13 +434,14 @@ void go(const RunPlan& plan, Simulation& simulation, RunFiles& files, Limits& li
       if (record.unsolved) keep_last(simulation, left_out, record, hard);
       break;
     }
-    if (!files.ok()) break;
+    if (!files.ok() || !contacts.ok()) break;
     progress.update(now, record.t, plan.simulation.duration, record.contacts);
   }
 }
 
 /// The run itself. Fills in what came of it; may throw.
-void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors& errors, RunSummary& summary) {
+void simulate(const RunPlan& plan, RunFiles& files, ContactFile& contacts, Limits& limits, SceneErrors& errors,
+              RunSummary& summary) {
   RunTally& tally = summary.tally;
   PrunedRun pruned_run(plan.scenario, plan.simulation, *plan.method, plan.options, plan.prune);
   Simulation& simulation = pruned_run.simulation;
@@ -453,7 +463,10 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
       summary.write_s += std::chrono::duration<double>(Clock::now() - before_writing).count();
     }
     if (!event.trial) errors.observe_event(event);
-    if (!event.trial) files.event(event);
+    if (!event.trial) {
+      files.event(event);
+      contacts.event(event);
+    }
     const bool holds = Referee::holds(event.residuals, plan.simulation.accepted_residual);
     tally.observe_event(event, holds);
     if (!holds) keep_worst(plan, event, hard);
@@ -465,7 +478,7 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
   summary.status = Status::ok;
   summary.reason.clear();
   try {
-    go(plan, simulation, files, limits, errors, summary, progress, *pruned_run.left_out, hard);
+    go(plan, simulation, files, contacts, limits, errors, summary, progress, *pruned_run.left_out, hard);
   } catch (const Stopped&) {
     stopped = true;
     summary.status = limits.status();
@@ -473,6 +486,7 @@ void simulate(const RunPlan& plan, RunFiles& files, Limits& limits, SceneErrors&
     limits.lift();
   }
   files.flush();
+  contacts.flush();
   progress.clear();
   if (hard) {
     summary.worst_refusal = fmt::format("{}, at t = {:.9g} s", hard->reason, hard->t);
@@ -530,6 +544,7 @@ int execute(const RunPlan& plan) {
     fs::remove(summary_path, refused);
     refuse_directory(files.failed_path(), std::strerror(files.error()));
   }
+  ContactFile contacts(plan.out, plan.scenario, plan.record_contacts, plan.record_every);
 
   const bool polygon = std::any_of(plan.method->options.begin(), plan.method->options.end(),
                                    [](const OptionRow& row) { return row.flag == "k"; });
@@ -549,7 +564,7 @@ int execute(const RunPlan& plan) {
       summary.reason = plan.unsupported;
     } else {
       limits.bound_memory();
-      simulate(plan, files, limits, *errors, summary);
+      simulate(plan, files, contacts, limits, *errors, summary);
     }
   } catch (const FileError& error) {
     summary.status = Status::write_failed;
@@ -564,10 +579,12 @@ int execute(const RunPlan& plan) {
   }
   limits.lift();
   files.flush();
+  contacts.flush();
   if (!files.ok() && summary_file.ok()) fail_writing(summary, files.failed_path(), files.error());
   if (int error = 0;
       plan.npz && files.ok() && !trajectory_as_npz(plan.out.string(), plan.scenario.model.bodies.size(), error))
     fail_writing(summary, (plan.out / "trajectory.npz").string(), error);
+  if (!contacts.ok() && files.ok() && summary_file.ok()) fail_writing(summary, contacts.path(), contacts.error());
   if (summary.finished) {
     code = finished;
     if (summary.tally.inaccurate_events > 0) {
@@ -599,6 +616,33 @@ int execute(const RunPlan& plan) {
   return code;
 }
 
+/// The flags of a run of an engine. Throws UsageError for those that only methods have.
+EngineRunFlags engine_flags(const RunFlags& flags) {
+  const std::vector<std::pair<const char*, bool>> of_methods = {{"method", !flags.method.empty()},
+                                                                {"solver", flags.solver.has_value()},
+                                                                {"prune", flags.prune.has_value()},
+                                                                {"shuffle-contacts", flags.shuffle.has_value()},
+                                                                {"order", flags.order.has_value()},
+                                                                {"gyroscopic", flags.gyroscopic.has_value()},
+                                                                {"stepping", flags.stepping.has_value()},
+                                                                {"accuracy", flags.accuracy.has_value()},
+                                                                {"conditioning", flags.conditioning},
+                                                                {"record-interval", flags.record_interval.has_value()},
+                                                                {"save-problems", flags.save_problems.has_value()},
+                                                                {"save-every", flags.save_every.has_value()},
+                                                                {"format", flags.format.has_value()}};
+  const auto refuse = [&](std::string_view flag) {
+    throw UsageError(fmt::format("--{}: belongs to methods; leave it or --engine {} out", flag, *flags.engine));
+  };
+  for (const auto& [flag, given] : of_methods)
+    if (given) refuse(flag);
+  for (const auto& [flag, value] : flags.own)
+    if (value) refuse(flag);
+  return {flags.scenario,     *flags.engine,  flags.variant,      flags.setting, flags.restitution, flags.friction,
+          flags.step,         flags.duration, flags.record_every, flags.perturb, flags.seed,        flags.time_limit,
+          flags.memory_limit, flags.out,      flags.set,          flags.knob,    flags.quiet,       flags.json};
+}
+
 }  // namespace
 
 void add_run(CLI::App& program, Action& action) {
@@ -610,9 +654,15 @@ void add_run(CLI::App& program, Action& action) {
   run.add_option("scenario", flags->scenario, "a scenario's XML file, or the name of one that comes with the program")
       ->required()
       ->type_name("SCENARIO.xml");
-  run.add_option("--method", flags->method, "contact model: see contactbench list methods")
-      ->required()
-      ->type_name("METHOD");
+  CLI::Option* method = run.add_option("--method", flags->method, "contact model: see contactbench list methods");
+  method->type_name("METHOD");
+  add("--engine", flags->engine, "ENGINE",
+      "in place of --method: another program's engine, see contactbench list engines");
+  add("--setting", flags->setting, "default|tuned", "of --engine: which values of its knobs [default]");
+  run.add_option("--knob", flags->knob, "of --engine: a value for one of its knobs; may be repeated")
+      ->type_name("NAME=VALUE")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   add_method_flags(run, *flags, false);
   add("--restitution", flags->restitution, "E", "override every contact pair, 0 to 1 [scenario]");
   add("--friction", flags->friction, "MU", "override every contact pair, at least 0 [scenario]");
@@ -641,6 +691,8 @@ void add_run(CLI::App& program, Action& action) {
       "keep each N-th step in trajectory.csv and steps.csv; 0: neither file [1]");
   add("--format", flags->format, "csv|npz",
       "of the trajectory: trajectory.csv, or trajectory.npz, made of it at the end [csv]");
+  run.add_flag("--record-contacts", flags->record_contacts,
+               "contacts.csv and shapes.csv besides: each contact of the steps that are kept, for scripts/view.py");
   add("--save-problems", flags->save_problems, "DIR",
       "store the contact problems of the events as FCLIB files, for solve [none]");
   add("--save-every", flags->save_every, "N", "store each N-th event's problem only [1]");
@@ -649,7 +701,10 @@ void add_run(CLI::App& program, Action& action) {
   add("--out", flags->out, "DIR", "where the files go [results/runs/<scenario>__<method>...]");
   run.add_flag("--quiet", flags->quiet, "no progress and no summary");
   run.add_flag("--json", flags->json, "the summary as JSON on standard output");
-  run.callback([flags, &action] { action = [flags] { return execute(make_plan(*flags)); }; });
+  run.callback([flags, method, &action] {
+    if (method->count() == 0 && !flags->engine) throw CLI::RequiredError("--method");
+    action = [flags] { return flags->engine ? run_engine(engine_flags(*flags)) : execute(make_plan(*flags)); };
+  });
 }
 
 }  // namespace cb

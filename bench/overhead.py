@@ -21,7 +21,7 @@ def external(build, encoding, boxes, duration):
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run([
             os.path.join(build, "bin", "contactbench"), "run", "stack.xml", "--set", f"boxes={boxes}", "--duration", str(duration),
-            "--method", "external", "--law", "newton", "--record-every", "0", "--quiet", "--out", folder, "--command",
+            "--method", "external", "--law", "coulomb", "--record-every", "0", "--quiet", "--out", folder, "--command",
             f"exec {os.path.join(build, 'bin', 'toy_solver')} {encoding} time"], capture_output=True, text=True)
         with open(os.path.join(folder, "summary.json")) as file:
             summary = json.load(file)

@@ -2,6 +2,7 @@
 # Installs from Debian's packages what the program, its tests and its figures need, and only what is missing.
 #   scripts/setup.sh           install what is missing (Debian 12; asks sudo where not root)
 #   scripts/setup.sh --tests   besides, what only the tests need
+#   scripts/setup.sh --engines besides, the engines that can stand beside the methods (docs/engines.md)
 #   scripts/setup.sh --check   print what is missing, install nothing; exit code 1 where a needed package is missing
 set -euo pipefail
 
@@ -19,6 +20,7 @@ optional=(
   libbenchmark-dev                   # bench/
   pybind11-dev python3-dev           # the Python module
   git                                # the commit in the manifest
+  libjs-three                        # runs to look at (view.py)
   python3-tqdm                       # the time left of a sweep, as a bar
   python3-distributed                # sweeps on other machines (sweep.py --engine dask)
 )
@@ -27,16 +29,21 @@ for_tests=(
   python3-cvxopt                     # the convex method against a solver that shares no code
   liborocos-kdl-dev                  # robots against another library
   chromium                           # the report in a browser
+  assimp-utils                       # glTF files
   yapf3 flake8 pylint                # how scripts/ is written
   qemu-user                          # the same numbers on other processors
 )
+
+# Engines beside the methods; nothing needs them.
+engines=(libode-dev libbullet-dev)
 
 check=no
 case "${1:-}" in
   "") ;;
   --tests) optional+=("${for_tests[@]}") ;;
+  --engines) optional+=("${engines[@]}") ;;
   --check) check=yes; optional+=("${for_tests[@]}") ;;
-  *) sed -n '2,5p' "$0" | sed 's/^# \{0,1\}//'; exit 2 ;;
+  *) sed -n '2,6p' "$0" | sed 's/^# \{0,1\}//'; exit 2 ;;
 esac
 
 if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then

@@ -28,8 +28,7 @@ def mine(problem):
     return r
 
 
-law = "coulomb" if "coulomb" in cb.laws else "newton"
-solvers = {"mine": {"method": mine, "law": law}, **{name: {"method": name} for name in cb.methods}}
+solvers = {"mine": {"method": mine, "law": "coulomb"}, **{name: {"method": name} for name in cb.methods}}
 seconds = {name: [] for name in solvers}
 for path in sorted(glob.glob(sys.argv[1] + "/*.hdf5")):
     problem = cb.Problem.read(path)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/friction_cone.h"
 #include "contact/referee.h"
 
 namespace cb {
@@ -17,6 +18,11 @@ using ConstVec3 = Eigen::Map<const Vector3d>;
 double Evidence::open_work(const Vector3d& r, const Vector3d& u, const Vector3d& q, int contact) const {
   const double rho = open(contact);
   return rho > 0 ? rho * (r.norm() + (u.norm() + q.norm() + rho) / weight[contact]) : 0;
+}
+
+Vector3d coulomb_error(const Vector3d& r, const Vector3d& u, double mu, double weight) {
+  const Vector3d changed(u[0] + mu * std::sqrt(u[1] * u[1] + u[2] * u[2]), u[1], u[2]);
+  return r - project_on_cone(r - changed / weight, mu);
 }
 
 Worst feasible(const ContactProblem& problem, std::span<const double> r, const Evidence& at, Scale scale) {

@@ -78,6 +78,10 @@ Worst feasible(const ContactProblem& problem, std::span<const double> r, const E
 void see_gains(std::span<const double> r, double epsilon, const Evidence& at, std::vector<double>& scratch,
                Worst& worst);
 
+/// Error of an impulse in Coulomb's law, r - P(r - u~ / w), N s: P projects on |x_t| <= mu x_n, and u~ is u with mu
+/// |u_t| added to the normal component (De Saxce and Feng, 1998).
+Eigen::Vector3d coulomb_error(const Eigen::Vector3d& r, const Eigen::Vector3d& u, double mu, double weight);
+
 /// |x_t| of contact c, from rows n, t1, t2.
 inline double tangential(std::span<const double> x, int c) {
   return std::sqrt(x[3 * c + 1] * x[3 * c + 1] + x[3 * c + 2] * x[3 * c + 2]);

@@ -6,7 +6,8 @@
 namespace cb {
 
 std::span<const Law> laws() {
-  static const std::array rows{newton_law(), mirtich_law(), anitescu_potra_law(), convex_law()};
+  static const std::array rows{newton_law(), mirtich_law(), anitescu_potra_law(),
+                               convex_law(), coulomb_law(), soft_law()};
   return rows;
 }
 

@@ -120,6 +120,8 @@ Law newton_law();
 Law mirtich_law();
 Law anitescu_potra_law();
 Law convex_law();
+Law coulomb_law();
+Law soft_law();
 
 /// Copies `width` numbers a contact from `from` (that of a part, beginning at `first`) to where the contacts are in the
 /// whole, beginning at `to_first`. What a method that failed left empty is skipped.

@@ -41,16 +41,6 @@ constexpr double beyond_rounding = 1e-12;
 using Eigen::Vector3d;
 using ConstVec3 = Eigen::Map<const Vector3d>;
 
-/// Projection on the cone |x_t| <= mu x_n, rows n, t1, t2.
-Vector3d project_on_cone(const Vector3d& x, double mu) {
-  const double t = std::sqrt(x[1] * x[1] + x[2] * x[2]);
-  if (t <= mu * x[0]) return x;
-  if (mu * t <= -x[0]) return Vector3d::Zero();
-  const double n = (x[0] + mu * t) / (1 + mu * mu);
-  const double scale = t > 0 ? mu * n / t : 0;
-  return {n, scale * x[1], scale * x[2]};
-}
-
 }  // namespace
 
 Residuals Referee::check(const ContactProblem& problem, const ContactSolution& solution, const Law& law,
@@ -140,12 +130,9 @@ void Referee::observe(const ContactProblem& problem, std::span<const double> r, 
     island[0] += size_r;
     island[1] += size_u;
     island[2] += size_q;
-    if (!at_.elastic) {
-      const Vector3d changed(u[0] + mu * slip, u[1], u[2]);
-      island[3] += w * (rc - project_on_cone(rc - changed / w, mu)).squaredNorm();
-    }
+    if (!at_.elastic) island[3] += w * coulomb_error(rc, u, mu, w).squaredNorm();
     out.approach = std::max(out.approach, -u[0]);
-    outside = std::max(outside, (rc - project_on_cone(rc, mu)).squaredNorm());
+    outside = std::max(outside, coulomb_error(rc, Vector3d::Zero(), mu, w).squaredNorm());
     out.dissipation_gap = std::max(out.dissipation_gap, mu * rc[0] * slip + rc.tail<2>().dot(u.tail<2>()));
     // r.u- + 1/2 r.W r, without the cancellation of a difference of two energies.
     out.energy_gain += 0.5 * rc.dot(u + q - 2 * ConstVec3(&problem.offset[3 * c]));

@@ -45,6 +45,24 @@ struct ConvexWitness {
   void clear();
 };
 
-using Witness = std::variant<NoWitness, WorkWitness, PolygonWitness, ConvexWitness>;
+/// How contacts give way: what is asked of `soft` (contact/softness.h).
+struct Softness {
+  enum class Rule { sap, mujoco };
+  Rule rule = Rule::sap;
+  double beta = 1;         ///< sap, -: R_n = beta^2 w / (4 pi^2) where contacts are near rigid
+  double sigma = 1e-3;     ///< sap, -: R_t = sigma w
+  double compliance = 0;   ///< sap, 1/kg: R_n is at least this, 1 / (h (h + tau_d) k) of a contact of stiffness k
+  double impedance = 0.9;  ///< mujoco, -: d, R_n = (1 - d) / d W_nn
+  double impratio = 1;     ///< mujoco, -: R_t = R_n / impratio
+};
+
+/// soft: terms alone. What proves an answer is that it is optimal with the R that they give, which the check computes.
+struct SoftWitness {
+  Softness softness;
+
+  void clear() { softness = {}; }
+};
+
+using Witness = std::variant<NoWitness, WorkWitness, PolygonWitness, ConvexWitness, SoftWitness>;
 
 }  // namespace cb

@@ -29,6 +29,7 @@ std::string key(const OptionRow& row) {
 }
 
 OptionValue value_of(const OptionRow& row, std::span<const OptionRow> rows, const MethodOptions& options) {
+  if (!row.variant.empty() && row.variant != options.variant) return {};
   for (const OptionRow& other : rows)
     if (other.replaces == row.flag && held(other.field, options).index() != 0) return {};
   return held(row.field, options);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <span>
@@ -27,7 +28,7 @@ struct AnsweredBy {
 /// What a user can ask of a method; each field that is a number or a switch has a row in the files of the methods that
 /// understand it (OptionRow), and is nowhere else named but where it is used.
 struct MethodOptions {
-  std::string variant;                      ///< newton: uncapped | stick-tested; empty: the method's default
+  std::string variant;                      ///< newton: uncapped | stick-tested; soft: sap | mujoco; empty: the default
   std::string solver;                       ///< ap: lemke | path | ynl; convex: ipm; empty: the method's default
   int k = 4;                                ///< ap: edges of the friction polygon, even, >= 4
   double epsilon = 1e-12;                   ///< convex: suboptimality at which the solver may stop, J
@@ -35,7 +36,14 @@ struct MethodOptions {
   bool compression_bound = true;            ///< convex: bound the sum of normal impulses of each island
   double regularise = 0;                    ///< ap: added to the diagonal of the LCP
   bool idle_friction = true;                ///< ap: keep the unknowns of friction where mu = 0
-  bool warm_start = false;                  ///< ap, convex: try the active set of the previous event first
+  int sweeps = 0;                           ///< coulomb by nsgs: sweeps after which it ends; 0: until it is done
+  double relaxation = 1;                    ///< coulomb by nsgs: over-relaxation, in (0, 2)
+  double beta = 1;                          ///< soft sap: R_n = beta^2 w / (4 pi^2), near rigid
+  double sigma = 1e-3;                      ///< soft sap: R_t = sigma w
+  double compliance = 0;                    ///< soft sap: R_n is at least this, 1/kg
+  double impedance = 0.9;                   ///< soft mujoco: d, R_n = (1 - d) / d W_nn
+  double impratio = 1;                      ///< soft mujoco: R_t = R_n / impratio
+  bool warm_start = false;                  ///< ap, convex, soft: try the active set of the previous event first
   std::string command;                      ///< external: what answers, as a shell takes it
   std::string law;                          ///< external: what its answers claim to solve
   std::shared_ptr<long> warm_starts;        ///< receives how many such starts were accepted, where it is given
@@ -55,22 +63,23 @@ struct OptionRow {
   std::string_view default_value;  ///< as `list` and --help print it
   std::string_view summary;
   OptionField field;
-  std::string_view type;           ///< of its value, as --help calls it: "EDGES"
-  std::string_view short_name;     ///< begins its part of the name of a run's directory: "eps"
-  std::string_view expected = {};  ///< what a number must be, as a message goes on
-  double least = 0;                ///< of a number
-  bool positive = false;           ///< must it be greater than 0?
-  int multiple_of = 1;             ///< of a whole number
-  bool always_named = false;       ///< is it part of the directory's name where nobody asked for it, too?
-  bool of_scenario = false;        ///< may a scenario say it, too?
-  std::string_view replaces = {};  ///< the flag that it takes the place of; asking for both is an error
-  bool between_events = false;     ///< about what one event leaves to the next: of no use to `solve`
-  bool of_law = false;             ///< part of what is asked of an answer, whoever gives it (methods/outside.h)
+  std::string_view type;              ///< of its value, as --help calls it: "EDGES"
+  std::string_view short_name;        ///< begins its part of the name of a run's directory: "eps"
+  std::string_view expected = {};     ///< what a number must be, as a message goes on
+  double least = 0, most = HUGE_VAL;  ///< of a number
+  bool positive = false;              ///< must it be greater than 0?
+  int multiple_of = 1;                ///< of a whole number
+  bool always_named = false;          ///< is it part of the directory's name where nobody asked for it, too?
+  bool of_scenario = false;           ///< may a scenario say it, too?
+  std::string_view variant = {};      ///< the one that has a use for it; empty: all
+  std::string_view replaces = {};     ///< the flag that it takes the place of; asking for both is an error
+  bool between_events = false;        ///< about what one event leaves to the next: of no use to `solve`
+  bool of_law = false;                ///< part of what is asked of an answer, whoever gives it (methods/outside.h)
 };
 
 /// Its name in JSON and in sweep files.
 std::string key(const OptionRow& row);
-/// monostate also where another of `rows` has taken its place.
+/// monostate also where another of `rows` has taken its place, or the variant has no use for it.
 OptionValue value_of(const OptionRow& row, std::span<const OptionRow> rows, const MethodOptions& options);
 
 /// The row of --warm-start, which several methods understand in their own ways.

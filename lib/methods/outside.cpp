@@ -1,5 +1,7 @@
 #include "methods/outside.h"
 
+#include <algorithm>
+
 #include "linalg/finite.h"
 
 namespace cb {
@@ -33,7 +35,8 @@ WitnessFinder::WitnessFinder(const Law& law, const MethodOptions& options) : law
   if (!row) return;
   MethodOptions own = options;
   own.solver = row->solvers.empty() ? "" : std::string(row->solvers.front().name);
-  own.variant = row->variants.empty() ? "" : std::string(row->variants.front());
+  const bool known = std::find(row->variants.begin(), row->variants.end(), own.variant) != row->variants.end();
+  if (!known) own.variant = row->variants.empty() ? "" : std::string(row->variants.front());
   terms_ = row->terms(own);
   lender_ = row->make(own);
 }
@@ -114,7 +117,11 @@ MethodRow outside_row(std::string_view name, std::string_view summary, const Law
     auto outside = std::make_shared<Outside>(law, make(options), options);
     return [outside](const ContactProblem& problem, ContactSolution& solution) { (*outside)(problem, solution); };
   };
-  if (const MethodRow* inside = method_of_law(law)) row.terms = inside->terms;
+  const MethodRow* inside = method_of_law(law);
+  if (!inside) return row;
+  row.terms = inside->terms;
+  const auto of_variant = [](const OptionRow& option) { return !option.variant.empty(); };
+  if (std::any_of(row.options.begin(), row.options.end(), of_variant)) row.variants = inside->variants;
   return row;
 }
 

@@ -12,7 +12,7 @@ MethodRow boastful_row();
 
 std::span<const MethodRow> methods() {
   static const std::array rows{
-      newton_row(),          mirtich_row(),  anitescu_potra_row(), drumwright_shell_row(),
+      newton_row(),          mirtich_row(),  anitescu_potra_row(), drumwright_shell_row(), coulomb_row(), soft_row(),
 #ifdef CONTACTBENCH_TEST_WRONG_METHODS
       strong_friction_row(), boastful_row(),
 #endif

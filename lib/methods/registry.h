@@ -47,7 +47,9 @@ MethodRow external_row(const Law& law);
 /// Rows, one a file (methods/newton.cpp, ...).
 MethodRow anitescu_potra_row();
 MethodRow drumwright_shell_row();
+MethodRow coulomb_row();
 MethodRow newton_row();
 MethodRow mirtich_row();
+MethodRow soft_row();
 
 }  // namespace cb

@@ -102,6 +102,13 @@ Json accuracy(const RunSummary& run) {
           {"estimated_error_m", tally.estimated_error}};
 }
 
+Json engine(const EngineUse& use) {
+  Json knobs = Json::object();
+  for (const auto& [key, value] : use.knobs) knobs[key] = value;
+  return {{"name", use.name},           {"version", use.version}, {"precision", use.precision},
+          {"package", text(use.package)}, {"setting", use.setting}, {"knobs", knobs}};
+}
+
 /// Of the worst problem measured; null where none was.
 Json conditioning(const RunTally& tally) {
   if (!tally.conditioning) return {};
@@ -212,6 +219,7 @@ std::string to_json(const RunSummary& run) {
         {"suitesparse", run.versions.suitesparse}}},
       {"machine", {{"cpu", run.machine.cpu}, {"cores", run.machine.cores}, {"os", run.machine.os}}}};
   if (run.accuracy) json["accuracy"] = accuracy(run);
+  if (run.engine) json["engine"] = engine(*run.engine);
   if (run.simulation.stepping != Stepping::events) {
     json["options"]["stepping"] = run.simulation.stepping == Stepping::steps ? "steps" : "accuracy";
     if (run.simulation.stepping == Stepping::accuracy) {

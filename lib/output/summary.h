@@ -21,12 +21,20 @@ struct Choice {
   std::string method, solver, variant;
 };
 
+/// An engine in a method's place (docs/engines.md).
+struct EngineUse {
+  std::string name, version, precision, package;
+  std::string setting;  ///< default, tuned, or own where a knob was given
+  std::vector<std::pair<std::string, double>> knobs;  ///< all of them
+};
+
 /// Everything needed to repeat and to judge a run: summary.json.
 struct RunSummary {
   // What was asked.
   std::string scenario, file, title;
   std::vector<std::pair<std::string, std::string>> parameters;
-  Choice requested, used;
+  Choice requested, used;           ///< an engine stands as the method
+  std::optional<EngineUse> engine;
   MethodOptions method_options;
   std::vector<std::string> method_flags;  ///< those that the method understands; the others are null
   SimulationOptions simulation;

@@ -19,7 +19,9 @@ LOOKS = {
     ("ap", "lemke"): ("A-P, Lemke", BLUE, "o"),
     ("ap", "path"): ("A-P, PATH", SKY, "s"),
     ("ap", "ynl"): ("A-P, YNL", GREEN, "P"),
-    ("convex", "ipm"): ("convex", BLACK, "d"), }
+    ("convex", "ipm"): ("convex", BLACK, "d"),
+    ("soft", "sap"): ("soft, SAP", YELLOW, "<"),
+    ("soft", "mujoco"): ("soft, MuJoCo", YELLOW, ">"), }
 LATER = [(c, m) for m in "<>p*hX" for c in (PURPLE, ORANGE, GREEN, VERMILION, SKY, BLUE)]
 
 LINES = ["-", (0, (4, 1.6)), (0, (1, 1.4)), (0, (5, 1.4, 1, 1.4))]

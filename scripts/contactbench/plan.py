@@ -14,10 +14,10 @@ from .program import ProgramError, choices, scenes_of
 
 # Knobs in a sweep file are flags of `contactbench run`, with underscores. These are every method's, the others only of
 # the methods whose row in `list --json` names the flag.
-COMMON = ("step", "duration", "restitution", "friction", "prune")
+COMMON = ("step", "stepping", "duration", "restitution", "friction", "prune")
 # Parts of the names of runs; of other knobs their own names.
 SHORT = {
-    "step": "h", "duration": "T", "k": "k", "epsilon": "eps", "epsilon_relative": "epsrel",
+    "step": "h", "stepping": "by-", "duration": "T", "k": "k", "epsilon": "eps", "epsilon_relative": "epsrel",
     "compression_bound": "bound-", "regularise": "reg", "warm_start": "warm-", "restitution": "e", "friction": "mu",
     "prune": "prune-"}
 # What may stand beside the knobs in a block or a profile.
@@ -27,7 +27,8 @@ SETTINGS = {
 # m: how far a member of an ensemble moves each free body at the start: the last bits of a place of size 1 m.
 LAST_BITS = "1e-15"
 COARSE = 10  # steps between its records
-OTHER = {"scene", "set", "methods", "profiles"}
+OTHER = {"scene", "set", "methods", "engines", "setting", "profiles"}
+OF_ENGINES = ("step", "duration", "restitution", "friction", "setting")  # knobs that engines have too, and their own
 
 
 def member_flags(number: int, given=()) -> list[str]:
@@ -59,6 +60,7 @@ class Run:
     memory_limit_mb: float = 4096
     file: str = ""  # of a scene that does not come with the program
     members: int = 0  # of its ensemble, at most
+    engine: bool = False  # whether it is an engine that stands as the method
 
     @classmethod
     def of(cls, row):
@@ -69,7 +71,7 @@ class Run:
         knobs = dict(pairs(row["knobs"])) | {n: row[n] for n in ("k", "epsilon") if row[n]}
         return cls(row["scene"], tuple(pairs(row["parameters"])), row["method"], row["variant"], row["solver"],
                    tuple((n, knobs[n]) for n in dict.fromkeys([*COMMON, "k", "epsilon", *knobs]) if n in knobs),
-                   int(row["repeat"]))
+                   int(row["repeat"]), engine=bool(row.get("engine")))
 
     @property
     def cell(self):
@@ -91,7 +93,7 @@ class Run:
 
     def flags(self):
         """Of `contactbench run`, all that the result depends on."""
-        flags = ["--method", self.method]
+        flags = ["--engine" if self.engine else "--method", self.method]
         for flag in ("variant", "solver"):
             if getattr(self, flag):
                 flags += [f"--{flag}", getattr(self, flag)]
@@ -108,7 +110,7 @@ class Run:
             "run": self.name, "scene": self.scene, "parameters": " ".join(f"{n}={v}" for n, v in self.sets),
             "method": self.method, "variant": self.variant, "solver": self.solver, "k": knobs.pop(
                 "k", ""), "epsilon": knobs.pop("epsilon", ""), "knobs": " ".join(f"{n}={v}" for n, v in knobs.items()),
-            "repeat": self.repeat, "member": self.member}
+            "repeat": self.repeat, "member": self.member, "engine": self.method if self.engine else ""}
 
 
 def text(value):
@@ -136,7 +138,7 @@ def read(path, listed):
     except tomllib.TOMLDecodeError as error:
         raise SweepError(f"{path}: {error}") from None
     knobs = set(COMMON) | {knob for method in listed["methods"] for knob in own_knobs(method)}
-    known = {"title", "outside", "profiles", "runs", "methods"} | set(SETTINGS) | knobs
+    known = {"title", "outside", "profiles", "runs", "methods", "engines", "setting"} | set(SETTINGS) | knobs
     for key in sweep:
         if key not in known:
             raise SweepError(f"{path}: unknown key '{key}'; known: {', '.join(sorted(known))}")
@@ -157,6 +159,25 @@ def read(path, listed):
 def wanted(name, patterns):
     """`ap`, `ap/lemke` and `newton/uncapped` name methods; no list means all of them."""
     return not patterns or any(name == p or name.startswith(p + "/") for p in patterns)
+
+
+def engines(listed):
+    """Rows of engines beside those of methods (program.choices): of each variant; of an engine that is not here one,
+    whose runs are `unavailable`."""
+    return [({"name": engine["name"], "engine": True}, variant, "") for engine in listed.get("engines", [])
+            for variant in [v["name"] for v in engine.get("variants", [])] or [""]]
+
+
+def knobs_of(method):
+    return OF_ENGINES if method.get("engine") else (*COMMON, *own_knobs(method))
+
+
+def asked_for(method, name, block):
+    """Methods where nothing is said of them, engines only where they are."""
+    if not method.get("engine"):
+        return wanted(name, block.get("methods"))
+    patterns = block.get("engines", [])
+    return bool(patterns) and wanted(name, [] if patterns == ["all"] else patterns)
 
 
 def turned(chosen, knobs):
@@ -182,15 +203,16 @@ def block_runs(block, scene, file, sweep, profile, rows, stem):
     sets = [[(name, v) for v in values(value)] for name, value in merged.get("set", {}).items()]
     for chosen in itertools.product(*sets):
         for method, variant, solver in rows:
-            if not wanted("/".join(p for p in (method["name"], variant or solver) if p), merged.get("methods")):
+            if not asked_for(method, "/".join(p for p in (method["name"], variant or solver) if p), merged):
                 continue
-            names = [n for n in (*COMMON, *own_knobs(method)) if n in merged]
+            names = [n for n in knobs_of(method) if n in merged]
             for knobs in itertools.product(*[[(n, v) for v in values(merged[n])] for n in names]):
                 if turned(chosen, knobs) is None:
                     continue  # an angle of the polygon is none of a method without one
                 yield Run(scene, turned(chosen, knobs), method["name"], variant, solver, tuple(knobs), 0, 0, (stem, ),
                           recorded(settings, knobs), bool(settings["timed"]), float(settings["time_limit_s"]),
-                          float(settings["memory_limit_mb"]), file, int(settings["members"])), int(settings["repeats"])
+                          float(settings["memory_limit_mb"]), file, 0 if method.get("engine") else int(
+                              settings["members"]), method.get("engine", False)), int(settings["repeats"])
 
 
 def merge(a, b):
@@ -211,6 +233,7 @@ def plan(paths, profile, listed):
             raise SweepError(f"{path}: no profile '{profile}'; known: {', '.join(sweep['profiles'])}")
         rows, out = choices(listed, sweep.get("outside", []))
         missing.update(out)
+        rows = [*rows, *engines(listed)]
         for block in sweep["runs"]:
             if profile and profile not in block.get("profiles", [profile]):
                 continue

@@ -114,11 +114,11 @@ def statuses_of(said: dict) -> list[str]:
 
 def choices(said: dict, outside=(), unavailable=False) -> tuple[list[tuple], dict[str, str]]:
     """(method row, variant, solver) of everything this build has, or could have, in the order of its own list, but
-    solvers named `outside`; and what it has not: {method/solver: reason}."""
+    methods and solvers named `outside`; and what it has not: {method/solver: reason}."""
     out = {(s["method"], s["name"]): s["unavailable"] for s in said["solvers"]
-           if s["unavailable"] and s["name"] not in outside}
+           if s["unavailable"] and not {s["name"], s["method"]} & {*outside}}
     rows = [(method, variant, solver) for method in said["methods"] for solver in method["solvers"] or [""]
-            if solver not in outside and (unavailable or (method["name"], solver) not in out)
+            if not {method["name"], solver} & {*outside} and (unavailable or (method["name"], solver) not in out)
             for variant in method["variants"] or [""]]
     return rows, {f"{method}/{solver}": reason for (method, solver), reason in out.items()}
 
@@ -295,7 +295,9 @@ def watched(program, scene, flags: list, folder, statuses: list[str], wall_limit
     recorded = [] if "--record-every" in flags else ["--record-every", "1"]
     command = run_words(program, scene, [*flags, *recorded, "--memory-limit", memory_mb], folder)
     job = {
-        "asked": {"scene": Path(scene).stem, "method": flags[flags.index("--method") + 1]}, "statuses": statuses,
+        "asked": {
+            "scene": Path(scene).stem, "method": flags[flags.index("--engine" if "--engine" in flags else "--method") + 1]
+        }, "statuses": statuses,
         "wall_limit_s": wall_limit, "memory_limit_mb": memory_mb}
     code, stopped, peak, said = execute(command, wall_limit, addresses(memory_mb))
     summary = read_json(Path(folder) / "summary.json")

@@ -4,7 +4,7 @@
 
 In report.json everything that depends on the machine stands under the key `timing`; the rest is the same whenever the
 same is run. Beside both stands what each number is worth (docs/numbers.md). A section of the report is one function in
-scripts/contactbench/sections.py and one macro in templates/report.html.
+scripts/contactbench/sections.py and one page of the same name in templates/sections/.
 """
 import json
 import math
@@ -15,7 +15,7 @@ from pathlib import Path
 
 from . import figures, program, table1, worth
 from .runs import Runs
-from .sections import ORDER
+from .sections import GROUPS
 from .templates import render
 
 
@@ -62,7 +62,7 @@ def main():
     if not options.no_draw:
         draw(results)
     worlds = worth.Worlds(results)
-    built = {build.__name__: worlds.build(build, results) for build in ORDER}
+    built = {build.__name__: worlds.build(build, results) for group in GROUPS.values() for build in group}
     sections, said = {name: section for name, (section, _, _) in built.items()}, {}
     for name, (section, of_data, of_timing) in built.items():
         said[name] = {
@@ -74,5 +74,6 @@ def main():
     count = worth.counted([[s["data"], s["timing"]] for s in said.values()],
                           [[s["worth"], s["worth_of_timing"]] for s in said.values()])
     (options.results / "report.html").write_text(
-        render("report.html", profile=results.profile, sections=sections, worth=count))
+        render("report.html", profile=results.profile, sections=sections, worth=count, groups={
+            title: [build.__name__ for build in group] for title, group in GROUPS.items()}))
     table1.write(results, sections["table_one"].shown)

@@ -20,7 +20,7 @@ from .program import read_json
 COLUMNS = {
     "run": "run.run", "sweeps": None, "scene": "run.scene", "parameters": "run.parameters", "method": "run.method",
     "variant": "run.variant", "solver": "run.solver", "k": "run.k", "epsilon": "run.epsilon", "knobs": "run.knobs",
-    "repeat": "run.repeat", "status": "run.status", "reason": "run.reason", "finished": "run.finished",
+    "repeat": "run.repeat", "engine": "run.engine", "setting": "engine.setting", "precision": "engine.precision", "status": "run.status", "reason": "run.reason", "finished": "run.finished",
     "reference": "reference.kind", "step": "options.step", "duration": "options.duration",
     "compression_bound": "options.compression_bound", "t_reached": None, "steps": "steps", "events": "events",
     "contacts_max": "contacts_max", "solves": "solves", "iterations_total": "iterations_total", "processing_s": None,
@@ -43,7 +43,8 @@ CELL = ["scene", "parameters", "method", "variant", "solver", "k", "epsilon", "k
 LIMITS = ("time_limit", "memory_limit")  # how far a run that they cut comes depends on the machine
 NAMES = {
     "newton": "Newton", "mirtich": "Mirtich", "ap": "A-P", "convex": "convex", "lemke": "Lemke", "path": "PATH",
-    "ynl": "YNL", "path-lib": "PATH library"}
+    "ynl": "YNL", "path-lib": "PATH library", "ode": "ODE", "bullet": "Bullet", "bullet-float": "Bullet (float)",
+    "mujoco": "MuJoCo", "dart": "DART", "simbody": "Simbody", "siconos": "Siconos"}
 
 
 def lookup(tree, path: str):

@@ -1,5 +1,5 @@
-"""The sections of the report, in their order: each a function of the results -> Section, whose page is the macro of the
-same name in templates/report.html. What the page shows, what report.json says the same whenever the same is run, and
+"""The sections of the report, in their order: each a function of the results -> Section, whose page is the file of the
+same name in templates/sections/. What the page shows, what report.json says the same whenever the same is run, and
 what depends on the machine."""
 import collections
 import hashlib
@@ -284,5 +284,8 @@ def unfinished(results):
     return Section("Runs that did not end well", {"bad": shown}, *ends)
 
 
-ORDER = (reading, table_one, claim_table, figures, error_time, advice, convergence, performance, left_out,
-         stored_problems, stiff_cases, unfinished)
+# Groups of the table of contents. A section that others do not build on is added at the end of its group.
+GROUPS = {
+    "Which method": (advice, error_time), "The paper": (claim_table, table_one, figures),
+    "Accuracy and cost": (convergence, performance, stored_problems, left_out),
+    "Where it gets hard": (stiff_cases, unfinished), "About": (reading, )}

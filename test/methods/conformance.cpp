@@ -118,7 +118,8 @@ TEST_CASE("every method of the table ends ten small problems with an answer that
       const Residuals residuals = referee.check(c.problem, solution, choice.row->law, v_plus);
       CHECK(solution.status == Status::ok);
       CHECK(Referee::holds(residuals, 1e-9));
-      CHECK(residuals.approach <= 1e-9 * (1 + largest(c.problem.v_minus)));
+      if (choice.row->law != soft_law())  // whose contacts give way
+        CHECK(residuals.approach <= 1e-9 * (1 + largest(c.problem.v_minus)));
       if (choice.options.variant != "uncapped")  // that reading may gain: spec methods.md
         CHECK(residuals.energy_gain <= 1e-12 * residuals.energy_before);
 

@@ -40,6 +40,7 @@ std::vector<Choice> choices() {
     for (const char* solver : {"lemke", "path", "ynl"}) add("ap", solver, "", k, true);
   add("convex", "ipm", "", 4, true);
   add("convex", "ipm", "", 4, false);
+  for (const char* rule : {"sap", "mujoco"}) add("soft", "", rule, 4, true);
   return all;
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 const std::string data = TEST_DATA;
 const std::string toy = TOY_SOLVER;
-const std::string law = "newton";  // what Coulomb's exact answer without restitution satisfies too
+const std::string law = "coulomb";
 
 std::vector<std::string> external(const std::string& command, std::vector<std::string> before) {
   before.insert(before.end(), {"--method", "external", "--command", command, "--law", law});
@@ -62,7 +62,7 @@ TEST_CASE("another program answers a stored problem in every way there is to tal
 
 TEST_CASE("a whole run by another program has the rows of a run by ours", "[program][external]") {
   TemporaryDirectory directory;
-  const Result ours = run(directory.path(), stack({"--method", "newton", "--out", "ours"}));
+  const Result ours = run(directory.path(), stack({"--method", "coulomb", "--out", "ours"}));
   REQUIRE(ours.code == 0);
   const Json inside = summary(directory.path() / "ours");
   for (const std::string way : {"binary", "text"}) {

@@ -63,9 +63,11 @@ TEST_CASE("an answer judged from its file holds as it does where it was found", 
   };
   const std::string boxes = data + "/problems/gen_stack_b4_c16_s1.hdf5";
   for (const Case& known :
-       {Case{slide, "newton", {"newton"}, {}}, Case{slide, "mirtich", {"mirtich"}, {}},
-        Case{slide, "anitescu_potra", {"ap", "--k", "8"}, {"--k", "8"}}, Case{slide, "ap", {"ap"}, {}},
-        Case{slide, "convex", {"convex"}, {}},
+       {Case{slide, "newton", {"newton"}, {}}, Case{slide, "coulomb", {"coulomb"}, {}},
+        Case{slide, "soft", {"soft"}, {}},
+        Case{slide, "soft", {"soft", "--variant", "mujoco"}, {"--variant", "mujoco"}},
+        Case{slide, "mirtich", {"mirtich"}, {}}, Case{slide, "anitescu_potra", {"ap", "--k", "8"}, {"--k", "8"}},
+        Case{slide, "ap", {"ap"}, {}}, Case{slide, "convex", {"convex"}, {}},
         Case{slide, "convex", {"convex", "--compression-bound", "off"}, {"--compression-bound", "off"}},
         Case{boxes, "ap", {"ap", "--k", "16"}, {"--k", "16"}}, Case{boxes, "convex", {"convex"}, {}}}) {
     TemporaryDirectory directory;

@@ -127,7 +127,7 @@ class Answers(unittest.TestCase):
 
     def test_a_sliding_ball_by_hand(self):
         # It stops falling, r_n = 2, and friction takes mu r_n of what it slides with: u_t = 1 - 0.1 * 2 = 0.8.
-        for method in ("newton", "ap", "convex"):
+        for method in ("newton", "ap", "convex", "coulomb"):
             a = cb.solve(ball(mu=0.1), method)
             self.assertTrue(a, a)
             self.assertEqual((a.status, a.reason), ("ok", ""))
@@ -172,7 +172,7 @@ class Answers(unittest.TestCase):
 
     def test_a_function_answers_like_a_method(self):
         for path in sorted(glob.glob(PROBLEMS + "/gen_free_*.hdf5")):
-            a = cb.solve(cb.Problem.read(path), gauss_seidel, law="newton")
+            a = cb.solve(cb.Problem.read(path), gauss_seidel, law="coulomb")
             self.assertTrue(a, (path, a))
             self.assertEqual(a.solver_status, "ok")
             self.assertLess(a.law_residual, 1e-9)
@@ -257,8 +257,8 @@ class Runs(unittest.TestCase):
         self.assertEqual(len(r.steps["status"]), 50)
 
     def test_a_function_does_a_whole_run_with_the_rows_of_a_method(self):
-        inside = cb.run("stack.xml", "newton", set={"boxes": 2}, duration=0.02)
-        r = cb.run("stack.xml", gauss_seidel, law="newton", set={"boxes": 2}, duration=0.02)
+        inside = cb.run("stack.xml", "coulomb", set={"boxes": 2}, duration=0.02)
+        r = cb.run("stack.xml", gauss_seidel, law="coulomb", set={"boxes": 2}, duration=0.02)
         self.assertTrue(r, r)
         self.assertEqual(r.status, "ok")
         self.assertEqual((r.summary["events"], r.summary["steps"]), (inside.summary["events"], inside.summary["steps"]))
@@ -319,7 +319,7 @@ class Examples(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             command = f"{sys.executable} {os.path.join(ROOT, 'docs', 'examples', 'external_solver.py')}"
             subprocess.run([PROGRAM, "run", "stack.xml", "--set", "boxes=2", "--duration", "0.01", "--method", "external", "--command",
-                            command, "--law", "newton", "--out", folder, "--quiet"], check=True)
+                            command, "--law", "coulomb", "--out", folder, "--quiet"], check=True)
             with open(os.path.join(folder, "summary.json")) as file:
                 summary = json.load(file)
             self.assertEqual(summary["status"], "ok")

@@ -17,9 +17,10 @@ namespace fs = std::filesystem;
 // From the top of the house to its ground.
 const std::vector<std::string> rooms = {"app",     "output",  "evaluation", "simulation", "scenario",
                                         "methods", "contact", "geometry",   "control",    "dynamics",
-                                        "lcp",     "cone",    "linalg"};
+                                        "lcp",     "ncp",     "cone",       "linalg"};
 // Rooms that could stand anywhere: they see only these, although others lie below them too.
-const std::map<std::string, std::set<std::string>> sees_only = {{"lcp", {"linalg"}}, {"cone", {"linalg"}}};
+const std::map<std::string, std::set<std::string>> sees_only = {
+    {"lcp", {"linalg"}}, {"ncp", {"cone", "linalg"}}, {"cone", {"linalg"}}};
 // Rooms that are handed a method and never ask which: of lib/methods they may see the table alone.
 const std::set<std::string> handed_a_method = {"simulation", "evaluation", "output"};
 const std::vector<std::string> suitesparse = {"cholmod", "umfpack", "klu",     "SuiteSparse", "suitesparse",

@@ -61,6 +61,7 @@ void print(const std::string& name, const ContactSolution& s, const Law& law, co
   const auto& polygon = s.as<PolygonWitness>();
   const auto& work = s.as<WorkWitness>();
   const auto& proof = s.as<ConvexWitness>();
+  const Softness& soft = s.as<SoftWitness>().softness;
   print(json{{"answer", name},
              {"law", law_name(law)},
              {"r", s.impulse},
@@ -74,6 +75,13 @@ void print(const std::string& name, const ContactSolution& s, const Law& law, co
              {"f", proof.frictionless},
              {"kappa_dual", proof.kappa_dual},
              {"epsilon", proof.epsilon},
+             {"softness",
+              {{"rule", soft.rule == Softness::Rule::sap ? "sap" : "mujoco"},
+               {"beta", soft.beta},
+               {"sigma", soft.sigma},
+               {"compliance", soft.compliance},
+               {"impedance", soft.impedance},
+               {"impratio", soft.impratio}}},
              {"first",
               {{"holds", Referee::holds(out, accepted_residual)},
                {"finite", out.finite},
@@ -100,9 +108,18 @@ std::vector<Asked> all_methods() {
   for (const MethodRow& row : methods()) {
     MethodOptions options;
     out.push_back({std::string(row.name), row.law, row.make(options)});
-    if (row.law != convex_law()) continue;
-    options.compression_bound = false;
-    out.push_back({std::string(row.name) + " without the bound", row.law, row.make(options)});
+    if (row.law == convex_law()) {
+      options.compression_bound = false;
+      out.push_back({std::string(row.name) + " without the bound", row.law, row.make(options)});
+    } else if (row.law == soft_law()) {
+      options.variant = "mujoco";
+      out.push_back({std::string(row.name) + " mujoco", row.law, row.make(options)});
+      options.variant = "sap";
+      options.beta = 0;
+      options.sigma = 0.1;
+      options.compliance = 0.01;
+      out.push_back({std::string(row.name) + " of one compliance", row.law, row.make(options)});
+    }
   }
   return out;
 }

@@ -3,7 +3,7 @@
 problems and answers that second_referee_answers prints (answers.cpp), and where it finds anything else than the first one did, but
 for rounding, the test has failed.
 
-  second_referee.py PROGRAM                  stored problems, 1000 random answers, every event of three runs
+  second_referee.py PROGRAM                  stored problems, 1000 random answers, every event of four runs
   second_referee.py PROGRAM random 1000 7    only what PROGRAM prints for these arguments
 """
 import dataclasses
@@ -28,7 +28,8 @@ EPS = 2.0**-52
 NEAR = 0.1
 RANDOM = ("random", "1000", "7")
 RUNS = [("run", str(ROOT / "scenarios/sliding_box.xml"), "ap", "200"), ("run", str(ROOT / "scenarios/stack.xml"), "convex", "60"),
-        ("run", str(ROOT / "scenarios/impacting_sphere.xml"), "mirtich", "1000")]
+        ("run", str(ROOT / "scenarios/impacting_sphere.xml"), "mirtich", "1000"),
+        ("run", str(ROOT / "scenarios/sliding_box.xml"), "coulomb", "200")]
 
 
 def over(error, size):
@@ -206,8 +207,11 @@ class Judgement:
         law = self.answer["law"]
         if law == "convex" and not self.elastic:
             return self.convex()
-        look = Look(model=self.polygon() if law == "ap" else self.impact(law), tolerance=self.noise(self.S_g[self.p.island] if law == "convex" else self.S))
-        if self.elastic and law in ("ap", "convex"):
+        if law == "coulomb" and not self.elastic:
+            return self.coulomb()
+        model = self.polygon() if law == "ap" else self.soft() if law == "soft" and not self.elastic else self.impact(law)
+        look = Look(model=model, tolerance=self.noise(self.S_g[self.p.island] if law == "convex" else self.S))
+        if self.elastic and law in ("ap", "convex", "coulomb", "soft"):
             look.model = largest(look.model, self.gains())
             look.tolerance += self.gain_noise()
         look.holds = look.model <= ACCEPTED
@@ -237,7 +241,8 @@ class Judgement:
     def impact(self, law):
         p, r, u = self.p, self.r, self.u
         S = self.S_g[p.island] if law == "convex" else self.S
-        out = largest(over(-u[:, 0] / self.root, S), over(-r[:, 0] * self.root, S), over((norm(r[:, 1:]) - p.mu * r[:, 0]) * self.root, S))
+        gives = self.given_way()[:, 0] * r[:, 0] if law == "soft" else 0
+        out = largest(over(-(u[:, 0] + gives) / self.root, S), over(-r[:, 0] * self.root, S), over((norm(r[:, 1:]) - p.mu * r[:, 0]) * self.root, S))
         if law == "newton" and p.nc == 1 and p.u_minus[0, 0] < 0:
             out = largest(out, over(abs(u[:, 0] + p.e * p.u_minus[:, 0]) / self.root, self.S))
         if law == "mirtich":
@@ -249,6 +254,36 @@ class Judgement:
             out = largest(out, over(np.abs(returned + p.e**2 * stored), energy[p.island]), over(friction, energy[p.island]),
                           over(np.abs(p.sums(balance)), energy))
         return out
+
+    def coulomb(self):
+        p = self.p
+        changed = self.u.copy()
+        changed[:, 0] += p.mu * norm(self.u[:, 1:])
+        e = self.r - on_cone(self.r - changed / p.weight[:, None], p.mu)
+        F = self.rho / (ACCEPTED * self.root)
+        look = Look(model=largest(over(self.root * norm(e), np.maximum(self.S, (1 + p.mu) * F))), tolerance=self.noise(self.S))
+        look.holds = look.model <= ACCEPTED
+        look.near = abs(look.model - ACCEPTED) <= look.tolerance
+        return look
+
+    def given_way(self):
+        """R of each contact, of n, t1 and t2."""
+        p, soft = self.p, self.answer["softness"]
+        blocks = np.array([p.W[3 * c : 3 * c + 3, 3 * c : 3 * c + 3] for c in range(p.nc)]).reshape(p.nc, 3, 3)
+        if soft["rule"] == "mujoco":
+            normal = blocks[:, 0, 0] * (1 / soft["impedance"] - 1)
+            along = normal / soft["impratio"]
+        else:
+            w = np.where(p.limit, blocks[:, 0, 0], np.sqrt(np.sum(blocks**2, axis=(1, 2))) / 3)
+            normal = np.maximum(w * (soft["beta"] / (2 * math.pi)) ** 2, soft["compliance"])
+            along = soft["sigma"] * w
+        return np.stack([normal, along, along], axis=1)
+
+    def soft(self):
+        """The natural map of the regularised law."""
+        p = self.p
+        y = self.u + self.given_way() * self.r
+        return largest(over(self.root * norm(self.r - on_cone(self.r - y / p.weight[:, None], p.mu)), self.S))
 
     def polygon(self):
         p, k = self.p, self.answer["k"]

@@ -48,9 +48,9 @@ inline std::vector<Claimant> operator+(std::vector<Claimant> a, const std::vecto
 /// A run that is told one step at a time; a step that does not end `ok` fails the test.
 class Stepped {
  public:
-  Stepped(const Scenario& scenario, const Claimant& who)
+  Stepped(const Scenario& scenario, const Claimant& who, Stepping way = Stepping::events)
       : scenario_(std::make_unique<Scenario>(scenario)),
-        simulation_(*scenario_, options(*scenario_), find_method(who.method)->make(who.options),
+        simulation_(*scenario_, options(*scenario_, way), find_method(who.method)->make(who.options),
                     find_method(who.method)->law) {}
   void step(int n = 1) {
     for (int i = 0; i < n; ++i) {
@@ -65,8 +65,9 @@ class Stepped {
   Simulation& simulation() { return simulation_; }
 
  private:
-  static SimulationOptions options(const Scenario& s) {
+  static SimulationOptions options(const Scenario& s, Stepping way) {
     SimulationOptions out;
+    out.stepping = way;
     out.step = s.step;
     out.duration = s.duration;
     return out;

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <optional>
+
+#include "evaluation/scene_errors.h"
+
+namespace cb {
+
+/// A sphere's impacts as its velocities show them, for the errors that are measured at events: engines have none.
+/// An event is the steps in a row in which the velocity along the normal changes by more than twice what gravity does
+/// in a step (a compliant contact takes several); a step with a lesser contact impulse is an event by itself. The
+/// velocity before an event takes in gravity's part of its first step. In other scenes it sees nothing.
+class ObservedImpact {
+ public:
+  explicit ObservedImpact(const Scenario& scenario);
+  /// A step of h seconds from `before` to `after` under `gravity`; a finished event goes to `errors`.
+  void observe(const State& before, const State& after, const Vec3& gravity, double h, SceneErrors& errors);
+
+ private:
+  using Twist = Eigen::Matrix<double, 6, 1>;
+  struct Impact {
+    double t;  ///< s, start of the step in which it began
+    Twist before, after;
+  };
+  void emit(const Impact& impact, SceneErrors& errors) const;
+
+  std::optional<OnPlane> on_;
+  double mass_ = 0, inertia_ = 0;
+  std::optional<Impact> impact_;  // that goes on
+};
+
+}  // namespace cb

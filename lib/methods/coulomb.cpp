@@ -1,0 +1,221 @@
+// Exact Coulomb friction: Signorini's condition and Coulomb's law as they are, no polygon, no convex relaxation.
+//
+// Problem (nc contacts, nv velocities; contact/problem.h), for each island of bodies joined by contacts:
+//   v = v- + M^-1 J^T r,   u = J v + w,   u~ = u + mu |u_t| e_n
+//   r in K = { |r_t| <= mu r_n },   u~ in K*,   r.u~ = 0                                                  (1)
+// Impulses in N s, velocities in m/s; limits of joints are scalar rows, mu = 0. The solvers are those of the table of
+// lib/ncp; an island is handed to one as matrices and cones. What answers are worth is the referee's to say.
+//
+// Source: G. De Saxce, Z.-Q. Feng, The bipotential method, Math. Comput. Modelling 28 (1998), for (1) in this form; the
+// survey of V. Acary, M. Bremond and O. Huber (2018) for its solvers.
+//
+// Restitution (Poisson): normal impulses of the first phase times 1 + theta e; where a contact still approaches, a
+// second phase, (1) again from the velocity reached. theta <= 1 is the largest by which no island gains energy
+// (restitution.h). Newton's u_n+ = -e u_n- would be one phase, and a law that r alone proves; but with friction or
+// coupled contacts it gains energy (T. R. Kane, 1984) where nothing could scale it, and such an answer cannot be `ok`.
+//
+// With --warm-start the impulses of the previous event are where the solver begins.
+// Fails as the solver does; its ending and reason are passed on, with the best impulses it met.
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "linalg/finite.h"
+#include "methods/convex_island.h"
+#include "methods/registry.h"
+#include "methods/restitution.h"
+#include "methods/same_event.h"
+#include "ncp/ncp.h"
+
+namespace cb {
+
+namespace {
+
+/// -: normal velocity, over the island's fastest, below which a contact approaches by rounding alone.
+constexpr double approaching = 1e-12;
+
+Status status_of(NcpStatus status) {
+  switch (status) {
+    case NcpStatus::solved:
+      return Status::ok;
+    case NcpStatus::inaccurate:
+      return Status::inaccurate;
+    case NcpStatus::nonconverged:
+      return Status::nonconverged;
+    case NcpStatus::singular:
+      return Status::singular;
+    case NcpStatus::not_finite:
+      return Status::not_finite;
+    case NcpStatus::unavailable:
+      return Status::unavailable;
+  }
+  return Status::nonconverged;
+}
+
+class Coulomb {
+ public:
+  explicit Coulomb(const MethodOptions& options);
+  void operator()(const ContactProblem& problem, ContactSolution& solution);
+
+ private:
+  bool weigh(const ContactProblem& problem, ContactSolution& solution);
+  void solve(const ContactProblem& problem, const std::vector<double>& v0, bool may_start, ContactSolution& solution);
+  bool approaches_again() const;
+
+  bool warm_;
+  std::shared_ptr<long> warm_starts_;
+  std::shared_ptr<AnsweredBy> answered_by_;
+  NcpSolver solver_;
+  std::string solver_failure_;
+
+  BlockCholesky factor_;
+  Islands islands_;
+  Groups contacts_of_, blocks_of_;  // per island
+  std::vector<double> weight_;
+  std::vector<int> block_in_island_;
+  ConvexIsland island_;
+  NcpSolution answer_;
+  std::vector<double> previous_, start_;  // 3 nc, N s: of the event before; of the island's
+
+  Restitution restitution_;
+  std::vector<char> bounded_;  // per island
+  std::vector<double> first_impulse_;
+};
+
+Coulomb::Coulomb(const MethodOptions& options)
+    : warm_(options.warm_start), warm_starts_(options.warm_starts), answered_by_(options.answered_by) {
+  const std::string_view name = options.solver.empty() ? ncp_solvers().front().name : std::string_view(options.solver);
+  const NcpSolverRow* row = find_ncp_solver(name);
+  if (row == nullptr || !row->unavailable.empty()) {
+    solver_failure_ = row == nullptr ? "no solver named " + std::string(name) : std::string(row->unavailable);
+    return;
+  }
+  NcpOptions asked;
+  asked.sweeps = options.sweeps;
+  asked.relaxation = options.relaxation;
+  solver_ = row->make(asked);
+}
+
+void Coulomb::operator()(const ContactProblem& problem, ContactSolution& solution) {
+  const int nc = problem.nc();
+  solution.clear();
+  solution.as<NoWitness>();
+  solution.impulse.assign(3 * nc, 0.0);
+  if (!weigh(problem, solution) || nc == 0) return;
+  find_islands(problem, islands_);
+  contacts_of_.assign(islands_.of_contact, islands_.count);
+  blocks_of_.assign(islands_.of_block, islands_.count);
+  const bool elastic =
+      std::any_of(problem.restitution.begin(), problem.restitution.end(), [](double e) { return e != 0; });
+  solve(problem, problem.v_minus, warm_ && !elastic, solution);
+  if (!elastic) return;
+
+  bounded_.assign(islands_.count, 1);
+  solution.restitution_scale = restitution_.give_back(problem, factor_, islands_, bounded_, solution.impulse);
+  if (!approaches_again()) return;
+  first_impulse_ = solution.impulse;
+  solve(problem, restitution_.v(), false, solution);
+  for (int i = 0; i < 3 * nc; ++i) solution.impulse[i] += first_impulse_[i];
+}
+
+bool Coulomb::approaches_again() const {
+  double fastest = 0, nearest = 0;
+  for (std::size_t c = 0; c < weight_.size(); ++c) {
+    fastest = std::max(fastest, std::abs(restitution_.u()[3 * c]));
+    nearest = std::max(nearest, -restitution_.u()[3 * c]);
+  }
+  return nearest > approaching * fastest;
+}
+
+// Checks the data, factors M, and finds the weights.
+bool Coulomb::weigh(const ContactProblem& problem, ContactSolution& solution) {
+  const auto fail = [&](Status status, std::string reason) {
+    solution.status = status;
+    solution.reason = std::move(reason);
+    return false;
+  };
+  if (!solver_) return fail(Status::unavailable, solver_failure_);
+  if (!all_finite(problem.M.values) || !all_finite(problem.J.values) || !all_finite(problem.v_minus) ||
+      !all_finite(problem.offset) || !all_finite(problem.mu))
+    return fail(Status::not_finite, "NaN or infinity in the contact problem");
+  if (!factor_.factor(problem.M)) return fail(Status::singular, "the mass matrix is not positive definite");
+  contact_weights(problem, factor_, weight_);
+  for (int c = 0; c < problem.nc(); ++c) {
+    if (!(weight_[c] > 0) || !std::isfinite(weight_[c]))
+      return fail(Status::input_error, "contact " + std::to_string(c) + " joins two fixed bodies (W_ii = 0)");
+    if (problem.mu[c] < 0)
+      return fail(Status::input_error, "contact " + std::to_string(c) + " has a negative coefficient of friction");
+  }
+  return true;
+}
+
+// One phase (restitution has two), from v0, island by island.
+void Coulomb::solve(const ContactProblem& problem, const std::vector<double>& v0, bool may_start,
+                    ContactSolution& solution) {
+  const bool start = may_start && previous_.size() == solution.impulse.size();
+  for (int g = 0; g < islands_.count; ++g) {
+    extract(problem, v0, weight_, contacts_of_[g], blocks_of_[g], block_in_island_, island_);
+    const int nc = island_.nc();
+    NcpProblem part{&island_.M,     &island_.factor, &island_.J,     island_.v0,
+                    island_.offset, island_.mu,      island_.weight, {}};
+    if (start) {
+      start_.resize(3 * static_cast<std::size_t>(nc));
+      for (int k = 0; k < nc; ++k) std::copy_n(&previous_[3 * island_.contacts[k]], 3, &start_[3 * k]);
+      part.start = start_;
+    }
+    solver_(part, answer_);
+    if (answered_by_ && !answer_.who.empty()) answered_by_->add(answer_.who);
+    solution.size += 3 * nc;
+    solution.iterations += answer_.iterations;
+    solution.claimed_residual = std::max(solution.claimed_residual, answer_.residual);
+    for (int k = 0; k < nc; ++k) std::copy_n(&answer_.r[3 * k], 3, &solution.impulse[3 * island_.contacts[k]]);
+    const Status status = status_of(answer_.status);
+    if (status <= solution.status) continue;
+    solution.status = status;
+    solution.reason = answer_.reason;
+  }
+  if (start && warm_starts_) ++*warm_starts_;
+  if (may_start) previous_ = solution.impulse;
+}
+
+}  // namespace
+
+MethodRow coulomb_row() {
+  MethodRow row{"coulomb",
+                "exact Coulomb friction: no polygon, no convex relaxation",
+                "G. De Saxce, Z.-Q. Feng, Math. Comput. Modelling 28 (1998)",
+                coulomb_law(),
+                {},
+                {},
+                {{.flag = "sweeps",
+                  .unit = "-",
+                  .default_value = "until it is done",
+                  .summary = "sweeps after which nsgs ends as it is, as games do",
+                  .field = &MethodOptions::sweeps,
+                  .type = "COUNT",
+                  .short_name = "sweeps",
+                  .expected = "a whole number of sweeps, as in --sweeps 10"},
+                 {.flag = "relaxation",
+                  .unit = "-",
+                  .default_value = "1",
+                  .summary = "over-relaxation of nsgs, in (0, 2)",
+                  .field = &MethodOptions::relaxation,
+                  .type = "OMEGA",
+                  .short_name = "relax",
+                  .expected = "a positive factor, as in --relaxation 1.3",
+                  .positive = true},
+                 warm_start_option("begin with the previous event's impulses")},
+                [](const MethodOptions& options) -> ContactMethod {
+                  auto method = std::make_shared<Coulomb>(options);
+                  const auto solve = [method](const ContactProblem& problem, ContactSolution& solution) {
+                    (*method)(problem, solution);
+                  };
+                  return options.warm_start ? reuse_same_event(solve, options.warm_starts) : ContactMethod(solve);
+                }};
+  for (const NcpSolverRow& solver : ncp_solvers())
+    row.solvers.push_back({solver.name, solver.summary, solver.source, solver.unavailable});
+  return row;
+}
+
+}  // namespace cb

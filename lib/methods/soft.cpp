@@ -1,0 +1,330 @@
+// Contacts that give way: the regularised convex model of Drake (SAP) and MuJoCo.
+//
+// Problem (nc contacts, nv velocities; contact/problem.h; energies in J):
+//   min over v of 1/2 (v - v-).M (v - v-) + sum_i l_i(u_i),   u = J v + w                                     (1)
+// l_i(u) = 1/2 r.R_i r with r = P_i(-R_i^-1 u), P_i the projection on |r_t| <= mu r_n in the norm of R_i =
+// diag(R_n, R_t, R_t), 1/kg (soft_contacts.h). -grad l_i = r_i are the impulses. (1) is the dual of
+//   min over r in K of 1/2 r.(W + R) r + r.q,   q = J v- + w (2)
+// Both are strictly convex: one v, one r. R follows from W_ii by two rules (contact/softness.h), `sap` and `mujoco`.
+//
+// How: Newton on the gradient M (v - v-) - J^T r, with H = M + J^T G J, G the blocks -dr_i/du_i, factored by blocks of
+// bodies; the search along each step is exact (bisection with Newton on the slope). From v-; with a warm start from the
+// velocities that the previous event's impulses give, where (1) is less there. Ends where the conditions of (2) hold
+// for r and the velocity that r itself gives, to `tolerance`, or where no step makes them better.
+//
+// Sources: A. Castro, F. Permenter, X. Han, An unconstrained convex formulation of compliant contact, IEEE T-RO 39
+// (2023), eqs. 10-25; E. Todorov, Convex and analytically-invertible dynamics with contacts and constraints, ICRA 2014,
+// and MuJoCo's documentation, "Computation".
+// Differences: 1. no step h is known: `sap` is near rigid (R_n = beta^2 w / (4 pi^2)) unless --compliance says what
+// 1 / (h (h + tau_d) k) is, and gaps are the offset's, w_n = g / h by steps (docs/stepping.md); 2. `mujoco` asks that a
+// contact stop within the step, which is its stiffest time constant, 2 h; impedance is a constant; 3. restitution,
+// which neither has (Poisson, as `ap` and `convex` have it): normal impulses of a first phase times 1 + theta e,
+// theta <= 1 the largest by which no island gains energy (restitution.h), and then (1) once more from the velocity
+// reached; 4. solved to rounding.
+// Fails: `nonconverged` where the conditions hold to less than `accepted`, with the best impulses; `singular`: M or H
+// not positive definite; `not_finite`, `input_error`: the data, without impulses.
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "cone/kkt_system.h"
+#include "linalg/finite.h"
+#include "linalg/stop.h"
+#include "methods/registry.h"
+#include "methods/restitution.h"
+#include "methods/same_event.h"
+#include "methods/soft_contacts.h"
+
+namespace cb {
+
+namespace {
+
+struct SoftOptions {
+  Softness softness;
+  bool warm_start = false;
+  std::shared_ptr<long> warm_starts;
+  /// -: residual, contact by contact, at which an answer is one; and up to which the best one is where none is better.
+  double tolerance = 1e-13, accepted = 1e-10;
+  int iteration_limit = 200;
+  int stalled = 3;           ///< steps in turn that do not halve the residual
+  double slope = 1e-8;       ///< -: of the start's, at which the search along a step ends
+  double whole_step = 1e-3;  ///< -: of the start's slope, up to which a whole Newton step is taken as it is
+  int search_limit = 100;    ///< evaluations of a slope
+  double least_block = 3;    ///< mean size of a block of M from which on H is factored by blocks
+};
+
+class Soft {
+ public:
+  explicit Soft(const SoftOptions& options) : options_(options) {}
+  void operator()(const ContactProblem& problem, ContactSolution& solution);
+
+ private:
+  bool begin(const ContactProblem& problem, ContactSolution& solution);
+  bool solve(const ContactProblem& problem, const std::vector<double>& v0, ContactSolution& solution);
+  void start(const ContactProblem& problem);
+  void velocity_after(const ContactProblem& problem, const std::vector<double>& r);
+  Status descend(const ContactProblem& problem, ContactSolution& solution);
+  double look(const ContactProblem& problem);
+  bool find_step(const ContactProblem& problem);
+  double length_of_step(const ContactProblem& problem);
+  double cost(const ContactProblem& problem, const std::vector<double>& v);
+
+  SoftOptions options_;
+  BlockCholesky factor_;
+  SoftContacts contacts_;
+  KktSystem system_;
+  std::vector<double> v0_, v_, dv_, v_plus_, momentum_;  // nv
+  std::vector<double> u_, du_, u_minus_, u_plus_, r_;    // 3 nc
+  std::vector<double> G_;                                // 9 nc
+  std::vector<double> best_, previous_;                  // 3 nc, N s
+  int previous_nv_ = -1;
+
+  // Of restitution.
+  Restitution restitution_;
+  Islands islands_;
+  std::vector<char> bounded_;          // per island
+  std::vector<double> first_impulse_;  // 3 nc, N s
+};
+
+void fail(ContactSolution& solution, Status status, std::string reason) {
+  solution.status = status;
+  solution.reason = std::move(reason);
+}
+
+void Soft::operator()(const ContactProblem& problem, ContactSolution& solution) {
+  solution.clear();
+  solution.as<SoftWitness>().softness = options_.softness;
+  solution.impulse.assign(3 * problem.nc(), 0.0);
+  solution.size = problem.nv();
+  if (!begin(problem, solution) || problem.nc() == 0) return;
+  if (!solve(problem, problem.v_minus, solution)) return;
+  const bool elastic =
+      std::any_of(problem.restitution.begin(), problem.restitution.end(), [](double e) { return e != 0; });
+  if (!elastic) {
+    previous_ = best_;
+    previous_nv_ = problem.nv();
+    return;
+  }
+  previous_nv_ = -1;
+  find_islands(problem, islands_);
+  bounded_.assign(islands_.count, 1);
+  solution.restitution_scale = restitution_.give_back(problem, factor_, islands_, bounded_, solution.impulse);
+  first_impulse_ = solution.impulse;
+  if (!solve(problem, restitution_.v(), solution)) return;
+  for (std::size_t i = 0; i < first_impulse_.size(); ++i) solution.impulse[i] += first_impulse_[i];
+}
+
+// One phase (restitution has two), from v0.
+bool Soft::solve(const ContactProblem& problem, const std::vector<double>& v0, ContactSolution& solution) {
+  v0_ = v0;
+  contact_velocity(problem, v0_, u_minus_);
+  best_.assign(u_minus_.size(), 0.0);
+  start(problem);
+  const Status ending = descend(problem, solution);
+  solution.impulse = best_;
+  if (ending == Status::ok) return true;
+  fail(solution, ending,
+       ending == Status::singular     ? "a Newton system could not be factored"
+       : ending == Status::not_finite ? "overflow in Newton's method"
+                                      : "Newton's method came to a stand before the impulses were optimal");
+  return false;
+}
+
+// v0 + M^-1 J^T r, and u of it.
+void Soft::velocity_after(const ContactProblem& problem, const std::vector<double>& r) {
+  v_plus_.assign(problem.nv(), 0.0);
+  multiply_transposed_add(problem.J, problem.M, r, v_plus_);
+  factor_.solve_in_place(v_plus_);
+  for (int i = 0; i < problem.nv(); ++i) v_plus_[i] += v0_[i];
+  contact_velocity(problem, v_plus_, u_plus_);
+}
+
+bool Soft::begin(const ContactProblem& problem, ContactSolution& solution) {
+  if (!all_finite(problem.M.values) || !all_finite(problem.J.values) || !all_finite(problem.v_minus) ||
+      !all_finite(problem.offset) || !all_finite(problem.mu) || !all_finite(problem.restitution)) {
+    fail(solution, Status::not_finite, "NaN or infinity in the contact problem");
+    return false;
+  }
+  if (!factor_.factor(problem.M)) {
+    fail(solution, Status::singular, "the mass matrix is not positive definite");
+    return false;
+  }
+  std::string reason;
+  if (!contacts_.describe(problem, factor_, options_.softness, reason)) {
+    fail(solution, Status::input_error, reason);
+    return false;
+  }
+  system_.prepare(problem.M, problem.J, options_.least_block);
+  return true;
+}
+
+// J, of (1); leaves u and r at v behind.
+double Soft::cost(const ContactProblem& problem, const std::vector<double>& v) {
+  contact_velocity(problem, v, u_);
+  momentum_.resize(problem.nv());
+  for (int i = 0; i < problem.nv(); ++i) momentum_[i] = v[i] - v0_[i];
+  return contacts_.impulses(u_, r_) + 0.5 * quadratic_form(problem.M, momentum_);
+}
+
+void Soft::start(const ContactProblem& problem) {
+  v_ = v0_;
+  if (!options_.warm_start || previous_nv_ != problem.nv() || previous_.size() != u_minus_.size()) return;
+  velocity_after(problem, previous_);
+  if (!(cost(problem, v_plus_) < cost(problem, v_))) return;
+  v_ = v_plus_;
+  if (options_.warm_starts) ++*options_.warm_starts;
+}
+
+// Impulses at v_, and what they are worth with the velocities that they themselves give.
+double Soft::look(const ContactProblem& problem) {
+  contact_velocity(problem, v_, u_);
+  contacts_.impulses(u_, r_);
+  velocity_after(problem, r_);
+  return contacts_.residual(r_, u_plus_, u_minus_, true);
+}
+
+Status Soft::descend(const ContactProblem& problem, ContactSolution& solution) {
+  double least = HUGE_VAL;
+  for (int no_better = 0, k = 0; k < options_.iteration_limit; ++k, ++solution.iterations) {
+    poll_stop();
+    const double residual = look(problem);
+    no_better = residual <= 0.5 * least ? 0 : no_better + 1;
+    if (residual < least) {
+      least = residual;
+      best_ = r_;
+    }
+    if (least <= options_.tolerance || (least <= options_.accepted && no_better >= options_.stalled)) break;
+    if (!find_step(problem)) return all_finite(G_) ? Status::singular : Status::not_finite;
+    const double length = length_of_step(problem);
+    if (length == 0) break;
+    for (int i = 0; i < problem.nv(); ++i) v_[i] += length * dv_[i];
+  }
+  if (!std::isfinite(least)) return Status::not_finite;
+  solution.claimed_residual = std::max(solution.claimed_residual, least);
+  if (least <= options_.accepted) return Status::ok;
+  // Beside what else moves it may be good: light contacts next to heavy ones, slow ones next to fast ones.
+  velocity_after(problem, best_);
+  solution.claimed_residual = contacts_.residual(best_, u_plus_, u_minus_, false);
+  return solution.claimed_residual <= options_.accepted ? Status::ok : Status::nonconverged;
+}
+
+// dv_ = -H^-1 (M (v - v-) - J^T r); du_ = J dv_.
+bool Soft::find_step(const ContactProblem& problem) {
+  contacts_.curvatures(u_, G_);
+  if (!system_.factor(G_, {})) return false;
+  for (int i = 0; i < problem.nv(); ++i) v_plus_[i] -= v_[i];  // M^-1 of the negative gradient
+  dv_.resize(problem.nv());
+  multiply(problem.M, v_plus_, dv_);
+  system_.solve_in_place(dv_);
+  du_.resize(u_.size());
+  multiply(problem.J, problem.M, dv_, du_);
+  return true;
+}
+
+// Where the slope of (1) along the step is zero; 0 where the step does not go down.
+double Soft::length_of_step(const ContactProblem& problem) {
+  momentum_.resize(problem.nv());
+  multiply(problem.M, dv_, momentum_);
+  double square = 0, linear = 0;  // of the quadratic part
+  for (int i = 0; i < problem.nv(); ++i) {
+    square += dv_[i] * momentum_[i];
+    linear += (v_[i] - v0_[i]) * momentum_[i];
+  }
+  const auto slope_at = [&](double alpha) {
+    SoftContacts::Along at = contacts_.along(u_, du_, alpha);
+    at.slope += linear + alpha * square;
+    at.curvature += square;
+    return at;
+  };
+  const double at_start = slope_at(0).slope;
+  if (!(at_start < 0)) return 0;
+  double low = 0, high = 0, alpha = 1;
+  for (int i = 0; i < options_.search_limit; ++i) {
+    const SoftContacts::Along at = slope_at(alpha);
+    if (std::abs(at.slope) <= (i == 0 ? options_.whole_step : options_.slope) * -at_start) break;
+    (at.slope < 0 ? low : high) = alpha;
+    const double newton = alpha - at.slope / at.curvature;
+    if (high == 0)
+      alpha = std::min(2 * alpha, std::max(newton, 1.1 * alpha));
+    else
+      alpha = newton > low && newton < high ? newton : 0.5 * (low + high);
+    if (high > 0 && high - low <= 1e-15 * high) break;
+  }
+  return alpha;
+}
+
+Softness softness_of(const MethodOptions& options) {
+  return {options.variant == "mujoco" ? Softness::Rule::mujoco : Softness::Rule::sap,
+          options.beta,
+          options.sigma,
+          options.compliance,
+          options.impedance,
+          options.impratio};
+}
+
+ContactMethod make(const MethodOptions& options) {
+  SoftOptions soft;
+  soft.softness = softness_of(options);
+  soft.warm_start = options.warm_start;
+  soft.warm_starts = options.warm_starts;
+  const ContactMethod solve = [method = std::make_shared<Soft>(soft)](const ContactProblem& problem,
+                                                                      ContactSolution& solution) {
+    (*method)(problem, solution);
+  };
+  return options.warm_start ? reuse_same_event(solve, options.warm_starts) : solve;
+}
+
+OptionRow option(std::string_view flag, std::string_view variant, std::string_view unit, std::string_view standard,
+                 std::string_view summary, double MethodOptions::*field, std::string_view expected) {
+  return {.flag = flag,
+          .unit = unit,
+          .default_value = standard,
+          .summary = summary,
+          .field = field,
+          .type = "NUMBER",
+          .short_name = flag,
+          .expected = expected,
+          .variant = variant};
+}
+
+std::vector<OptionRow> options() {
+  std::vector<OptionRow> rows{
+      option("sigma", "sap", "-", "1e-3", "R_t = sigma w: how much contacts give way along the surface",
+             &MethodOptions::sigma, "a positive number, as in --sigma 1e-3"),
+      option("beta", "sap", "-", "1", "R_n = beta^2 w / (4 pi^2): how much contacts give way along the normal",
+             &MethodOptions::beta, "a positive number, as in --beta 1"),
+      option("compliance", "sap", "1/kg", "0", "R_n is at least this: 1 / (h (h + tau) k) of contacts of stiffness k",
+             &MethodOptions::compliance, "0 or a positive number of 1/kg, as in --compliance 0.1"),
+      option("impedance", "mujoco", "-", "0.9", "d, R_n = (1 - d) / d W_nn", &MethodOptions::impedance,
+             "a number between 1e-4 and 0.9999, as in --impedance 0.9"),
+      option("impratio", "mujoco", "-", "1", "R_t = R_n / impratio", &MethodOptions::impratio,
+             "a positive number, as in --impratio 10"),
+      warm_start_option("start from the velocities that the previous event's impulses give")};
+  for (OptionRow& row : rows) {
+    row.positive = row.flag != "compliance" && row.flag != "impedance";
+    row.of_law = !row.between_events;
+  }
+  OptionRow& impedance = rows[3];
+  impedance.least = 1e-4;
+  impedance.most = 0.9999;
+  return rows;
+}
+
+}  // namespace
+
+MethodRow soft_row() {
+  return {.name = "soft",
+          .summary =
+              "contacts that give way: regularised impulses in the friction cones, an unconstrained convex "
+              "program in velocities",
+          .source = "A. Castro, F. Permenter, X. Han, IEEE T-RO 39, 2023 (sap); E. Todorov, ICRA 2014 (mujoco)",
+          .law = soft_law(),
+          .solvers = {},
+          .variants = {"sap", "mujoco"},
+          .options = options(),
+          .make = make,
+          .terms = [](const MethodOptions& asked) -> Witness { return SoftWitness{softness_of(asked)}; }};
+}
+
+}  // namespace cb

@@ -1,0 +1,123 @@
+#include "methods/soft_contacts.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "contact/friction_cone.h"
+
+namespace cb {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using ConstVec3 = Eigen::Map<const Vector3d>;
+
+ConstVec3 at(const std::vector<double>& x, int c) { return ConstVec3(&x[3 * static_cast<std::size_t>(c)]); }
+
+bool sticks(double mu, const Regularisation& R, double u_n, double slip) { return slip * R.n <= -mu * u_n * R.t; }
+
+}  // namespace
+
+bool SoftContacts::describe(const ContactProblem& problem, const BlockCholesky& factor, const Softness& softness,
+                            std::string& reason) {
+  diagonal_blocks(problem, factor, W_);
+  contact_weights(problem, factor, weight_);
+  contacts_.resize(problem.nc());
+  for (int c = 0; c < problem.nc(); ++c) {
+    if (!(weight_[c] > 0) || !std::isfinite(weight_[c])) {
+      reason = "contact " + std::to_string(c) + " joins two fixed bodies (W_ii = 0)";
+      return false;
+    }
+    if (problem.mu[c] < 0) {
+      reason = "contact " + std::to_string(c) + " has a negative coefficient of friction";
+      return false;
+    }
+    contacts_[c] = {regularisation(W_[c], is_limit(problem, c), softness), problem.mu[c], weight_[c]};
+  }
+  return true;
+}
+
+Vector3d SoftContacts::impulse(const Contact& c, const Vector3d& u) {
+  const double mu = c.mu, slip = std::hypot(u[1], u[2]);
+  if (u[0] >= mu * slip) return Vector3d::Zero();
+  if (mu == 0) return {-u[0] / c.R.n, 0, 0};
+  if (sticks(mu, c.R, u[0], slip)) return {-u[0] / c.R.n, -u[1] / c.R.t, -u[2] / c.R.t};
+  const double r_n = (mu * slip - u[0]) / (c.R.n + mu * mu * c.R.t), f = -mu * r_n / slip;
+  return {r_n, f * u[1], f * u[2]};
+}
+
+Matrix3d SoftContacts::curvature(const Contact& c, const Vector3d& u) {
+  const double mu = c.mu, slip = std::hypot(u[1], u[2]);
+  Matrix3d G = Matrix3d::Zero();
+  if (u[0] >= mu * slip) return G;
+  if (mu == 0) {
+    G(0, 0) = 1 / c.R.n;
+  } else if (sticks(mu, c.R, u[0], slip)) {
+    G.diagonal() = Vector3d(1 / c.R.n, 1 / c.R.t, 1 / c.R.t);
+  } else {
+    const double D = c.R.n + mu * mu * c.R.t, turning = mu * (mu * slip - u[0]) / D / slip;
+    const double t1 = u[1] / slip, t2 = u[2] / slip;
+    const Vector3d d(1, -mu * t1, -mu * t2), across(0, -t2, t1);
+    G = d * d.transpose() / D + turning * across * across.transpose();
+  }
+  return G;
+}
+
+double SoftContacts::impulses(const std::vector<double>& u, std::vector<double>& r) const {
+  double cost = 0;
+  r.resize(u.size());
+  for (int c = 0; c < static_cast<int>(contacts_.size()); ++c) {
+    const Vector3d one = impulse(contacts_[c], at(u, c));
+    Eigen::Map<Vector3d>(r.data() + 3 * c) = one;
+    const Regularisation& R = contacts_[c].R;
+    cost += 0.5 * (R.n * one[0] * one[0] + R.t * one.tail<2>().squaredNorm());
+  }
+  return cost;
+}
+
+void SoftContacts::curvatures(const std::vector<double>& u, std::vector<double>& G) const {
+  G.resize(3 * u.size());
+  for (int c = 0; c < static_cast<int>(contacts_.size()); ++c)
+    Eigen::Map<Matrix3d>(G.data() + 9 * c) = curvature(contacts_[c], at(u, c));
+}
+
+SoftContacts::Along SoftContacts::along(const std::vector<double>& u, const std::vector<double>& du,
+                                        double alpha) const {
+  Along out;
+  for (int c = 0; c < static_cast<int>(contacts_.size()); ++c) {
+    const Vector3d direction = at(du, c), there = at(u, c) + alpha * direction;
+    out.slope -= impulse(contacts_[c], there).dot(direction);
+    out.curvature += direction.dot(curvature(contacts_[c], there) * direction);
+  }
+  return out;
+}
+
+double SoftContacts::residual(const std::vector<double>& r, const std::vector<double>& u_plus,
+                              const std::vector<double>& u_minus, bool own) const {
+  const int nc = static_cast<int>(contacts_.size());
+  double speed = 0, impulse2 = 0, plus2 = 0, minus2 = 0, worst = 0;
+  for (int c = 0; c < nc && !own; ++c) {
+    const double w = weight_[c];
+    const double plus = at(u_plus, c).squaredNorm(), minus = at(u_minus, c).squaredNorm();
+    speed = std::max({speed, plus, minus});
+    impulse2 += w * at(r, c).squaredNorm();
+    plus2 += plus / w;
+    minus2 += minus / w;
+  }
+  const double island = std::max({impulse2, plus2, minus2});
+  for (int c = 0; c < nc; ++c) {
+    const Contact& contact = contacts_[c];
+    const double w = contact.w;
+    const ConstVec3 rc = at(r, c), u = at(u_plus, c), q = at(u_minus, c);
+    const Vector3d y = u + Vector3d(contact.R.n, contact.R.t, contact.R.t).cwiseProduct(rc);
+    const double error2 = w * (rc - project_on_cone(rc - y / w, contact.mu)).squaredNorm();
+    const double size2 = std::max(
+        {w * rc.squaredNorm(), u.squaredNorm() / w, q.squaredNorm() / w, own ? 0 : std::min(island, speed / w)});
+    if (!(error2 <= worst * size2)) worst = size2 > 0 ? error2 / size2 : HUGE_VAL;
+  }
+  return std::sqrt(worst);
+}
+
+}  // namespace cb

@@ -1,0 +1,240 @@
+// Alternating directions of multipliers: a linear system, a projection on the cones, a step of the multipliers.
+//
+// Problem: (1) of ncp.h, nc contacts, scaled so that every contact is as heavy as any other: x = sqrt(w) r and z =
+// u~ / sqrt(w), both in sqrt(J), with B = J / sqrt(w) row by row, Q = B M^-1 B^T, b = q / sqrt(w). An iteration, with
+// S = eta + tau rho:
+//   x <- -(Q + S)^-1 (b + mu |z_t| e_n - eta x - tau rho y - z)
+//   y <- P_K(x - z / (tau rho))
+//   z <- z - tau rho (x - y)
+// z is u~ where x = y, and mu |z_t| e_n De Saxce's term, of the iteration before. Q is never formed:
+//   (Q + S)^-1 g = 1/S [g - B (S M + B^T B)^-1 B^T g]
+// and S M + B^T B is banded as the bodies touch each other; it is factored anew where rho changes:
+//   rho = sqrt(L m) (L / m)^p,   L: largest eigenvalue of Q (power iteration), m = eta, p = 0.2 at first
+// and p goes up where x - y is more than ten times the change of z's balance, down where it is less than a tenth.
+//
+// Source: J. Carpentier, Q. Le Lidec, L. Montaut, From compliant to rigid contact simulation: a unified and efficient
+// approach, RSS 2024, alg. 1 and sec. IV (Pinocchio 3; Kamino has the same iteration).
+// Differences: 1. contacts are scaled (published tolerances are absolute, and with them the answer depends on units);
+// 2. rho is looked at every ten iterations; 3. it ends by the natural residual of (1) on fresh velocities; 4. no
+// compliance.
+//
+// Returns: solved; nonconverged (limit of iterations, the best that a check has seen); singular; not_finite.
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "cone/kkt_system.h"
+#include "linalg/finite.h"
+#include "linalg/stop.h"
+#include "ncp/ncp.h"
+
+namespace cb {
+
+namespace {
+
+struct AdmmOptions : NcpOptions {
+  double eta = 1e-6;          ///< -: proximal term, as a fraction of w. Larger: slower; smaller: worse systems
+  double tau = 0.5;           ///< -: of the penalty rho
+  double power = 0.2;         ///< -: p at first; more: stiffer, better for what sticks
+  double power_step = 0.05;   ///< -: by which p changes
+  double ratio = 10;          ///< -: of the two residuals, from which on it does
+  int check_every = 10;       ///< iterations between two checks of the residuals
+  int limit = 20000;          ///< iterations
+  int power_iterations = 20;  ///< for L
+  double least_block = 3;     ///< mean size of a block of M from which on systems are factored by blocks
+};
+
+class Admm {
+ public:
+  explicit Admm(const NcpOptions& options) { static_cast<NcpOptions&>(o_) = options; }
+  void operator()(const NcpProblem& problem, NcpSolution& solution);
+
+ private:
+  void begin(const NcpProblem& problem);
+  bool factor(const NcpProblem& problem);
+  void multiply_Q(const NcpProblem& problem, const std::vector<double>& x, std::vector<double>& y);
+  void iterate(const NcpProblem& problem);
+  void solve_system(const NcpProblem& problem);
+  bool check(NcpSolution& solution);
+  bool change_penalty();
+  void end(NcpSolution& solution);
+  double S() const { return o_.eta + o_.tau * rho_; }
+
+  AdmmOptions o_;
+  NcpMeasure measure_;
+  KktSystem system_;
+  std::vector<double> root_;                                     // nc, sqrt(w)
+  std::vector<double> b_, x_, y_, z_, g_, x_before_, y_before_;  // 3 nc, sqrt(J)
+  std::vector<double> scaled_, r_, u_, v_, h_, G_;
+  double L_ = 1, power_ = 0, rho_ = 0;
+};
+
+void Admm::begin(const NcpProblem& p) {
+  const int nc = p.nc();
+  root_.resize(nc);
+  for (int c = 0; c < nc; ++c) root_[c] = std::sqrt(p.weight[c]);
+  b_ = measure_.q();
+  for (int i = 0; i < 3 * nc; ++i) b_[i] /= root_[i / 3];
+  x_.assign(3 * nc, 0.0);
+  if (static_cast<int>(p.start.size()) == 3 * nc)
+    for (int i = 0; i < 3 * nc; ++i) x_[i] = root_[i / 3] * p.start[i];
+  y_ = x_;
+  z_.assign(3 * nc, 0.0);
+  if (static_cast<int>(p.start.size()) == 3 * nc) {  // u~ of it, as far as it lies in K*
+    measure_.velocities(p.start, v_, u_);
+    for (int c = 0; c < nc; ++c) {
+      const double slip = std::hypot(u_[3 * c + 1], u_[3 * c + 2]);
+      for (int i = 0; i < 3; ++i) z_[3 * c + i] = (u_[3 * c + i] + (i == 0 ? p.mu[c] * slip : 0)) / root_[c];
+    }
+  }
+  system_.prepare(*p.M, *p.J, o_.least_block);
+  // L from a vector that is no eigenvector as a rule: numbers of no pattern.
+  g_.resize(3 * nc);
+  for (int i = 0; i < 3 * nc; ++i) g_[i] = 1 + std::fmod(0.6180339887498949 * i, 1.0);
+  L_ = 1;
+  for (int k = 0; k < o_.power_iterations; ++k) {
+    multiply_Q(p, g_, scaled_);
+    double norm = 0, before = 0;
+    for (int i = 0; i < 3 * nc; ++i) {
+      norm += scaled_[i] * scaled_[i];
+      before += g_[i] * g_[i];
+    }
+    if (!(norm > 0)) break;
+    L_ = std::sqrt(norm / before);
+    for (int i = 0; i < 3 * nc; ++i) g_[i] = scaled_[i] / std::sqrt(norm);
+  }
+  power_ = o_.power;
+}
+
+// y = Q x.
+void Admm::multiply_Q(const NcpProblem& p, const std::vector<double>& x, std::vector<double>& y) {
+  r_.resize(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) r_[i] = x[i] / root_[i / 3];
+  h_.assign(p.nv(), 0.0);
+  multiply_transposed_add(*p.J, *p.M, r_, h_);
+  p.factor->solve_in_place(h_);
+  y.resize(x.size());
+  multiply(*p.J, *p.M, h_, y);
+  for (std::size_t i = 0; i < x.size(); ++i) y[i] /= root_[i / 3];
+}
+
+// M + B^T B / S.
+bool Admm::factor(const NcpProblem& p) {
+  rho_ = std::sqrt(L_ * o_.eta) * std::pow(L_ / o_.eta, power_);
+  G_.assign(9 * static_cast<std::size_t>(p.nc()), 0.0);
+  for (int c = 0; c < p.nc(); ++c)
+    for (const int i : {0, 4, 8}) G_[9 * c + i] = 1 / (S() * p.weight[c]);
+  return system_.factor(G_, {});
+}
+
+// x = -(Q + S)^-1 g.
+void Admm::solve_system(const NcpProblem& p) {
+  r_.resize(g_.size());
+  for (std::size_t i = 0; i < g_.size(); ++i) r_[i] = g_[i] / root_[i / 3];
+  h_.assign(p.nv(), 0.0);
+  multiply_transposed_add(*p.J, *p.M, r_, h_);
+  system_.solve_in_place(h_);
+  scaled_.resize(g_.size());
+  multiply(*p.J, *p.M, h_, scaled_);
+  for (std::size_t i = 0; i < g_.size(); ++i) x_[i] = -(g_[i] - scaled_[i] / root_[i / 3] / S()) / S();
+}
+
+void Admm::iterate(const NcpProblem& p) {
+  x_before_ = x_;
+  y_before_ = y_;
+  const double penalty = o_.tau * rho_;
+  for (int c = 0; c < p.nc(); ++c) {
+    const double *z = &z_[3 * c], *x = &x_[3 * c], *y = &y_[3 * c];
+    for (int i = 0; i < 3; ++i) g_[3 * c + i] = b_[3 * c + i] - o_.eta * x[i] - penalty * y[i] - z[i];
+    g_[3 * c] += p.mu[c] * std::hypot(z[1], z[2]);
+  }
+  solve_system(p);
+  for (int c = 0; c < p.nc(); ++c) {
+    double *z = &z_[3 * c], *x = &x_[3 * c];
+    const double there[] = {x[0] - z[0] / penalty, x[1] - z[1] / penalty, x[2] - z[2] / penalty};
+    project_on_friction_cone(there, p.mu[c], &y_[3 * c]);
+    for (int i = 0; i < 3; ++i) z[i] -= penalty * (x[i] - y_[3 * c + i]);
+  }
+}
+
+// Keeps the best. Is it done?
+bool Admm::check(NcpSolution& solution) {
+  for (std::size_t i = 0; i < y_.size(); ++i) r_[i] = y_[i] / root_[i / 3];
+  measure_.velocities(r_, v_, u_);
+  const double residual = measure_.residual(r_, u_);
+  if (residual < solution.residual) {
+    solution.residual = residual;
+    solution.r = r_;
+    solution.u = u_;
+  }
+  return residual <= o_.tolerance;
+}
+
+// By the ratio of what x and y differ by to what the multipliers are out of balance; true where rho is another.
+bool Admm::change_penalty() {
+  double primal = 0, dual = 0;
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    const double balance = o_.eta * (x_[i] - x_before_[i]) + o_.tau * rho_ * (y_[i] - y_before_[i]);
+    primal += (x_[i] - y_[i]) * (x_[i] - y_[i]);
+    dual += balance * balance;
+  }
+  const double before = power_, ratio2 = o_.ratio * o_.ratio;
+  if (primal > ratio2 * dual)
+    power_ = std::min(1.0, power_ + o_.power_step);
+  else if (dual > ratio2 * primal)
+    power_ = std::max(0.0, power_ - o_.power_step);
+  return power_ != before;
+}
+
+void Admm::end(NcpSolution& solution) {
+  if (solution.residual > o_.tolerance)
+    solution.residual = std::min(solution.residual, measure_.residual_beside_rounding(solution.r, solution.u));
+  if (solution.residual <= o_.accepted)
+    solution.status = NcpStatus::solved;
+  else
+    solution.reason = "limit of iterations";
+}
+
+void Admm::operator()(const NcpProblem& p, NcpSolution& solution) {
+  solution.clear();
+  solution.r.assign(3 * p.nc(), 0.0);
+  measure_.begin(p);
+  solution.u = measure_.q();
+  const auto fail = [&](NcpStatus status, const char* reason) {
+    solution.status = status;
+    solution.reason = reason;
+  };
+  if (!all_finite(solution.u)) return fail(NcpStatus::not_finite, "NaN or infinity in the problem");
+  solution.residual = measure_.residual(solution.r, solution.u);
+  if (solution.residual <= o_.tolerance) return fail(NcpStatus::solved, "");
+  begin(p);
+  if (!factor(p)) return fail(NcpStatus::singular, "the system of an iteration could not be factored");
+  r_.resize(x_.size());
+  bool done = check(solution);
+  const int limit = o_.iteration_limit > 0 ? o_.iteration_limit : o_.limit;
+  while (!done && solution.iterations < limit) {
+    poll_stop();
+    for (int k = 0; k < o_.check_every; ++k, ++solution.iterations) iterate(p);
+    if (!all_finite(x_)) break;
+    done = check(solution);
+    if (!done && change_penalty() && !factor(p))
+      return fail(NcpStatus::singular, "the system of an iteration could not be factored");
+  }
+  end(solution);
+}
+
+NcpSolver make(const NcpOptions& options) {
+  return [solver = std::make_shared<Admm>(options)](const NcpProblem& problem, NcpSolution& solution) {
+    (*solver)(problem, solution);
+  };
+}
+
+}  // namespace
+
+NcpSolverRow admm_row() {
+  return {"admm", "alternating directions: a linear system, a projection on the cones, a step of multipliers",
+          "J. Carpentier, Q. Le Lidec, L. Montaut, RSS 2024", "", make};
+}
+
+}  // namespace cb

@@ -1,0 +1,102 @@
+// Newton's method on Alart and Curnier's map,
+//   x = r - u / w;   open (x_n <= 0): r = 0;   else u_n = 0, and friction
+//     sticks (|x_t| <= mu x_n): u_t = 0;   slips: r_t = mu r_n x_t / |x_t|
+// of which each contact gives a linear piece dr = c - G du, and M dv = J^T dr, du = J dv the rest:
+//   (M + J^T G J) dv = J^T c
+// Where u is held at zero its row is u + du + proximal w dr = 0: r is not unique as a rule, and this picks the answer
+// next to the iterate. With P = I - d d^T, d = x_t / |x_t|, b = mu r_n / |x_t|, slipping friction is
+//   dr_t = d (mu (r_n + dr_n) - d.r_t) - P r_t / s - b P du_t / (w s),     s = 1 - b (1 - proximal)
+//
+// Source: P. Alart, A. Curnier, A mixed formulation for frictional contact problems prone to Newton like solution
+// methods, Comput. Methods Appl. Mech. Eng. 92 (1991), with the disc of the unknown normal impulse.
+// Differences: 1. impulses are the iterate, and velocities follow from them afresh, so that nothing drifts; 2. proximal
+// rows; 3. no line search: a guess that is good goes in by full steps, and another is given up after `patience` steps.
+
+#include "ncp/finish.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "linalg/finite.h"
+#include "linalg/stop.h"
+
+namespace cb {
+
+void AlartCurnierNewton::begin(const NcpProblem& problem, NcpMeasure& measure) {
+  problem_ = &problem;
+  measure_ = &measure;
+  system_.prepare(*problem.M, *problem.J);
+  const std::size_t nc = problem.nc();
+  G_.resize(9 * nc);
+  c_.resize(3 * nc);
+  du_.resize(3 * nc);
+  h_.resize(problem.nv());
+}
+
+void AlartCurnierNewton::linearise(double proximal) {
+  const NcpProblem& p = *problem_;
+  std::fill(G_.begin(), G_.end(), 0.0);
+  for (int c = 0; c < p.nc(); ++c) {
+    const double w = p.weight[c], mu = p.mu[c], stiff = 1 / (proximal * w);
+    const double *r = &r_[3 * c], *u = &u_[3 * c];
+    const double x[] = {r[0] - u[0] / w, r[1] - u[1] / w, r[2] - u[2] / w};
+    double *G = &G_[9 * c], *to = &c_[3 * c];
+    for (int i = 0; i < 3; ++i) to[i] = -r[i];
+    if (!(x[0] > 0)) continue;
+    G[0] = stiff;
+    to[0] = -stiff * u[0];
+    if (mu == 0) continue;
+    const double size = std::sqrt(x[1] * x[1] + x[2] * x[2]);
+    if (size <= mu * x[0]) {
+      G[4] = G[8] = stiff;
+      to[1] = -stiff * u[1];
+      to[2] = -stiff * u[2];
+      continue;
+    }
+    const double d[] = {x[1] / size, x[2] / size}, b = std::min(1.0, mu * std::max(0.0, r[0]) / size);
+    const double s = 1 - b * (1 - proximal), k = b / (w * s), along = d[0] * r[1] + d[1] * r[2];
+    // With dr_n = to_n - G_nn du_n in it.
+    for (int i = 0; i < 2; ++i) {
+      to[1 + i] = d[i] * (mu * (r[0] + to[0]) - along) - (r[1 + i] - d[i] * along) / s;
+      G[1 + i] = mu * stiff * d[i];
+    }
+    G[4] = k * (1 - d[0] * d[0]);
+    G[8] = k * (1 - d[1] * d[1]);
+    G[5] = G[7] = -k * d[0] * d[1];
+  }
+}
+
+double AlartCurnierNewton::solve(const Options& o, std::vector<double>& r, std::vector<double>& u, int& steps) {
+  const NcpProblem& p = *problem_;
+  r_ = r;
+  measure_->velocities(r_, v_, u_);
+  double best = measure_->residual(r_, u_);
+  if (!std::isfinite(best)) best = HUGE_VAL;
+  u = u_;
+  for (int k = 0, without = 0; k < o.limit && without < o.patience && best > o.tolerance; ++k) {
+    poll_stop();
+    linearise(o.proximal);
+    ++steps;
+    if (!system_.factor(G_)) break;
+    std::fill(h_.begin(), h_.end(), 0.0);
+    multiply_transposed_add(*p.J, *p.M, c_, h_);
+    system_.solve_in_place(h_);
+    multiply(*p.J, *p.M, h_, du_);
+    for (int c = 0; c < p.nc(); ++c) {
+      const Eigen::Map<const Eigen::Matrix3d> G(&G_[9 * c]);
+      Eigen::Map<Eigen::Vector3d>(&r_[3 * c]) +=
+          Eigen::Map<const Eigen::Vector3d>(&c_[3 * c]) - G * Eigen::Map<const Eigen::Vector3d>(&du_[3 * c]);
+    }
+    if (!all_finite(r_)) break;
+    measure_->velocities(r_, v_, u_);
+    const double residual = measure_->residual(r_, u_);
+    without = residual < 0.5 * best ? 0 : without + 1;
+    if (!(residual < best)) continue;
+    best = residual;
+    r = r_;
+    u = u_;
+  }
+  return best;
+}
+
+}  // namespace cb

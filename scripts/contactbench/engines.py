@@ -1,0 +1,189 @@
+"""Engines beside the methods (docs/engines.md): what each does with the simplest scenes, knobs searched for, and what
+the report says of them.
+
+  scripts/engines.py preflight --out results/engines     every engine that is here: preflight.json
+  scripts/engines.py tune [--engine NAME]                scenarios/engines/tuned.json, by the search of tuning.toml
+"""
+import json
+import math
+import statistics
+import sys
+import tempfile
+import tomllib
+from pathlib import Path
+
+from . import precision, program
+from .runs import number, series
+
+SWEEP = "engines"
+SETTINGS = ("default", "tuned")
+HERE = program.ROOT / "scenarios" / "engines"
+LEAST, FAILED = -9.0, 3.0  # log10 of an error in m: none counts as less; of a run that does not finish
+
+
+def available(listed):
+    return [engine for engine in listed["engines"] if not engine["unavailable"]]
+
+
+# Preflight.
+
+
+def preflight(path, listed):
+    """Rows of every variant and setting of every engine that is here: lines, or a fault."""
+    rows = []
+    for engine in listed["engines"]:
+        if engine["unavailable"]:
+            rows.append({"engine": engine["name"], "variant": "", "fault": f"unavailable: {engine['unavailable']}", "lines": []})
+            continue
+        for setting in SETTINGS:
+            ended = program.call(path, "check", "--engine", engine["name"], "--setting", setting, "--json", timeout=900)
+            some = json.loads(ended.stdout)
+            about = {"version": engine["version"], "precision": engine["precision"]}
+            rows += [row | about for row in some if setting == "default" or known(engine["name"], row["variant"])]
+    return rows
+
+
+def tuned():
+    return program.read_json(HERE / "tuned.json") or {}
+
+
+def known(engine, variant):
+    return f"{engine}/{variant}" in tuned()
+
+
+def failing(row):
+    """What of a preflight's row stands beside the engine's numbers, in words."""
+    if row["fault"]:
+        return [row["fault"]]
+    return [
+        f"{line['name']}: {line['note']}" if line.get("unsupported") else
+        f"{line['name']}: {line['measured']:.6g}, not {line['expected']:g}" if line["measured"] is not None else
+        f"{line['name']}: no number" for line in row["lines"] if not line["passed"]]
+
+
+# Search for knobs.
+
+
+def errors_of(path, engine, variant, knobs, of):
+    """log10 of the error of each scene of tuning.toml, at one setting of the knobs."""
+    out = []
+    for scene in of["scenes"]:
+        sets = [f"{name}={value}" for name, value in scene.get("set", {}).items()]
+        words = [path, "run", scene["scene"], "--engine", engine, "--variant", variant, "--step", of["step"], "--json"]
+        words += ["--duration", scene["duration"]] if "duration" in scene else []
+        words += [w for name, value in knobs.items() for w in ("--knob", f"{name}={value:.17g}")]
+        words += ["--time-limit", of["time_limit_s"], "--record-every", "0", *program.settings(sets)]
+        with tempfile.TemporaryDirectory() as folder:
+            ended = program.call(*words, "--out", folder)
+        try:
+            summary = json.loads(ended.stdout)
+        except ValueError:
+            raise program.ProgramError(f"{engine}/{variant}: {ended.stderr.strip()}") from None
+        error = next((summary["errors"][m] for m in precision.MEASURES if m in summary["errors"]), None)
+        fits = summary["finished"] and error is not None and math.isfinite(error)
+        out.append(min(max(math.log10(max(error, 1e-300)), LEAST), FAILED) if fits else FAILED)
+    return out
+
+
+def search(path, engine, variant, defaults, of):
+    """The best knobs that the search finds within its tries."""
+    choices = {name: some for name, some in of[engine].items() if name in defaults}
+    best, tries = {}, 1
+    score = first = statistics.fmean(errors_of(path, engine, variant, {}, of))
+    improved = True
+    while improved and tries < of["tries"]:
+        improved = False
+        for name, some in choices.items():
+            for value in some:
+                if value == best.get(name, defaults[name]) or tries >= of["tries"]:
+                    continue
+                tries += 1
+                trial = best | {name: value}
+                got = statistics.fmean(errors_of(path, engine, variant, trial, of))
+                if got < score - 1e-3:
+                    best, score, improved = trial, got, True
+    return {"knobs": {k: float(v) for k, v in best.items()}, "tries": tries, "score": score, "default_score": first}
+
+
+def tune(path, listed, wanted):
+    """Searches for the engines named (all that are here), keeps what is known of the others."""
+    with open(HERE / "tuning.toml", "rb") as file:
+        of = tomllib.load(file)
+    found = tuned()
+    for engine in available(listed):
+        name = engine["name"]
+        if wanted and name not in wanted or name not in of:
+            continue
+        for variant in engine["variants"]:
+            key = f"{name}/{variant['name']}"
+            found[key] = search(path, name, variant["name"], variant["knobs"], of)
+            print(f"{key}: {found[key]}", flush=True)
+            (HERE / "tuned.json").write_text(json.dumps(found, indent=1, sort_keys=True) + "\n")
+
+
+# What the report says.
+
+
+def drift(cell):
+    """Furthest that any body went from its start, m: of scenes in which nothing moves and that have no closed form."""
+    t, *places = series(cell.folder / "trajectory.csv", "t", "px", "py", "pz")
+    if not len(t):
+        return math.nan
+    bodies = int((t == t[0]).sum())
+    first = [p[:bodies] for p in places]
+    return max(
+        math.dist((places[0][i], places[1][i], places[2][i]), (first[0][i % bodies], first[1][i % bodies], first[2][i % bodies]))
+        for i in range(len(t)))
+
+
+def scenes(results):
+    return list(dict.fromkeys((c["scene"], c["parameters"]) for c in results.cells(sweep=SWEEP)))
+
+
+def rows(results):
+    """Per scene and cell: who, error, time a step, how it ended."""
+    out = []
+    for scene, parameters in scenes(results):
+        measure = precision.measure(results, scene, parameters, SWEEP)
+        for cell in results.cells(scene, SWEEP, parameters=parameters):
+            error = math.nan
+            if cell.finished:
+                error = cell.error(measure) if measure else drift(cell)
+            steps = number(cell["steps"])
+            out.append({
+                "scene": scene, "parameters": parameters, "measure": measure or "drift_m", "engine": cell["engine"],
+                "who": cell.name, "setting": cell["setting"], "precision": cell["precision"] or "double",
+                "step": cell["step"], "status": cell["status"], "reason": cell["reason"], "run": cell.unrepeated,
+                "error": None if math.isnan(error) else error, "time": cell.seconds if cell.finished else None,
+                "us_a_step": 1e6 * cell.seconds / steps if cell.finished and steps else None, "busy": cell.busy})
+    return out
+
+
+def fronts(some):
+    """{scene: (front of all, engines' points on it that none of our methods' points beats in both)}."""
+    out = {}
+    for row in some:
+        out.setdefault((row["scene"], row["parameters"]), []).append(row)
+    return {
+        scene: (front := precision.pareto([r for r in of if r["time"] is not None]), [r for r in front if r["engine"]])
+        for scene, of in out.items()}
+
+
+def main():
+    parser = program.flags(__doc__)
+    parser.add_argument("command", choices=("preflight", "tune"))
+    parser.add_argument("--program", default=program.DEFAULT)
+    parser.add_argument("--engine", action="append", default=[], help="of tune: these alone [all that are here]")
+    parser.add_argument("--out", type=Path, default=program.ROOT / "results" / "engines", help="of preflight.json")
+    options = parser.parse_args()
+    listed = program.listed(options.program)
+    if options.command == "tune":
+        tune(options.program, listed, options.engine)
+        return
+    found = preflight(options.program, listed)
+    options.out.mkdir(parents=True, exist_ok=True)
+    (options.out / "preflight.json").write_text(json.dumps(found, indent=1) + "\n")
+    for row in found:
+        name = " ".join(filter(None, [row["engine"], row["variant"], row.get("setting")]))
+        print(f"{name}: {'; '.join(failing(row)) or 'all lines hold'}")
+    sys.stdout.flush()

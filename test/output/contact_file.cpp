@@ -1,0 +1,102 @@
+#include "output/contact_file.h"
+
+#include <catch2/catch.hpp>
+#include <sstream>
+
+#include "output/temporary.h"
+#include "problems.h"
+
+using namespace cb;
+
+namespace {
+
+std::vector<std::string> lines(const std::string& text) {
+  std::vector<std::string> out;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) out.push_back(line);
+  return out;
+}
+
+/// A box on the ground, and what an event of it looks like: three contacts at its corners, v+ given.
+struct Scene {
+  Scenario scenario;
+  ContactProblem problem;
+  ContactSolution solution;
+  Residuals residuals;
+  std::vector<double> v_plus;
+  std::vector<ContactPoint> contacts;
+
+  Scene() {
+    scenario.model.bodies.push_back({"box", 1, Vec3(1, 1, 1)});
+    Shape ground, box;
+    ground.kind = ShapeKind::half_space;
+    ground.name = "the ground, flat";
+    box.kind = ShapeKind::box;
+    box.body = 0;
+    box.half_extents = Vec3(0.5, 0.25, 1);
+    box.name = "box";
+    scenario.shapes = {ground, box};
+    test::add_body(problem, 1, Vec3(1, 1, 1), Vec3(0, -1, 0));
+    for (const double x : {-0.5, 0.5, 0.0}) {
+      test::add_contact(problem, 0, Vec3(x, -0.25, 0), -1, Vec3::Zero(), test::ground_axes(), 0.5);
+      contacts.push_back({Vec3(x, 0, 0), Vec3(0, 1, 0), 0, 1, 0});
+    }
+  }
+  EventRecord event(double t) const { return {t, problem, solution, residuals, v_plus, contacts}; }
+  StepRecord step(long number) const {
+    StepRecord record;
+    record.step = number;
+    return record;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a contact that bears nothing is open, one that bears sticks where it does not move", "[output]") {
+  const double bears[] = {1, 0.1, 0}, none[] = {1e-7, 0, 0}, still[] = {0, 1e-7, 0}, moving[] = {0, 0, 2e-6};
+  CHECK(contact_mode(bears, still, 1, 1) == ContactMode::stick);
+  CHECK(contact_mode(bears, moving, 1, 1) == ContactMode::slip);
+  CHECK(contact_mode(none, still, 1, 1) == ContactMode::open);
+  // Other units: what counts is the share of the event.
+  CHECK(contact_mode(none, still, 1e-7, 1) == ContactMode::stick);
+  CHECK(contact_mode(bears, moving, 1, 10) == ContactMode::stick);
+  // Where nothing is borne and nothing moves.
+  const double zero[] = {0, 0, 0};
+  CHECK(contact_mode(zero, zero, 0, 0) == ContactMode::open);
+}
+
+TEST_CASE("the contacts of a recorded step are rows in world axes", "[output]") {
+  TemporaryDirectory directory;
+  Scene scene;
+  {
+    ContactFile file(directory.path(), scene.scenario, true, 2);
+    // Turns about y at 2 rad/s: the corner at x = 0.5 moves along -z by 1 m/s, the middle stays.
+    scene.v_plus = {0, 0, 0, 0, 2, 0};
+    // t1 is x, t2 is y x x = -z.
+    scene.solution.impulse = {0, 0, 0, 1, 0, 0.5, 2, 0.25, 0};
+    file.event(scene.event(0.1));  // of step 1, which is not kept
+    file.step(scene.step(1));
+    file.event(scene.event(0.25));
+    file.step(scene.step(2));
+    CHECK(file.ok());
+  }
+  const auto rows = lines(read_file(directory.path() / "contacts.csv"));
+  REQUIRE(rows.size() == 4);
+  CHECK(rows[0] + "\n" == contacts_header);
+  CHECK(rows[1] == "0.25,2,box,\"the ground, flat\",-0.5,0,0,0,1,0,0,0,1,0,0,0,open");
+  CHECK(rows[2] == "0.25,2,box,\"the ground, flat\",0.5,0,0,0,1,0,0,0,-1,0,1,-0.5,slip");
+  CHECK(rows[3] == "0.25,2,box,\"the ground, flat\",0,0,0,0,1,0,0,0,0,0.25,2,0,stick");
+
+  const auto shapes = lines(read_file(directory.path() / "shapes.csv"));
+  REQUIRE(shapes.size() == 3);
+  CHECK(shapes[0] + "\n" == shapes_header);
+  CHECK(shapes[1] == "\"the ground, flat\",,half_space,0,0,0,1,0,0,0,0,0,0,0");
+  CHECK(shapes[2] == "box,box,box,0,0,0,1,0,0,0,0,0.5,0.25,1");
+
+  // A run that is not asked for them removes them.
+  ContactFile none(directory.path(), scene.scenario, false, 1);
+  none.event(scene.event(0));
+  CHECK(none.ok());
+  CHECK_FALSE(std::filesystem::exists(directory.path() / "contacts.csv"));
+  CHECK_FALSE(std::filesystem::exists(directory.path() / "shapes.csv"));
+}

@@ -1,0 +1,161 @@
+// Engines beside the methods: whatever one does is a typed row, and each that is here falls as Newton's law says and
+// keeps momentum, so that an adapter's fault is not taken for an engine's.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+
+#include "program/program.h"
+
+#ifdef BROKEN_ENGINE_FOLDER  // where engines are built at all
+
+using namespace program;
+
+namespace {
+
+const std::string scenes = std::string(SOURCE_ROOT) + "/scenarios/preflight/";
+
+/// Only the engine that is broken on purpose beside those of the build.
+void broken_too() { setenv("CONTACTBENCH_ENGINES", BROKEN_ENGINE_FOLDER, 1); }
+
+struct Row {
+  Result result;
+  Json summary;
+};
+Row fall(const fs::path& directory, const std::string& variant, const std::vector<std::string>& more = {}) {
+  std::vector<std::string> words = {
+      "run", scenes + "fall.xml", "--engine", "broken", "--variant", variant, "--out", "out", "--quiet"};
+  words.insert(words.end(), more.begin(), more.end());
+  Row row;
+  row.result = run(directory, words, broken_too);
+  INFO(variant << ": " << row.result.err);
+  row.summary = summary(directory / "out");
+  return row;
+}
+
+/// Last row of each body in trajectory.csv: t, then 13 numbers.
+std::vector<std::vector<double>> last_state(const fs::path& file, std::size_t bodies) {
+  const std::vector<std::string> rows = lines(read_file(file));
+  REQUIRE(rows.size() > 2 * bodies);
+  std::vector<std::vector<double>> out;
+  for (std::size_t i = rows.size() - bodies; i < rows.size(); ++i) {
+    std::vector<double> numbers;
+    const std::vector<std::string> row = cells(rows[i]);
+    for (std::size_t c = 2; c < row.size(); ++c) numbers.push_back(std::strtod(row[c].c_str(), nullptr));
+    out.push_back(numbers);
+  }
+  return out;
+}
+
+/// Engines that are here, each with its variants.
+Json engines_here(const fs::path& directory) {
+  const Json all = Json::parse(run(directory, {"list", "engines", "--json"}).out);
+  Json here = Json::array();
+  for (const Json& engine : all)
+    if (engine["unavailable"].is_null()) here.push_back(engine);
+  return here;
+}
+
+double rounding(const Json& engine) { return engine["precision"] == "single" ? 1.2e-7 : 2.3e-16; }
+
+}  // namespace
+
+TEST_CASE("whatever an engine does is a typed row, with the time it came to", "[program][engines]") {
+  TemporaryDirectory directory;
+  struct Case {
+    const char *variant, *status, *word;
+    std::vector<std::string> more = {};
+  };
+  const std::vector<Case> cases = {
+      {"falls", "ok", ""},
+      {"aborts", "crash", "on purpose"},
+      {"faults", "crash", "signal 11"},
+      {"leaves", "crash", "no answer"},
+      {"throws", "crash", "thrown on purpose"},
+      {"nan", "not_finite", "no number"},
+      {"refuses", "unsupported", "on purpose"},
+      {"hangs", "time_limit", "did not come back", {"--time-limit", "0.3"}},
+  };
+  for (const Case& of : cases) {
+    const Row row = fall(directory.path(), of.variant, of.more);
+    INFO(of.variant << ": " << row.result.err);
+    CHECK(row.summary["status"] == of.status);
+    const bool finished = std::string(of.status) == "ok";
+    CHECK(row.summary["finished"] == finished);
+    CHECK(row.result.code == (finished ? 0 : 3));
+    if (!finished) CHECK(row.summary["reason"].get<std::string>().find(of.word) != std::string::npos);
+    CHECK(row.summary["engine"]["name"] == "broken");
+    CHECK(row.summary["engine"]["knobs"]["depth"] == 1);
+    const double t = row.summary["t_reached"];
+    CHECK(t == Approx(finished ? 0.5 : std::string(of.variant) == "refuses" ? 0.0 : 0.049).margin(1e-9));
+  }
+}
+
+#if !defined(__SANITIZE_ADDRESS__)
+TEST_CASE("an engine that eats memory is stopped at its limit", "[program][engines]") {
+  TemporaryDirectory directory;
+  CHECK(fall(directory.path(), "eats", {"--memory-limit", "200"}).summary["status"] == "memory_limit");
+}
+#endif
+
+TEST_CASE("an engine that is not here is unavailable and names its package", "[program][engines]") {
+  TemporaryDirectory directory;
+  // From elsewhere, the program finds no runners beside it: a link keeps its own place, so a copy is made.
+  fs::copy_file(PROGRAM, directory.path() / "alone");
+  const std::string command = "cd " + directory.path().string() + " && ./alone run " + scenes +
+                              "fall.xml --engine ode --out out --quiet 2> said";
+  const int code = std::system(command.c_str());
+  CHECK(WEXITSTATUS(code) == 3);
+  const Json row = summary(directory.path() / "out");
+  CHECK(row["status"] == "unavailable");
+  CHECK(row["reason"].get<std::string>().find("libode-dev") != std::string::npos);
+}
+
+TEST_CASE("flags of engines that cannot be meant are refused", "[program][engines]") {
+  refused({"run", "stack", "--engine", "od"}, {"--engine od", "did you mean", "ode"});
+  refused({"run", "stack", "--engine", "ode", "--k", "8"}, {"--k", "methods"});
+  refused({"run", "stack", "--engine", "ode", "--method", "ap"}, {"--method", "leave it"});
+  refused({"run", "stack", "--engine", "ode", "--setting", "best"}, {"--setting best", "default or tuned"});
+}
+
+TEST_CASE("a free fall in an engine has the speed g t", "[program][engines]") {
+  TemporaryDirectory directory;
+  for (const Json& engine : engines_here(directory.path()))
+    for (const Json& variant : engine["variants"]) {
+      const std::string name = engine["name"], of = variant["name"];
+      const Result ended = run(directory.path(), {"run", scenes + "fall.xml", "--engine", name, "--variant", of,
+                                                  "--step", "1e-3", "--out", "out", "--quiet"});
+      INFO(name << " " << of << ": " << ended.err);
+      REQUIRE(ended.code == 0);
+      const std::vector<double> box = last_state(directory.path() / "out" / "trajectory.csv", 1).front();
+      constexpr double g = 9.8, h = 1e-3, n = 500;
+      const double eps = rounding(engine);
+      CHECK(std::abs(box[8] + n * h * g) <= 4 * n * eps * g);
+      // Moved with velocities between those at the starts and those at the ends of the steps.
+      const double drop = (0.5 - box[1]) / (g * h * h), slack = 1e-6 + 4 * n * n * n * eps;
+      CHECK(drop >= n * (n - 1) / 2 - slack);
+      CHECK(drop <= n * (n + 1) / 2 + slack);
+    }
+}
+
+TEST_CASE("bodies that collide in an engine keep their momentum", "[program][engines]") {
+  TemporaryDirectory directory;
+  for (const Json& engine : engines_here(directory.path()))
+    for (const Json& variant : engine["variants"]) {
+      const std::string name = engine["name"], of = variant["name"];
+      const Result ended = run(directory.path(), {"run", scenes + "collide.xml", "--engine", name, "--variant", of,
+                                                  "--out", "out", "--quiet"});
+      INFO(name << " " << of << ": " << ended.err);
+      REQUIRE(ended.code == 0);
+      const auto bodies = last_state(directory.path() / "out" / "trajectory.csv", 2);
+      const double mass[2] = {1, 3};  // as in the scene: 1 kg at (2, 0, 0.5) m/s towards 3 kg at rest
+      const double before[3] = {2, 0, 0.5};
+      double change = 0;
+      for (int k = 0; k < 3; ++k)
+        change = std::max(change, std::abs(mass[0] * bodies[0][7 + k] + mass[1] * bodies[1][7 + k] - before[k]));
+      CHECK(change <= 1e4 * rounding(engine));
+      CHECK(bodies[1][7] > 0.1);  // they did meet
+    }
+}
+
+#endif

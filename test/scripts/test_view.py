@@ -1,0 +1,144 @@
+"""scripts/view.py on runs of the real program ($PROGRAM): the page in a browser without network, glTF in another library."""
+import json
+import os
+import re
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+from contactbench import gltf, program, view
+
+ROOT = Path(__file__).resolve().parents[2]
+PROGRAM = os.environ.get("PROGRAM", program.DEFAULT)
+CHROMIUM = shutil.which("chromium")
+QUIET = ["--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run", "--disable-sync",
+         "--disable-background-networking", "--disable-component-update", "--proxy-server=127.0.0.1:9", "--enable-logging=stderr", "--v=0"]
+DOMINOES = """<scenario title="Ten dominoes"><simulation step="1e-3" duration="0.4" k="4"/><reference kind="missing"/>
+<gravity constant="0 -9.81 0"/><bodies><half_space name="ground" point="0 0 0" normal="0 1 0"/>
+<array count="10" offset="0.1 0 0"><box name="d" size="0.03 0.2 0.1" mass="0.1" position="0 0.1 0"/></array>
+<sphere name="ball" radius="0.04" mass="0.2" position="-0.2 0.16 0" velocity="2 0 0"/></bodies><contacts>
+<pair a="d_*" b="ground" mu="0.5"/><pair a="d_*" b="d_*" mu="0.2"/><pair a="ball" b="d_1" mu="0.1"/><pair a="ball" b="ground" mu="0.5"/>
+</contacts></scenario>"""
+
+
+def setUpModule():
+    global MADE
+    MADE = Path(tempfile.mkdtemp())
+    unittest.addModuleCleanup(shutil.rmtree, MADE, ignore_errors=True)
+    (MADE / "dominoes.xml").write_text(DOMINOES)
+    for name, scene, *flags in (("stack_ap", "stack", "--method", "ap", "--set", "boxes=16", "--duration", "0.2", "--record-every", "2"),
+                                ("stack_convex", "stack", "--method", "convex", "--set", "boxes=16", "--duration", "0.2"),
+                                ("grasp", "grasp", "--method", "convex", "--duration", "0.2"),
+                                ("dominoes", MADE / "dominoes.xml", "--method", "convex", "--record-every", "4")):
+        ended = program.call(PROGRAM, "run", scene, *flags, "--record-contacts", "--out", MADE / name, "--quiet", "--time-limit", 60)
+        if ended.returncode not in (0, 3):
+            raise AssertionError(ended.stderr)
+
+
+def script(*words, code=0):
+    ended = subprocess.run([sys.executable, "-B", str(ROOT / "scripts/view.py"), *map(str, words)], capture_output=True, text=True)
+    if ended.returncode != code:
+        raise AssertionError(ended.stdout + ended.stderr)
+    return ended.stdout + ended.stderr
+
+
+class Motions(unittest.TestCase):
+    def test_the_contacts_of_a_stack_at_rest_bear_what_is_above_them(self):
+        motion = view.Motion(MADE / "stack_convex")
+        last = motion.contacts[-1]
+        weight = 9.8 * float(motion.summary["options"]["step"])
+        # Sixteen boxes of the same mass: the interfaces bear 1, 2, ... 16 of them; impulses are drawn upwards.
+        mass = sorted(last.groupby(last["py"].round(2))["ry"].sum())
+        np.testing.assert_allclose(np.array(mass) / mass[0], np.arange(1, 17), rtol=1e-6)
+        self.assertGreater(mass[0], 0.1 * weight)
+
+    def test_two_that_move_alike_are_not_apart_and_a_shift_is_their_distance(self):
+        motion = view.Motion(MADE / "stack_convex")
+        places = motion.places()
+        self.assertEqual(max(view.apart(places, places)["v"]), 0.0)
+        shifted = {key: place + np.array([3e-3, 4e-3, 0]) for key, place in places.items()}
+        self.assertAlmostEqual(max(view.apart(places, shifted)["v"]), 5e-3, 6)
+
+    def test_what_cannot_be_drawn_is_said_with_its_remedy(self):
+        (MADE / "none").mkdir(exist_ok=True)
+        self.assertIn("--record-contacts", script(MADE / "none", code=1))
+        self.assertIn("no run and no reference", script(MADE / "grasp", "--reference", MADE / "nowhere", "--out", MADE / "x.html", code=1))
+        with tempfile.TemporaryDirectory() as empty, self.assertRaisesRegex(program.ProgramError, "libjs-three"):
+            before, view.THREE = view.THREE, Path(empty)
+            try:
+                view.page([])
+            finally:
+                view.THREE = before
+
+
+class Gltf(unittest.TestCase):
+    def test_surfaces_are_closed_and_face_outwards(self):
+        box, ball, tin = (dict(zip(("kind", "radius", "hx", "hy", "hz"), of))
+                          for of in (("box", 0, 1, 2, 3), ("sphere", 2, 0, 0, 0), ("cylinder", 1, 1, 2, 1)))
+        for shape, volume, share in ((box, 48, 1e-12), (ball, 4 / 3 * np.pi * 8, 0.02), (tin, np.pi * 4, 0.02)):
+            points, normals, triangles = (np.array(x, dtype=float) for x in gltf.mesh_of(shape, 1))
+            corner = points[triangles.astype(int)]
+            # The signed volume is that of the body where every triangle is seen from outside anticlockwise.
+            signed = np.einsum("ij,ij->i", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])).sum() / 6
+            self.assertAlmostEqual(signed / volume, 1, delta=share, msg=shape["kind"])
+            self.assertTrue((np.einsum("ij,ij->i", points, normals) > 0).all(), shape["kind"])
+
+    def test_the_file_holds_the_motion(self):
+        motion = view.Motion(MADE / "dominoes")
+        data = gltf.file_of(motion)
+        self.assertEqual(struct.unpack("<4sII", data[:12]), (b"glTF", 2, len(data)))
+        size = struct.unpack("<I", data[12:16])[0]
+        document, binary = json.loads(data[20:20 + size]), data[28 + size:]
+        channel = document["animations"][0]["channels"][2 * motion.bodies.index("ball")]
+        accessor = document["accessors"][document["animations"][0]["samplers"][channel["sampler"]]["output"]]
+        start = document["bufferViews"][accessor["bufferView"]]["byteOffset"]
+        found = np.frombuffer(binary, "<f4", 3 * accessor["count"], start).reshape(-1, 3)
+        np.testing.assert_array_equal(found, motion.poses[:, motion.bodies.index("ball"), :3].astype("f4"))
+
+    @unittest.skipUnless(shutil.which("assimp"), "assimp is not installed (assimp-utils): no other library reads the glTF")
+    def test_another_library_reads_it(self):
+        for name, bodies in (("stack_ap", 16), ("grasp", None), ("dominoes", 11)):
+            script(MADE / name, "--gltf", MADE / f"{name}.glb")
+            ended = subprocess.run(["assimp", "info", MADE / f"{name}.glb"], capture_output=True, text=True)
+            self.assertEqual(ended.returncode, 0, ended.stdout[-500:])
+            self.assertRegex(ended.stdout, r"Animations:\s+1\b")
+            if bodies:
+                self.assertRegex(ended.stdout, rf"Animation Channels:\s+{bodies}\b|Meshes:\s+{bodies + 1}\b")
+
+
+@unittest.skipUnless(CHROMIUM, "chromium is not installed: the page is not looked at in a browser")
+@unittest.skipUnless(view.THREE.is_dir(), "libjs-three is not installed: there is no page")
+class Browser(unittest.TestCase):
+    def shot(self, page, where, size="1000,800"):
+        picture = MADE / "shot.png"
+        picture.unlink(missing_ok=True)
+        with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+            ended = subprocess.run([CHROMIUM, *QUIET, f"--user-data-dir={profile}", f"--window-size={size}", "--hide-scrollbars",
+                                    "--virtual-time-budget=3000", f"--screenshot={picture}", f"{page.as_uri()}#{where}"],
+                                   capture_output=True, text=True, timeout=180)
+        # What the software renderer says of a screenshot is no fault of the page.
+        said = [line for line in ended.stderr.splitlines() if ":CONSOLE:" in line and "GL Driver Message" not in line]
+        self.assertEqual(said, [])
+        return picture.read_bytes()
+
+    def test_the_pages_are_small_and_show_what_moves_without_a_network(self):
+        for name, runs, late in (("stack", ("stack_ap", "stack_convex"), "0.2"), ("grasp", ("grasp", ), "0.2"),
+                                 ("dominoes", ("dominoes", ), "0.39")):
+            page = MADE / f"{name}.html"
+            script(*(MADE / run for run in runs), "--out", page)
+            self.assertLess(page.stat().st_size, 3_000_000, name)
+            self.assertIsNone(re.search(r'(src|href)="(?!data:)', page.read_text()[:20000]), "something is loaded from outside")
+            first, last = (self.shot(page, f"t={t}") for t in ("0", late))
+            self.assertNotEqual(first, last, name)
+        self.assertNotEqual(self.shot(page, "t=0&theme=dark"), first)
+        self.shot(page, "t=0.2", "390,844")
+
+
+if __name__ == "__main__":
+    unittest.main()
