@@ -6,7 +6,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "commands.h"
+#include "../app/commands.h"
 #include "interrupt.h"
 #include "linalg/finite.h"
 #include "linalg/stop.h"

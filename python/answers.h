@@ -4,7 +4,7 @@
 #include <string>
 
 #include "contact/referee.h"
-#include "method_flags.h"
+#include "../app/method_flags.h"
 #include "problem.h"
 
 namespace cb::python {

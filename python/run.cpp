@@ -10,7 +10,7 @@
 #include <limits>
 
 #include "answers.h"
-#include "commands.h"
+#include "../app/commands.h"
 #include "evaluation/scene_errors.h"
 #include "interrupt.h"
 #include "linalg/stop.h"
@@ -18,7 +18,7 @@
 #include "output/summary.h"
 #include "scenario/scenario.h"
 #include "simulation/left_out.h"
-#include "versions.h"
+#include "../app/versions.h"
 
 namespace cb::python {
 

@@ -134,7 +134,8 @@ class Talking {
   void lose(const char* what, ContactSolution& solution) {
     solution.impulse.clear();
     fail(solution, Status::crash,
-         fmt::format("the program {} {}, at problem {} that it got", what, process_->ending(), number_));
+         fmt::format("the program {} {}{}", what, process_->ending(),
+                     number_ > 0 ? fmt::format(", at problem {} that it got", number_) : ""));
     process_.reset();
   }
   void misread(std::string why, ContactSolution& solution) {

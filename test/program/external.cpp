@@ -60,6 +60,23 @@ TEST_CASE("another program answers a stored problem in every way there is to tal
   }
 }
 
+TEST_CASE("the example of the docs is what is said, byte for byte", "[program][external]") {
+  TemporaryDirectory directory;
+  std::string to, from;
+  for (const std::string& line : lines(read_file(fs::path(SOURCE_ROOT) / "docs/external.md"))) {
+    if (line.starts_with("< ")) to += line.substr(2) + '\n';
+    if (line.starts_with("> ")) from += line.substr(2) + '\n';
+  }
+  std::ofstream(directory.path() / "point.dat") << "3\n1\n0\n3\n3\n3 3\n1 0 0 0 1 0 0 0 1\n-2 1 0\n0.5\n";
+  std::ofstream(directory.path() / "said") << from;
+  const Result result =
+      run(directory.path(), external("cat said & cat > heard", {"solve", "point.dat", "--kind", "contact", "--json"}));
+  INFO(result.err);
+  CHECK(result.code == 0);
+  CHECK(read_file(directory.path() / "heard") == to);
+  CHECK(Json::parse(result.out)["law_residual"].get<double>() <= 1e-12);
+}
+
 TEST_CASE("a whole run by another program has the rows of a run by ours", "[program][external]") {
   TemporaryDirectory directory;
   const Result ours = run(directory.path(), stack({"--method", "coulomb", "--out", "ours"}));
