@@ -79,8 +79,9 @@ TEST_CASE("the example of the docs is what is said, byte for byte", "[program][e
 
 TEST_CASE("a whole run by another program has the rows of a run by ours", "[program][external]") {
   TemporaryDirectory directory;
-  const Result ours = run(directory.path(), stack({"--method", "coulomb", "--out", "ours"}));
+  const Result ours = run(directory.path(), stack({"--method", "coulomb"}));
   REQUIRE(ours.code == 0);
+  fs::rename(directory.path() / "r", directory.path() / "ours");
   const Json inside = summary(directory.path() / "ours");
   for (const std::string way : {"binary", "text"}) {
     const Result result = run(directory.path(), external(note_pid + toy + " " + way, stack()));
