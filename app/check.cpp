@@ -85,6 +85,33 @@ std::string gravity_text(const Gravity& gravity) {
   return text;
 }
 
+/// Which ways of stepping fit the scene (docs/stepping.md), a line each. `row`: the method, or nullptr.
+std::vector<std::string> stepping_notes(const Scenario& scenario, const MethodRow* row) {
+  constexpr int many = 8;  // bodies that can meet each other: their impacts come one by one
+  std::vector<std::string> notes;
+  if (row != nullptr && !row->law.no_expansion.empty()) {
+    notes.push_back(fmt::format("--accuracy is none of {}'s: {}", row->name, row->law.no_expansion));
+  } else {
+    const bool bounces = std::any_of(scenario.pairs.laws.begin(), scenario.pairs.laws.end(),
+                                     [](const PairLaw& law) { return law.restitution > 0; });
+    const bool polygon = row != nullptr && row->law.polygon_edges;
+    notes.push_back(fmt::format(
+        "--accuracy A (m): steps as long as the error lets them be{}{}",
+        polygon ? "; slip that turns switches from facet to facet" : "",
+        bounces ? "; impacts are located, bounces too low to matter at A are left out and counted" : ""));
+  }
+  std::vector<char> meets(scenario.model.bodies.size(), 0);
+  for (std::size_t i = 0; i < scenario.shapes.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      const int a = scenario.shapes[i].body, b = scenario.shapes[j].body;
+      if (a >= 0 && b >= 0 && a != b && scenario.pairs.find(static_cast<int>(i), static_cast<int>(j)) != nullptr)
+        meets[static_cast<std::size_t>(a)] = meets[static_cast<std::size_t>(b)] = 1;
+    }
+  if (const auto bodies = std::count(meets.begin(), meets.end(), 1); bodies >= many)
+    notes.push_back(fmt::format("--stepping steps: {} bodies can meet each other; one problem a step, first order", bodies));
+  return notes;
+}
+
 /// What no run of the scene needs, and why.
 std::vector<std::string> left_out(const Scenario& scenario) {
   std::vector<std::string> all = scenario.left_out;
@@ -272,10 +299,13 @@ int check(const CheckFlags& flags) {
     line("controller",
          fmt::format("{} of {}: {}", controller.row->name,
                      scenario.model.trees[static_cast<std::size_t>(controller.tree)].name, controller.row->summary));
-  if (const auto limit = largest_stable_step(scenario))
+  const auto forces = scenario.implicit_joints ? JointForces::implicit : JointForces::explicit_euler;
+  if (const auto limit = largest_stable_step(scenario, forces))
     line("control",
-         fmt::format("out of contact the explicit step of the robots' torques is stable up to h = {:.3g} s{}", *limit,
-                     scenario.step > *limit ? ": at the scene's own it is not" : ""));
+         fmt::format("out of contact the {} step of the robots' torques is stable up to h = {:.3g} s{}",
+                     scenario.implicit_joints ? "implicit" : "explicit", *limit,
+                     scenario.step > *limit ? ": at the scene's own it is not (--joint-forces implicit)" : ""));
+  for (const std::string& note : stepping_notes(scenario, row)) line("stepping", note);
   const auto [points, pairs] = contacts_at_start(scenario);
   line("contacts", fmt::format("{} at the start, on {} pairs of shapes", points, pairs));
   if (row) line("method", fmt::format("{}: {}", row->name, row->summary));

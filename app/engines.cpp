@@ -121,7 +121,7 @@ const std::vector<EngineRow>& engine_rows() {
       {"mujoco", "MuJoCo", "libmujoco-dev"},
       {"dart", "Dynamic Animation and Robotics Toolkit", "libdart-dev"},
       {"simbody", "Simbody", "libsimbody-dev"},
-      {"siconos", "Siconos, its own time stepping", "libsiconos-kernel-dev"},
+      {"siconos", "Siconos, its own time stepping", "libsiconos-mechanics-dev"},
   };
   return rows;
 }

@@ -41,6 +41,7 @@ Json list_methods() {
                     {"source", row.source},
                     {"solvers", solvers},
                     {"variants", row.variants},
+                    {"no_expansion", text(row.law.no_expansion)},
                     {"options", options}});
   }
   return list;

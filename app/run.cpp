@@ -42,7 +42,8 @@ using Clock = std::chrono::steady_clock;
 struct RunFlags : MethodFlags {
   std::string scenario, method;
   Text restitution, friction, step, duration, record_every, save_problems, save_every, time_limit, memory_limit, out,
-      prune, perturb, seed, shuffle, gyroscopic, stepping, accuracy, order, record_interval, engine, setting, format;
+      prune, perturb, seed, shuffle, gyroscopic, joint_forces, stepping, accuracy, order, record_interval, engine,
+      setting, format;
   std::vector<std::string> set, knob;
   bool quiet = false, json = false, conditioning = false, record_contacts = false;
 };
@@ -102,6 +103,7 @@ fs::path default_directory(const RunFlags& flags, const RunPlan& plan) {
   if (flags.perturb) add(fmt::format("perturb{}seed{}", number_text(plan.summary.perturb), plan.summary.seed));
   if (flags.shuffle) add(fmt::format("shuffle{}", plan.simulation.shuffle));
   if (plan.simulation.gyroscopic == Gyroscopic::explicit_euler) add("gyroscopic-explicit");
+  if (flags.joint_forces) add("joints-" + *flags.joint_forces);
   return fs::path("results") / "runs" / name;
 }
 
@@ -220,6 +222,8 @@ RunPlan make_plan(const RunFlags& flags) {
       throw UsageError(fmt::format("--gyroscopic {}: must be implicit or explicit", *flags.gyroscopic));
     if (*flags.gyroscopic == "explicit") plan.simulation.gyroscopic = Gyroscopic::explicit_euler;
   }
+  if (flags.joint_forces && *flags.joint_forces != "implicit" && *flags.joint_forces != "explicit")
+    throw UsageError(fmt::format("--joint-forces {}: must be implicit or explicit", *flags.joint_forces));
   stepping_flags(flags, plan.simulation);
   plan.conditioning = flags.conditioning;
   if (flags.time_limit) plan.time_limit_s = positive_flag("time-limit", *flags.time_limit, seconds);
@@ -246,20 +250,25 @@ RunPlan make_plan(const RunFlags& flags) {
   }
   if (plan.summary.perturb > 0) perturb(plan.scenario, plan.summary.perturb, plan.summary.seed);
   plan.options = method_options(flags, *plan.method, plan.scenario.k, plan.scenario.compression_bound);
-  // What a solver leaves open is multiplied by the extrapolation's weights.
-  constexpr double open_energy = 1e-12;  // J a metre of the accuracy
+  // What a solver leaves open is multiplied by the extrapolation's weights: epsilon leaves 1 kg sqrt(2 epsilon) m/s,
+  // a thousandth of A a second. Below the floor doubles have nothing to give.
+  constexpr double share = 1e-6, floor = 1e-22;  // J/m^2, J
+  const double A = plan.simulation.accuracy;
   if (plan.simulation.stepping == Stepping::accuracy && !flags.asked("epsilon") && !flags.asked("epsilon-relative"))
-    plan.options.epsilon = std::min(plan.options.epsilon, open_energy * plan.simulation.accuracy);
+    plan.options.epsilon = std::min(plan.options.epsilon, std::max(floor, share * A * A));
   plan.unavailable = unavailable_reason(*plan.method, plan.options);
   if (const std::string_view why = plan.method->law.no_expansion;
       plan.simulation.stepping == Stepping::accuracy && !why.empty())
     plan.unsupported = fmt::format("--accuracy with {}: {}; give a --step in its place", plan.method->name, why);
   plan.simulation.step = step.value_or(plan.scenario.step);
   plan.simulation.duration = duration.value_or(plan.scenario.duration);
+  const bool implicit = flags.joint_forces ? *flags.joint_forces == "implicit" : plan.scenario.implicit_joints;
+  if (implicit) plan.simulation.joint_forces = JointForces::implicit;
   check_steps(plan);
   plan.out = flags.out ? fs::path(*flags.out) : default_directory(flags, plan);
-  plan.summary.control_eigenvalue = largest_eigenvalue(plan.scenario, plan.simulation.step);
-  plan.summary.largest_stable_step = largest_stable_step(plan.scenario);
+  plan.summary.control_eigenvalue =
+      largest_eigenvalue(plan.scenario, plan.simulation.step, plan.simulation.joint_forces);
+  plan.summary.largest_stable_step = largest_stable_step(plan.scenario, plan.simulation.joint_forces);
   plan.quiet = flags.quiet;
   plan.json = flags.json;
   plan.summary = provisional_summary(flags, plan);
@@ -315,12 +324,14 @@ struct HardProblem {
 };
 constexpr const char* hard_problem_file = "hard_problem.hdf5";
 
-/// What `solve` makes of a problem: status and answer of a method that knows of nothing before.
+/// What `solve` makes of a problem: status of the run's method where it knows of nothing before.
 Status solve_afresh(const RunPlan& plan, const ContactProblem& problem) {
   MethodOptions options = plan.options;
   options.warm_start = false;
   ContactSolution solution;
-  plan.method->make(options)(problem, solution);
+  const ContactMethod method =
+      plan.prune ? pruned(*plan.method, options, std::make_shared<LeftOut>()) : plan.method->make(options);
+  method(problem, solution);
   std::vector<double> v_plus;
   const Residuals residuals = Referee().check(problem, solution, plan.method->law, v_plus);
   if (Referee::holds(residuals, plan.simulation.accepted_residual)) return Status::ok;
@@ -344,9 +355,12 @@ std::string solve_command(const RunPlan& plan) {
   if (!options.solver.empty()) command += " --solver " + options.solver;
   if (!options.variant.empty()) command += " --variant " + options.variant;
   for (const OptionRow& row : plan.method->options) {
-    const std::string value = text_of(value_of(row, plan.method->options, options));
-    if (!value.empty() && !row.between_events) command += fmt::format(" --{} {}", row.flag, quoted(value));
+    const OptionValue value = value_of(row, plan.method->options, options);
+    const bool asked = row.always_named || value != value_of(row, plan.method->options, MethodOptions());
+    if (asked && !row.between_events && !text_of(value).empty())
+      command += fmt::format(" --{} {}", row.flag, quoted(text_of(value)));
   }
+  if (plan.prune) command += " --prune on";
   return command;
 }
 
@@ -502,11 +516,13 @@ void simulate(const RunPlan& plan, RunFiles& files, ContactFile& contacts, Limit
 /// Says so where controllers, springs or damping cannot be stable at this step.
 void warn_of_control(const RunPlan& plan) {
   const std::optional<double>& limit = plan.summary.largest_stable_step;
-  if (limit && plan.simulation.step > *limit)
-    print_error(
-        fmt::format("contactbench run: warning: out of contact the explicit step of the robots' torques is unstable at "
-                    "h = {:g} s; it is stable up to --step {:.3g}\n",
-                    plan.simulation.step, *limit));
+  if (plan.simulation.stepping == Stepping::accuracy || !limit || plan.simulation.step <= *limit) return;
+  const bool implicit = plan.simulation.joint_forces == JointForces::implicit;
+  print_error(
+      fmt::format("contactbench run: warning: out of contact the {} step of the robots' torques is unstable at "
+                  "h = {:g} s; it is stable up to --step {:.3g}{}\n",
+                  implicit ? "implicit" : "explicit", plan.simulation.step, *limit,
+                  implicit ? "" : ", or with --joint-forces implicit"));
 }
 
 /// From a plan to an exit code. Whatever happens on the way, there is a summary.
@@ -539,7 +555,8 @@ int execute(const RunPlan& plan) {
   SummaryFile summary_file(summary_path, to_json(summary));
   if (!summary_file.ok() && !refused && !is_full(summary_file.error()))
     refuse_directory(summary_path, std::strerror(summary_file.error()));
-  RunFiles files(plan.out, plan.scenario.model, plan.record_every, plan.scenario.shapes, plan.scenario.rotate_cone);
+  RunFiles files(plan.out, plan.scenario.model, plan.record_every, plan.scenario.shapes, plan.scenario.rotate_cone,
+                 plan.simulation.stepping == Stepping::accuracy);
   if (!files.ok() && !refused && !is_full(files.error())) {
     fs::remove(summary_path, refused);
     refuse_directory(files.failed_path(), std::strerror(files.error()));
@@ -618,19 +635,13 @@ int execute(const RunPlan& plan) {
 
 /// The flags of a run of an engine. Throws UsageError for those that only methods have.
 EngineRunFlags engine_flags(const RunFlags& flags) {
-  const std::vector<std::pair<const char*, bool>> of_methods = {{"method", !flags.method.empty()},
-                                                                {"solver", flags.solver.has_value()},
-                                                                {"prune", flags.prune.has_value()},
-                                                                {"shuffle-contacts", flags.shuffle.has_value()},
-                                                                {"order", flags.order.has_value()},
-                                                                {"gyroscopic", flags.gyroscopic.has_value()},
-                                                                {"stepping", flags.stepping.has_value()},
-                                                                {"accuracy", flags.accuracy.has_value()},
-                                                                {"conditioning", flags.conditioning},
-                                                                {"record-interval", flags.record_interval.has_value()},
-                                                                {"save-problems", flags.save_problems.has_value()},
-                                                                {"save-every", flags.save_every.has_value()},
-                                                                {"format", flags.format.has_value()}};
+  const std::vector<std::pair<const char*, bool>> of_methods = {
+      {"method", !flags.method.empty()},        {"solver", flags.solver.has_value()},
+      {"prune", flags.prune.has_value()},       {"shuffle-contacts", flags.shuffle.has_value()},
+      {"order", flags.order.has_value()},       {"gyroscopic", flags.gyroscopic.has_value()},
+      {"stepping", flags.stepping.has_value()}, {"accuracy", flags.accuracy.has_value()},
+      {"conditioning", flags.conditioning},     {"record-interval", flags.record_interval.has_value()},
+      {"format", flags.format.has_value()}};
   const auto refuse = [&](std::string_view flag) {
     throw UsageError(fmt::format("--{}: belongs to methods; leave it or --engine {} out", flag, *flags.engine));
   };
@@ -638,9 +649,10 @@ EngineRunFlags engine_flags(const RunFlags& flags) {
     if (given) refuse(flag);
   for (const auto& [flag, value] : flags.own)
     if (value) refuse(flag);
-  return {flags.scenario,     *flags.engine,  flags.variant,      flags.setting, flags.restitution, flags.friction,
-          flags.step,         flags.duration, flags.record_every, flags.perturb, flags.seed,        flags.time_limit,
-          flags.memory_limit, flags.out,      flags.set,          flags.knob,    flags.quiet,       flags.json};
+  return {flags.scenario,   *flags.engine,    flags.variant,      flags.setting,      flags.restitution,
+          flags.friction,   flags.step,       flags.duration,     flags.record_every, flags.perturb,
+          flags.seed,       flags.time_limit, flags.memory_limit, flags.out,          flags.save_problems,
+          flags.save_every, flags.set,        flags.knob,         flags.quiet,        flags.json};
 }
 
 }  // namespace
@@ -686,6 +698,8 @@ void add_run(CLI::App& program, Action& action) {
       "how a free body's tumbling is stepped; explicit gains energy, as in the paper [implicit]");
   run.add_flag("--conditioning", flags->conditioning,
                "measure rank and condition of the contact problems (slow; the worst is in the summary)");
+  add("--joint-forces", flags->joint_forces, "explicit|implicit",
+      "springs, dampers and gains of robots: of the start of a step, or of its end to first order [scenario]");
   add("--prune", flags->prune, "on|off", "leave out what the scene does not need [on]");
   add("--record-every", flags->record_every, "N",
       "keep each N-th step in trajectory.csv and steps.csv; 0: neither file [1]");

@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "commands.h"
+#include "contact/problem_files.h"
 #include "engines.h"
 #include "folder_lock.h"
 #include "limits.h"
@@ -79,9 +80,12 @@ Chosen choose(const std::string& name, const Text& variant, const Text& setting,
   std::map<std::string, double, std::less<>> knobs = said["variants"][at - variants.begin()]["knobs"];
   if (chosen.use.setting == "tuned") {
     const Json tuned = tuned_knobs(name, chosen.variant);
-    if (!tuned.is_object())
-      throw UsageError(fmt::format("--setting tuned: nobody has searched for {}/{} (scripts/engines.py tune)", name,
-                                   chosen.variant));
+    if (!tuned.is_object()) {
+      chosen.program.clear();
+      chosen.missing =
+          fmt::format("nobody has searched for knobs of {}/{} (scripts/engines.py tune)", name, chosen.variant);
+      return chosen;
+    }
     for (const auto& [key, value] : tuned.items())
       if (const auto found = knobs.find(key); found != knobs.end()) found->second = value;
   }
@@ -137,6 +141,18 @@ EnginePlan make_plan(const EngineRunFlags& flags) {
   if (flags.time_limit) request.time_limit_s = positive_flag("time-limit", *flags.time_limit, seconds);
   if (flags.memory_limit)
     plan.memory_limit_mb = positive_flag("memory-limit", *flags.memory_limit, "a positive number of MB");
+  if (flags.save_problems) {
+    if (flags.save_problems->empty()) throw UsageError("--save-problems '': must name a directory");
+    if (!fclib_available()) throw UsageError(fmt::format("--save-problems: {}", fclib_unavailable_reason()));
+    request.save_problems = *flags.save_problems;
+  }
+  if (flags.save_every) {
+    if (!flags.save_problems)
+      throw UsageError(
+          fmt::format("--save-every {}: says how often --save-problems DIR stores; give that too", *flags.save_every));
+    request.save_every =
+        whole_flag("save-every", *flags.save_every, 1, 1L << 60, "a whole number of steps, at least 1");
+  }
   if (flags.out && flags.out->empty()) throw UsageError("--out '': must name a directory");
   plan.chosen = choose(flags.engine, flags.variant, flags.setting, flags.knob);
   request.variant = plan.chosen.variant;
@@ -219,9 +235,11 @@ void take(const Ended& ended, const EnginePlan& plan, RunSummary& summary) {
 }
 
 std::string lines_of(const RunSummary& summary) {
-  std::string out = fmt::format("{}: engine {}, {} ({} precision, {}): {}{}\n", summary.scenario, summary.used.method,
-                                summary.used.variant, summary.engine->precision, summary.engine->setting,
-                                name(summary.status), summary.reason.empty() ? "" : ": " + summary.reason);
+  std::string out = fmt::format("{}: engine {}", summary.scenario, summary.used.method);
+  if (!summary.engine->precision.empty())
+    out += fmt::format(", {} ({} precision, {})", summary.used.variant, summary.engine->precision,
+                       summary.engine->setting);
+  out += fmt::format(": {}{}\n", name(summary.status), summary.reason.empty() ? "" : ": " + summary.reason);
   out += fmt::format("  reached     {:g} of {:g} s in {} steps of {:g} s, at most {} contacts\n",
                      summary.tally.t_reached, summary.simulation.duration, summary.tally.steps, summary.simulation.step,
                      summary.tally.contacts_max);
@@ -230,6 +248,19 @@ std::string lines_of(const RunSummary& summary) {
                        1e6 * summary.tally.times.step_s / static_cast<double>(summary.tally.steps));
   for (const auto& [key, value] : summary.errors) out += fmt::format("    {:32}  {:.6g}\n", key, value);
   return out;
+}
+
+/// The folder of stored problems, without those of an earlier run.
+void prepare_problems(const fs::path& folder) {
+  if (folder.empty()) return;
+  std::error_code refused;
+  fs::create_directories(folder, refused);
+  std::vector<fs::path> old;
+  for (const auto& entry : fs::directory_iterator(folder, refused))
+    if (entry.path().filename().string().starts_with("step_")) old.push_back(entry.path());
+  if (refused)
+    throw UsageError(fmt::format("--save-problems: {} cannot be written: {}", folder.string(), refused.message()));
+  for (const fs::path& path : old) fs::remove(path, refused);
 }
 
 }  // namespace
@@ -250,6 +281,7 @@ int run_engine(const EngineRunFlags& flags) {
     throw UsageError(fmt::format("--out: {} cannot be written: {}", out.string(), std::strerror(file.error())));
   for (const char* earlier : {"hard_problem.hdf5", "trajectory.csv", "steps.csv"}) fs::remove(out / earlier, refused);
 
+  prepare_problems(plan.request.save_problems);
   if (plan.chosen.program.empty()) {
     summary.status = Status::unavailable;
     summary.reason = plan.chosen.missing;

@@ -11,7 +11,7 @@ namespace cb {
 struct EngineRunFlags {
   std::string scenario, engine;
   Text variant, setting, restitution, friction, step, duration, record_every, perturb, seed, time_limit, memory_limit,
-      out;
+      out, save_problems, save_every;
   std::vector<std::string> set, knob;
   bool quiet = false, json = false;
 };

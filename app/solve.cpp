@@ -19,6 +19,7 @@
 #include "linalg/stop.h"
 #include "method_flags.h"
 #include "methods/lcp_status.h"
+#include "methods/pruned.h"
 #include "print_json.h"
 #include "scenario/near_name.h"
 #include "simulation/simulation.h"
@@ -31,7 +32,7 @@ using Json = nlohmann::ordered_json;
 
 /// The command line of `solve`, as text.
 struct SolveFlags : MethodFlags {
-  Text problem, kind, matrix, vector, method, tolerance, time_limit, repeat, out, velocities;
+  Text problem, kind, matrix, vector, method, tolerance, time_limit, repeat, out, velocities, prune;
   bool symmetrise = false, json = false;
 };
 
@@ -126,6 +127,7 @@ Report solve_lcp(const SolveFlags& flags) {
   refuse_flag("variant", flags.variant, useless);
   for (const auto& [flag, value] : flags.own) refuse_flag(flag, value, useless);
   refuse_flag("velocities", flags.velocities, useless);
+  refuse_flag("prune", flags.prune, useless);
   if (flags.symmetrise) throw UsageError(fmt::format("--symmetrise: {}; leave it out", useless));
   const Common common = common_flags(flags);
 
@@ -223,6 +225,7 @@ Report solve_contact(const SolveFlags& flags) {
   const std::shared_ptr<const MethodRow> chosen = method_flag(*flags.method, flags);
   const MethodRow& row = *chosen;
   const MethodOptions options = method_options(flags, row, {}, {});
+  const bool prune = flags.prune && on_off_flag("prune", *flags.prune);
   const double tolerance = common.tolerance.value_or(SimulationOptions().accepted_residual);
 
   const StoredProblem stored = read_contact_problem(*flags.problem, {.symmetrise = flags.symmetrise});
@@ -244,7 +247,7 @@ Report solve_contact(const SolveFlags& flags) {
     solution.status = Status::unavailable;
     solution.reason = reason;
   } else {
-    const ContactMethod method = row.make(options);
+    const ContactMethod method = prune ? pruned(row, options, std::make_shared<LeftOut>()) : row.make(options);
     times = timed(common, [&] { method(problem, solution); });
     if (times.stop != Status::ok) {
       solution = {};
@@ -357,6 +360,7 @@ void add_solve(CLI::App& program, Action& action) {
   add_method_flags(command, *flags, true);
   command.add_flag("--symmetrise", flags->symmetrise,
                    "contact: solve with the symmetric part of W where it is not symmetric (refused without)");
+  add("--prune", flags->prune, "on|off", "contact: leave out what a run would (docs/performance.md) [off]");
   add("--tolerance", flags->tolerance, "RESIDUAL",
       "checked residual beyond which an answer counts as inaccurate [lcp 1e-10, contact 1e-9]");
   add("--time-limit", flags->time_limit, "S", "stop after S seconds, all repeats together [none]");

@@ -1,40 +1,26 @@
 // Our solvers beside Siconos Numerics (optional: libsiconos-numerics-dev), in one run, on the stored stack problems:
 // unit cubes on each other, four contacts an interface, at rest (`rest`) and with random velocities (`rnd`).
-// Each solve runs in a process of its own, so that a crash or an endless loop of one solver is a line of the table, and
-// the solvers take turns. Times are of the solve alone, by the clock: reading, W and conversions are not counted. On a
-// machine that does something else too, the minimum is the figure to compare. Whatever a solver claims, the residual in
-// the table is computed by us from the original data.
+// Turns, times and judgement: contest.h. Reading, W and conversions are not counted.
 //   bench_peers [--limit SECONDS] [--rounds N] [WORD]     only the problems whose name contains the word
 
 #include <dlfcn.h>
-#include <fcntl.h>
-#include <sys/mman.h>
-#include <sys/time.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <fstream>
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "contact/problem_files.h"
 #include "contact/referee.h"
+#include "contest.h"
 #include "lcp/lcp.h"
 #include "lcp/lcp_files.h"
 #include "methods/registry.h"
 
 #ifdef HAVE_SICONOS
-#include <FrictionContactProblem.h>
-#include <Friction_cst.h>
 #include <LinearComplementarityProblem.h>
 #include <NonSmoothDrivers.h>
 #include <NumericsMatrix.h>
@@ -47,129 +33,17 @@ namespace {
 
 using namespace cb;
 
-struct Limits {
-  double solve_s = 10;       ///< CPU time of one solve; beyond: killed
-  double batch_s = 2e-4;     ///< a sample is the mean of as many solves as fit in this time
-  double turn_s = 0.05;      ///< a turn of a solver ends after this time
-  int samples = 15;          ///< samples of one turn, at most
-  int rounds = 3;            ///< turns of each solver
-  double solves_lcp = 1e-8;  ///< natural residual up to which an answer counts
-  double solves_law = 1e-7;  ///< the same for the residual of Coulomb's law
-};
-
-/// What comes back from the process of a solver.
-struct Report {
-  bool finished;
-  bool claims;      ///< does the solver say that it solved the problem?
-  char status[40];  ///< in its own words
-  int iterations;
-  double residual;
-  int samples;
-  double time[64];  ///< s
-};
-
-/// One solver on one problem. `solve` repeats the solve from scratch; `judge` then fills in claim and residual.
-struct Contestant {
-  std::string name;
-  std::function<void()> solve;
-  std::function<void(Report&)> judge;
-  double target_s = 0;     ///< 0: none
-  double accepted = 1e-8;  ///< residual up to which an answer counts
-};
-
-struct Line {
-  bool ran = false, ended = true;  // ended: by itself
-  std::string ending;
-  Report report{};
-  std::vector<double> times;
-};
-
-/// By the clock: the clock of a process's CPU time has steps of milliseconds on some systems.
-double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-
-void set_status(Report& report, const std::string& words) {
-  std::snprintf(report.status, sizeof report.status, "%s", words.c_str());
-}
-
-/// Ends this process after so many seconds of CPU time, or six times as many by the clock.
-void arm(double seconds) {
-  const auto whole = static_cast<time_t>(seconds);
-  const itimerval timer{{0, 0}, {whole, static_cast<suseconds_t>(1e6 * (seconds - static_cast<double>(whole)))}};
-  setitimer(ITIMER_PROF, &timer, nullptr);
-  alarm(static_cast<unsigned>(6 * seconds) + 1);
-}
-
-void measure(const Contestant& contestant, const Limits& limits, Report& report) {
-  arm(limits.solve_s);
-  double start = now_s();
-  contestant.solve();
-  const double first = now_s() - start;
-  // The first solve allocates and meets cold caches; it counts only where there is no time for another.
-  if (first > limits.turn_s) {
-    report.time[report.samples++] = first;
-  } else {
-    arm(limits.solve_s);
-    start = now_s();
-    contestant.solve();
-    const int batch = std::clamp(static_cast<int>(limits.batch_s / std::max(now_s() - start, 1e-7)), 1, 1000);
-    for (double spent = 0; report.samples < limits.samples && spent < limits.turn_s;) {
-      arm(limits.solve_s);
-      start = now_s();
-      for (int i = 0; i < batch; ++i) contestant.solve();
-      const double time = now_s() - start;
-      report.time[report.samples++] = time / batch;
-      spent += time;
-    }
-  }
-  arm(limits.solve_s);
-  contestant.judge(report);
-  report.finished = true;
-}
-
-/// A turn of one solver in a process of its own.
-void turn(const Contestant& contestant, const Limits& limits, Report* shared, Line& line) {
-  *shared = Report{};
-  std::fflush(stdout);
-  const pid_t child = fork();
-  if (child < 0) {
-    line.ended = false;
-    line.ending = "no process";
-    return;
-  }
-  if (child == 0) {
-    const int null = open("/dev/null", O_WRONLY);
-    dup2(null, 1);
-    dup2(null, 2);
-    measure(contestant, limits, *shared);
-    _exit(0);
-  }
-  int status = 0;
-  waitpid(child, &status, 0);
-  line.ran = true;
-  if (shared->finished) {
-    line.report = *shared;
-    line.times.insert(line.times.end(), shared->time, shared->time + shared->samples);
-    return;
-  }
-  line.ended = false;
-  const int signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
-  line.ending = signal == SIGPROF || signal == SIGALRM ? "time limit"
-                : signal != 0                          ? std::string("killed: ") + strsignal(signal)
-                                                       : "left the program";
-}
-
 void print_heading() {
   std::printf("%-18s %-26s %11s %11s %9s  %-26s %9s  %s\n", "problem", "solver", "min us", "median us", "iter.",
               "claims", "residual", "checked");
 }
 
-void print_line(const std::string& problem, const Contestant& contestant, Line& line) {
+void print_line(const std::string& problem, const Contestant& contestant, const Line& line) {
   std::printf("%-18s %-26s ", problem.c_str(), contestant.name.c_str());
   if (!line.ended) {
     std::printf("%11s %11s %9s  %-26s %9s  %s\n", "-", "-", "-", "-", "-", line.ending.c_str());
     return;
   }
-  std::sort(line.times.begin(), line.times.end());
   const Report& report = line.report;
   const bool solves = report.residual <= contestant.accepted;
   std::string verdict = solves ? (report.claims ? "ok" : "ok, not claimed") : report.claims ? "FALSE CLAIM" : "fails";
@@ -185,14 +59,7 @@ void print_line(const std::string& problem, const Contestant& contestant, Line& 
 
 void compare(const std::string& problem, const std::vector<Contestant>& contestants, const Limits& limits,
              Report* shared) {
-  std::vector<Line> lines(contestants.size());
-  for (int round = 0; round < limits.rounds; ++round)
-    for (std::size_t i = 0; i < contestants.size(); ++i) {
-      Line& line = lines[i];
-      // What failed once, or takes long, has had its turn.
-      const bool slow = !line.times.empty() && *std::min_element(line.times.begin(), line.times.end()) > 0.5;
-      if (line.ended && !slow) turn(contestants[i], limits, shared, line);
-    }
+  const std::vector<Line> lines = take_turns(contestants, limits, shared);
   for (std::size_t i = 0; i < contestants.size(); ++i) print_line(problem, contestants[i], lines[i]);
   std::printf("\n");
   std::fflush(stdout);
@@ -261,10 +128,6 @@ constexpr PeerSolver peer_lcp_solvers[] = {{SICONOS_LCP_LEMKE, "siconos Lemke (l
                                            {SICONOS_LCP_AVI_CAOFERRIS, "siconos AVI Cao-Ferris", 1e-10, 100000},
                                            {SICONOS_LCP_NEWTON_FB_FBLSA, "siconos Newton FB", 1e-10, 1000},
                                            {SICONOS_LCP_NEWTON_MIN_FBLSA, "siconos Newton min", 1e-10, 1000}};
-constexpr PeerSolver peer_friction_solvers[] = {{SICONOS_FRICTION_3D_NSGS, "siconos NSGS", 1e-8, 1000000},
-                                                {SICONOS_FRICTION_3D_PROX, "siconos PROX", 1e-8, 10000},
-                                                {SICONOS_FRICTION_3D_ADMM, "siconos ADMM", 1e-8, 1000000},
-                                                {SICONOS_FRICTION_3D_NSN_AC, "siconos Newton A.-Curnier", 1e-8, 1000}};
 
 /// Siconos writes into its problems: each contestant has its own copy. Released with the process.
 struct PeerData {
@@ -302,54 +165,6 @@ Contestant peer_lcp(const PeerSolver& solver, const LcpProblem& problem, const L
             report.residual = natural_residual(problem, Eigen::Map<Eigen::VectorXd>(data->z.data(), problem.n()));
           },
           0, limits.solves_lcp};
-}
-
-Contestant peer_friction(const PeerSolver& solver, const ContactProblem& problem, const Limits& limits) {
-  const auto data = std::make_shared<PeerData>();
-  BlockCholesky factor;
-  factor.factor(problem.M);
-  Eigen::MatrixXd W;
-  delassus(problem, factor, W);
-  data->M.assign(W.data(), W.data() + W.size());
-  contact_velocity(problem, problem.v_minus, data->q);
-  data->mu = problem.mu;
-  const bool sparse = solver.id != SICONOS_FRICTION_3D_NSGS;
-  const int nc = problem.nc(), n = 3 * nc;
-  const auto matrix = [data, sparse, n] {
-    NumericsMatrix* dense = NM_create_from_data(NM_DENSE, n, n, data->M.data());
-    if (!sparse) return dense;
-    NumericsMatrix* M = NM_create(NM_SPARSE, n, n);
-    NM_copy_to_sparse(dense, M, 1e-16);
-    dense->matrix0 = nullptr;
-    NM_free(dense);
-    return M;
-  };
-  // A matrix of its own for each solve would be counted: it is made once.
-  const auto M = std::make_shared<NumericsMatrix*>(nullptr);
-  const auto solve = [data, solver, matrix, M, nc, n] {
-    if (*M == nullptr) *M = matrix();
-    data->z.assign(static_cast<std::size_t>(n), 0.0);
-    data->w.assign(static_cast<std::size_t>(n), 0.0);
-    FrictionContactProblem* friction = frictionContactProblem_new_with_data(3, nc, *M, data->q.data(), data->mu.data());
-    SolverOptions* options = solver_options_create(solver.id);
-    options->dparam[SICONOS_DPARAM_TOL] = solver.tolerance;
-    options->iparam[SICONOS_IPARAM_MAX_ITER] = solver.iterations;
-    data->code = fc3d_driver(friction, data->z.data(), data->w.data(), options);
-    data->iterations = options->iparam[SICONOS_IPARAM_ITER_DONE];
-    solver_options_delete(options);
-    // The problem's arrays are ours: only its shell is freed.
-    std::free(friction);
-  };
-  return {solver.name, solve,
-          [data, &problem](Report& report) {
-            say(*data, report);
-            ContactSolution solution;
-            solution.impulse = data->z;
-            std::vector<double> v_plus;
-            const Residuals residuals = Referee().check(problem, solution, newton_law(), v_plus);
-            report.residual = residuals.finite ? residuals.law.value_or(HUGE_VAL) : HUGE_VAL;
-          },
-          0, limits.solves_law};
 }
 #endif
 
@@ -404,11 +219,11 @@ void compare_lcp(const std::string& data, const std::string& word, const Limits&
 
 void compare_friction(const std::string& data, const std::string& word, const Limits& limits, Report* shared) {
   std::printf(
-      "Friction problems: two different ones of the same size. `convex` solves Drumwright and Shell's program to a\n"
-      "relative gap of 1e-8, bound on; residual: larger of the checked relative gap and infeasibility, accepted up to\n"
-      "1e-8, its distance from Coulomb's law beside its status. Siconos solves exact Coulomb friction, given W, asked\n"
-      "for 1e-8; residual: of Coulomb's law, accepted up to %.0e.\n\n",
-      limits.solves_law);
+      "Friction problems. `convex` solves Drumwright and Shell's program to a relative gap of 1e-8, bound on; "
+      "residual:\n"
+      "larger of the checked relative gap and infeasibility, accepted up to 1e-8, its distance from Coulomb's law "
+      "beside\n"
+      "its status. The exact law, beside Siconos' solvers of it: bench_siconos_solvers.\n\n");
   print_heading();
   for (const bool rest : {true, false})
     for (const int boxes : {1, 2, 4, 8, 16}) {
@@ -416,10 +231,6 @@ void compare_friction(const std::string& data, const std::string& word, const Li
       if (scene.find(word) == std::string::npos) continue;
       const auto contact = read_contact_problem(data + "stack_" + scene + ".hdf5");
       std::vector<Contestant> contestants{our_convex(contact.problem, convex_target(rest, boxes))};
-#ifdef HAVE_SICONOS
-      for (const PeerSolver& solver : peer_friction_solvers)
-        contestants.push_back(peer_friction(solver, contact.problem, limits));
-#endif
       compare(scene, contestants, limits, shared);
     }
 }
@@ -451,16 +262,16 @@ int main(int argc, char** argv) {
 #else
   std::printf("Siconos Numerics is missing (libsiconos-numerics-dev): our solvers alone.\n\n");
 #endif
-  void* memory = mmap(nullptr, sizeof(Report), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  if (memory == MAP_FAILED) {
+  Report* shared = shared_report();
+  if (!shared) {
     std::fprintf(stderr, "bench_peers: no shared memory\n");
     return 1;
   }
   try {
     const std::string data = std::string(SOURCE_ROOT) + "/test/data/stacks/";
-    compare_lcp(data, word, limits, static_cast<Report*>(memory));
+    compare_lcp(data, word, limits, shared);
     if (fclib_available())
-      compare_friction(data, word, limits, static_cast<Report*>(memory));
+      compare_friction(data, word, limits, shared);
     else
       std::printf("The friction problems need HDF5: %s\n", std::string(fclib_unavailable_reason()).c_str());
   } catch (const FileError& error) {

@@ -129,9 +129,7 @@ std::vector<Case> speed() {
   apart.problem = true;
   all.push_back({"", boxes, {{"boxes", "200"}}, "ap", {}, apart, 3, 3, "200 boxes (off: islands apart)"});
   all.push_back({"", boxes, {{"boxes", "200"}}, "ap", warm, apart, 3, 10, "200 boxes (warm; off: islands apart)"});
-  Setting corners;
-  corners.step.contact_times = false;
-  all.push_back({"", grid, {{"n", "32"}}, "ap", warm, corners, 20, 200, "box on 1024 points (warm; off: corners)"});
+  all.push_back({"", grid, {{"n", "32"}}, "ap", warm, {}, 20, 200, "box on 1024 points (warm; off: warm)"});
   all.push_back({"", "stack.xml", {{"boxes", "64"}}, "ap", warm, plain_warm, 3, 5, "stack of 64 (warm; off: warm)"});
   return all;
 }
@@ -148,12 +146,6 @@ std::vector<Case> ablation() {
   };
   const std::vector<Item> items = {
       {"islands solved apart", [](Setting& s) { s.contact.islands = false; }, boxes, {{"boxes", "8"}}, {"ap"}, false},
-      {"separating contacts",
-       [](Setting& s) { s.contact.parted_contacts = false; },
-       "urdf_arm.xml",
-       {},
-       {"ap", "convex"},
-       false},
       {"single contacts with a closed form",
        [](Setting& s) { s.contact.closed_forms = false; },
        "impacting_sphere.xml",

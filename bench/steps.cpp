@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -121,6 +122,30 @@ Figure measure(const Case& c) {
   return figure;
 }
 
+/// The first step of a stack whose boxes begin with velocities of all directions, up to 0.5 m/s and rad/s.
+Figure measure_first_step(int boxes, const std::string& method) {
+  Scenario scenario = load_scenario(find_scenario("stack.xml"), {{"boxes", std::to_string(boxes)}});
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> speed(-0.5, 0.5);
+  for (double& v : scenario.initial.v) v = speed(random);
+  const MethodRow* row = find_method(method);
+  const ContactMethod solve = row->make({});
+  SimulationOptions options;
+  options.step = scenario.step;
+  Figure figure;
+  std::vector<double> times(5);
+  for (double& us : times) {
+    Simulation simulation(scenario, options, solve, row->law);
+    const auto start = std::chrono::steady_clock::now();
+    figure.status = simulation.step().status;
+    us = 1e6 * std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+  std::sort(times.begin(), times.end());
+  figure.minimum_us = times.front();
+  figure.median_us = times[times.size() / 2];
+  return figure;
+}
+
 std::string cpu_name() {
   std::ifstream file("/proc/cpuinfo");
   for (std::string line; std::getline(file, line);)
@@ -162,18 +187,25 @@ int main() {
     print(scene, "ap lemke k=4", measure(make_case(scene + ".xml", {}, "ap", 4, 1, skip)));
     print(scene, "ap lemke k=8", measure(make_case(scene + ".xml", {}, "ap", 8, 1, skip)));
     print(scene, "convex eps=1e-12", measure(make_case(scene + ".xml", {}, "convex", 4, 1, skip)));
-    for (const std::string method : {"ap", "convex"}) {
+    print(scene, "coulomb newton", measure(make_case(scene + ".xml", {}, "coulomb", 4, 1, skip)));
+    for (const std::string method : {"ap", "convex", "coulomb"}) {
       Case warm = make_case(scene + ".xml", {}, method, 4, 1, skip);
       warm.options.warm_start = true;
       print(scene, method + " warm start", measure(warm));
     }
   }
-  for (const std::string method : {"ap", "convex"}) {
+  for (const std::string method : {"ap", "convex", "coulomb"}) {
     double first_us = 0, first_mb = 0, last_us = 0, last_mb = 0;
     for (int boxes : {1, 2, 4, 8, 16, 32, 64, 128, 256}) {
       if (method == "ap" && boxes > 64) break;
       const Figure f = measure(make_case("stack.xml", {{"boxes", std::to_string(boxes)}}, method, 4, boxes, 3));
-      print(fmt::format("stack of {}", boxes), method == "ap" ? "ap lemke k=4" : "convex eps=1e-12", f);
+      print(fmt::format("stack of {}", boxes),
+            method == "ap"       ? "ap lemke k=4"
+            : method == "convex" ? "convex eps=1e-12"
+                                 : "coulomb newton",
+            f);
+      if (method != "ap" && boxes >= 16)
+        print(fmt::format("stack of {}, perturbed", boxes), method, measure_first_step(boxes, method));
       if (boxes == 16 || boxes == 64) {
         Case warm = make_case("stack.xml", {{"boxes", std::to_string(boxes)}}, method, 4, boxes, 3);
         warm.options.warm_start = true;

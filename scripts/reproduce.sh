@@ -34,7 +34,7 @@ budget=()
 [ "$profile" != paper ] || budget=(--budget 1.25)
 runs=$out/runs/$profile
 "$python" "$root/scripts/references.py" --program "$root/build/bin/contactbench" --out "$out/references"
-"$python" "$root/scripts/sweep.py" "$root"/scenarios/sweeps/{paper,robots,claims,error_time,orders,polygons}.toml --profile "$profile" \
+"$python" "$root/scripts/sweep.py" "$root"/scenarios/sweeps/{paper,robots,claims,error_time,orders,polygons,stepping,today}.toml --profile "$profile" \
   --program "$root/build/bin/contactbench" --runs "$runs" --out "$out" --jobs "$jobs" --timed-alone "${keep[@]}" "${budget[@]}"
 "$python" "$root/scripts/solve_all.py" --program "$root/build/bin/contactbench" --out "$out/solve_all"
 "$python" "$root/scripts/replay.py" --program "$root/build/bin/contactbench" --out "$out/replay"
@@ -46,6 +46,10 @@ if build_preset release bench_prune >/dev/null 2>&1; then
 else
   echo "reproduce: bench_prune is not built (libbenchmark-dev): the table of what is left out stays empty"
 fi
+# Engines that are installed beside our methods, everybody in one interleaved sweep; and what each does with the simplest scenes.
+"$python" "$root/scripts/engines.py" preflight --program "$root/build/bin/contactbench" --out "$out/engines" >/dev/null
+"$python" "$root/scripts/sweep.py" "$root/scenarios/sweeps/engines.toml" --profile "$profile" --program "$root/build/bin/contactbench" \
+  --runs "$out/engines/runs/$profile" --out "$out/engines" --jobs "$jobs" --timed-alone "${keep[@]}" "${budget[@]}"
 # A fault that it finds is in the report and stops nothing.
 quick=()
 [ "$profile" != quick ] || quick=(--quick --time-limit 2)

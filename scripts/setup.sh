@@ -35,7 +35,7 @@ for_tests=(
 )
 
 # Engines beside the methods; nothing needs them.
-engines=(libode-dev libbullet-dev)
+engines=(libode-dev libbullet-dev libmujoco-dev libdart-dev libsimbody-dev libsiconos-mechanics-dev)
 
 check=no
 case "${1:-}" in

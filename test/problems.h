@@ -53,6 +53,17 @@ inline Matrix3d ground_axes(double turn = 0) {
   return axes;
 }
 
+/// The same contacts with their tangents turned about the normals (rad): another basis of the same friction.
+inline ContactProblem turn_tangents(ContactProblem p, double turn) {
+  const Eigen::Rotation2Dd turned(turn);
+  for (int c = 0; c < p.nc(); ++c)
+    for (int e = p.J.band[c]; e < p.J.band[c + 1]; ++e) {
+      const Eigen::MatrixXd rows = p.J.entry(e).bottomRows(2);
+      p.J.entry(e).bottomRows(2) = turned.toRotationMatrix() * rows;
+    }
+  return p;
+}
+
 /// Solid sphere of the paper's first scene, touching the ground.
 inline ContactProblem sphere(const Vector3d& v, const Vector3d& w, double mu = 0.60581, double e = 0) {
   ContactProblem p;
@@ -64,7 +75,8 @@ inline ContactProblem sphere(const Vector3d& v, const Vector3d& w, double mu = 0
 
 /// n unit cubes of 1 kg on each other, four corner contacts an interface, each with velocity v plus a seeded random
 /// part of the given size.
-inline ContactProblem stack(int n, double mu, const Vector3d& v, double random = 0, unsigned seed = 1) {
+inline ContactProblem stack(int n, double mu, const Vector3d& v = Vector3d::Zero(), double random = 0,
+                            unsigned seed = 1) {
   ContactProblem p;
   std::mt19937 generator(seed);
   std::uniform_real_distribution<double> uniform(-random, random);

@@ -4,12 +4,14 @@
 // and the heads of btContactSolverInfo.h, btManifoldResult.h, btDiscreteDynamicsWorld.h of 3.24.
 //   * A pair's friction and restitution replace the product of the two objects' own: gCalculateCombined*Callback.
 //   * stepSimulation(h, 0): one step of h, no interpolation.
-//   * Friction of `si10`, `si50`, `nncg` acts along the slip, one direction, iterated with the normals; with the knob
-//     friction_directions = 2 two of them, clipped to a cone (implicit cone friction). The MLCP solvers have a pyramid.
+//   * Friction acts along the slip, one direction a contact; with the knob friction_directions = 2 along two of them,
+//   of
+//     sequential impulses clipped to a cone (implicit cone friction).
+//   * Contacts begin at a distance (breaking_threshold) and stop what would close it within the step, so that at small
+//     steps most of a bounce is lost: m_restitutionVelocityThreshold and restitution act on what is left.
 
 #include <BulletDynamics/ConstraintSolver/btNNCGConstraintSolver.h>
 #include <BulletDynamics/MLCPSolvers/btDantzigSolver.h>
-#include <BulletDynamics/MLCPSolvers/btLemkeSolver.h>
 #include <BulletDynamics/MLCPSolvers/btMLCPSolver.h>
 #include <BulletDynamics/MLCPSolvers/btSolveProjectedGaussSeidel.h>
 #include <btBulletDynamicsCommon.h>
@@ -123,8 +125,6 @@ void BulletScene::make_solver(const std::string& variant) {
   }
   if (variant == "dantzig")
     mlcp_ = std::make_unique<btDantzigSolver>();
-  else if (variant == "lemke")
-    mlcp_ = std::make_unique<btLemkeSolver>();
   else
     mlcp_ = std::make_unique<btSolveProjectedGaussSeidel>();
   solver_ = std::make_unique<btMLCPSolver>(mlcp_.get());
@@ -249,7 +249,6 @@ EngineWorld make(const Scenario& scenario, const EngineSetting& setting) {
 
 Engine bullet() {
   const bool single = sizeof(btScalar) == sizeof(float);
-  const double pyramid = std::sqrt(2.0);
   Engine engine;
   engine.name = single ? "bullet-float" : "bullet";
   engine.summary =
@@ -271,9 +270,8 @@ Engine bullet() {
                       1,
                       {{"iterations", 50}, {"friction_directions", 2}}},
                      {"nncg", "nonlinear nonsmooth conjugate gradients, 10 iterations", 1, {}},
-                     {"dantzig", "MLCP solver of Dantzig, friction pyramid", pyramid, {}},
-                     {"pgs", "MLCP solver by projected Gauss-Seidel, friction pyramid", pyramid, {}},
-                     {"lemke", "MLCP solver of Lemke, friction pyramid", pyramid, {}}};
+                     {"dantzig", "MLCP solver of Dantzig", 1, {}},
+                     {"pgs", "MLCP solver by projected Gauss-Seidel", 1, {}}};
   engine.knobs = {{"iterations", 10, "", "of a step"},
                   {"erp", 0.2, "", "share of a depth that a step takes away, in the velocities"},
                   {"erp2", 0.2, "", "the same of the split impulse"},

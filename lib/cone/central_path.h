@@ -17,7 +17,7 @@ using RealVector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
 template <class Real>
 struct Cones {
   std::vector<Real> mu;          ///< nc
-  std::vector<Real> share;       ///< nc, d: what a normal impulse counts in the bound
+  std::vector<Real> d;           ///< nc: what a normal impulse counts in the bound
   std::vector<char> inequality;  ///< nc, is there a slack a (and eta >= 0)?
   bool eta = false;              ///< are there multipliers eta?
   bool bound = false;            ///< are there s and b?
@@ -71,7 +71,7 @@ struct CentralPath {
   ConePoint<Real> at, step;
   ConeResiduals<Real> off;
   std::vector<ConeScaling<Real>> scaling;  ///< nc, where mu > 0
-  SecondOrder<Real> second;
+  SecondOrder<Real> second_order;
   int iterations = 0;
 };
 

@@ -29,7 +29,7 @@ struct ConeProgram {
   const std::vector<double>* slack = nullptr;   ///< nc, m/s, >= 0: how far N v + w_n may fall below 0; null: 0
   const std::vector<char>* fixed = nullptr;     ///< nc, N v + w_n = 0 enforced? null: nowhere
   double kappa = std::numeric_limits<double>::infinity();  ///< N s, >= 0
-  const std::vector<double>* share = nullptr;              ///< nc, 1 where r_n counts in the sum, 0 not; null: all do
+  const std::vector<double>* share = nullptr;  ///< nc, d: 1 where r_n counts in the sum, else 0; null: all do
   /// N s: impulses beside which an answer's are not large; infinite: the velocities' scale is theirs. Where bodies
   /// slide at 1 m/s and hardly approach, impulses are 1e-8 of what their velocities could make of them.
   double impulse_size = std::numeric_limits<double>::infinity();
@@ -44,6 +44,7 @@ struct ConeProgram {
   bool has_bound() const { return kappa < std::numeric_limits<double>::infinity(); }
 };
 
+/// From best to worst.
 enum class ConeStatus { solved, nonconverged, singular, not_finite };
 std::string_view name(ConeStatus status);
 

@@ -1,7 +1,7 @@
 // The program scaled by the contacts' mobilities w_i and the sizes of velocities and impulses, U and R <= U (sqrt J),
 // c = R / U:
 //   x_i = sqrt(w_i) r_i / R,  e_i = sqrt(w_i) eta_i / U,  W with rows and columns, q with rows over sqrt(w_i),
-//   d_i = 1 / sqrt(w_i);
+//   d_i = 1 / sqrt(w_i) where the bound counts the contact, else 0;
 //   y = c W x + q / U - W_n e + d s,  a = (W x + q / R)_n,  b = kappa / R - d.x_n     (all three >= 0 in their cones)
 // Newton step, G^-1 the inverse of the squared scaling of a contact, c_x.. the right-hand sides of complementarity:
 //   [ c W + G^-1 + P   -W_n       d  ] [dx]   [ c_x + y - (c W x + q / U - W_n e + d s) ]
@@ -28,12 +28,12 @@ using Matrix3 = Eigen::Matrix<Real, 3, 3>;
 DenseNewton::DenseNewton(const ConeProgram& program) : p_(program) {
   const int nc = p_.nc();
   form_velocities();
+  scale_.resize(nc);
   d_.resize(nc);
-  share_.resize(nc);
   for (int c = 0; c < nc; ++c) {
-    d_[c] = 1 / sqrt(Real((*p_.weight)[c]));
-    share_[c] = p_.share_of(c) * d_[c];
-    q_.segment(3 * c, 3) *= d_[c];
+    scale_[c] = 1 / sqrt(Real((*p_.weight)[c]));
+    d_[c] = p_.share_of(c) * scale_[c];
+    q_.segment(3 * c, 3) *= scale_[c];
     mean_log_weight_ += std::log((*p_.weight)[c]) / nc;
     if (!slides(c)) q_[3 * c + 1] = q_[3 * c + 2] = 0;  // nothing depends on it
   }
@@ -41,7 +41,7 @@ DenseNewton::DenseNewton(const ConeProgram& program) : p_(program) {
   if (size_ > 0) q_ /= size_;
   const Real impulse = p_.impulse_size * std::exp(mean_log_weight_ / 2);
   if (impulse > 0 && impulse < size_) ratio_ = impulse / size_;
-  system_.form(p_, d_, share_, ratio_, p_.has_eta(), p_.has_bound());
+  system_.form(p_, scale_, d_, ratio_, p_.has_eta(), p_.has_bound());
 }
 
 // Of the contacts without impulses, m/s; into q_ and rounded_q_.
@@ -64,7 +64,7 @@ void DenseNewton::describe(CentralPath<Real>& path) const {
   const int nc = p_.nc();
   Cones<Real>& cones = path.cones;
   cones.mu.assign(p_.mu->begin(), p_.mu->end());
-  cones.share.assign(share_.begin(), share_.end());
+  cones.d.assign(d_.begin(), d_.end());
   cones.inequality.resize(nc);
   cones.eta = p_.has_eta();
   cones.bound = p_.has_bound();
@@ -78,14 +78,14 @@ void DenseNewton::describe(CentralPath<Real>& path) const {
   for (int c = 0; c < nc; ++c) {
     cones.inequality[c] = p_.bounded_below && !p_.is_fixed(c) ? 1 : 0;
     cones.count += cones.inequality[c];
-    path.a_free[c] = q_[3 * c] / ratio_ + p_.slack_of(c) * d_[c] / (ratio_ * size_);
+    path.a_free[c] = q_[3 * c] / ratio_ + p_.slack_of(c) * scale_[c] / (ratio_ * size_);
   }
 }
 
 void DenseNewton::slacks(const ConePoint<Real>& at, RealVector<Real>& y, RealVector<Real>& a) {
   velocities(at, y, a);
   y += q_;
-  for (int c = 0; c < p_.nc(); ++c) a[c] += q_[3 * c] / ratio_ + p_.slack_of(c) * d_[c] / (ratio_ * size_);
+  for (int c = 0; c < p_.nc(); ++c) a[c] += q_[3 * c] / ratio_ + p_.slack_of(c) * scale_[c] / (ratio_ * size_);
 }
 
 // c W x - W_n e and (W x)_n of a point or a step.
@@ -133,16 +133,16 @@ bool DenseNewton::factor(const CentralPath<Real>& path) {
 
 void DenseNewton::add(const CentralPath<Real>& path) {
   for (int c = 0; c < p_.nc(); ++c) {
-    const Eigen::Matrix<Real, 3, 1> t = path.second.contact.segment<3>(3 * c);
+    const Eigen::Matrix<Real, 3, 1> t = path.second_order.contact.segment<3>(3 * c);
     if (slides(c)) {
       const ConeVector<Real> more = path.scaling[c].apply_inverse(t);
       c_r_.segment<3>(3 * c) += ConeVector<Real>(path.cones.mu[c] * more[0], more[1], more[2]);
     } else {
       c_r_[3 * c] += t[0] / path.at.r[3 * c];
     }
-    if (path.cones.inequality[c]) c_eta_[c] += path.second.eta[c] / path.at.eta[c];
+    if (path.cones.inequality[c]) c_eta_[c] += path.second_order.eta[c] / path.at.eta[c];
   }
-  c_s_ += path.second.b;
+  c_s_ += path.second_order.b;
 }
 
 bool DenseNewton::solve(const CentralPath<Real>& path, ConePoint<Real>& step) {
@@ -161,7 +161,7 @@ bool DenseNewton::solve(const CentralPath<Real>& path, ConePoint<Real>& step) {
   step.y -= path.off.y;
   step.a -= path.off.a;
   for (int c = 0; c < nc; ++c) {
-    step.y[3 * c] += share_[c] * step.s;
+    step.y[3 * c] += d_[c] * step.s;
     if (!path.cones.inequality[c]) step.a[c] = 0;  // there is no slack
   }
   return true;
@@ -171,8 +171,8 @@ void DenseNewton::round_off(const ConePoint<Real>& at, ConeSolution& x) const {
   x.r.resize(3 * p_.nc());
   x.eta.resize(p_.nc());
   for (int c = 0; c < p_.nc(); ++c) {
-    for (int i = 0; i < 3; ++i) x.r[3 * c + i] = static_cast<double>(at.r[3 * c + i] * d_[c] * ratio_ * size_);
-    x.eta[c] = static_cast<double>(at.eta[c] * d_[c] * size_);
+    for (int i = 0; i < 3; ++i) x.r[3 * c + i] = static_cast<double>(at.r[3 * c + i] * scale_[c] * ratio_ * size_);
+    x.eta[c] = static_cast<double>(at.eta[c] * scale_[c] * size_);
   }
   x.s = static_cast<double>(at.s * size_);
 }

@@ -37,8 +37,8 @@ class DenseNewton {
 
   const ConeProgram& p_;
   DenseSystem system_;
-  RealVector<Real> q_, d_, share_;  // q over U; share_: d where the bound counts the contact, else 0
-  double mean_log_weight_ = 0;      // d = exp(-half of it), in the geometric mean
+  RealVector<Real> q_, scale_, d_;  // q over U; scale: 1 / sqrt(w_i); d as said
+  double mean_log_weight_ = 0;      // scale = exp(-half of it), in the geometric mean
   Real size_ = 0, ratio_ = 1;       // U, R / U
   std::vector<double> rounded_q_;
   // Right-hand sides of complementarity, in units of y, a and b.

@@ -4,13 +4,13 @@
 
 namespace cb {
 
-void DenseSystem::form(const ConeProgram& program, const Vector& d, const Vector& share, Real ratio, bool below,
+void DenseSystem::form(const ConeProgram& program, const Vector& scale, const Vector& d, Real ratio, bool below,
                        bool bound) {
-  columns_.form(program, d);
+  columns_.form(program, scale);
   below_ = below;
   bound_ = bound;
   ratio_ = ratio;
-  share_ = share;
+  d_ = d;
   const int nc = columns_.contacts();
   G_inverse_.resize(nc);
   H_.resize(nc);
@@ -43,7 +43,7 @@ bool DenseSystem::factor(Real diagonal) {
   if (!lu_.factor()) return false;
   if (!bound_) return true;
   Vector along = Vector::Zero(unknowns());
-  for (int c = 0; c < nc; ++c) along[3 * c] = share_[c];
+  for (int c = 0; c < nc; ++c) along[3 * c] = d_[c];
   solve_unbounded(along, response_);
   return true;
 }
@@ -74,8 +74,8 @@ void DenseSystem::multiply(const Vector& z, Vector& out) {
       if (G_inverse_[c](i, i).high > 0) out[3 * c + i] += y_[3 * c + i] + Real(proximal) * x[i];
     if (below_) out[at_e() + c] = u_[3 * c] + (D_inverse_[c] + proximal) * z[at_e() + c];
     if (!bound_) continue;
-    out[3 * c] += share_[c] * z[at_s()];
-    out[at_s()] -= share_[c] * x[0];
+    out[3 * c] += d_[c] * z[at_s()];
+    out[at_s()] -= d_[c] * x[0];
   }
   if (bound_) out[at_s()] += diagonal_ * z[at_s()];
 }
@@ -116,8 +116,8 @@ void DenseSystem::solve_once(const Vector& rhs, Vector& z) {
   if (!bound_) return;
   Real pivot = diagonal_, known = rhs[at_s()];
   for (int c = 0; c < columns_.contacts(); ++c) {
-    pivot += share_[c] * response_[3 * c];
-    known += share_[c] * z[3 * c];
+    pivot += d_[c] * response_[3 * c];
+    known += d_[c] * z[3 * c];
   }
   const Real ds = known / pivot;
   z -= ds * response_;

@@ -21,9 +21,9 @@ class DenseSystem {
   using Vector = ContactColumns::Vector;
   using Matrix3 = Eigen::Matrix<Real, 3, 3>;
 
-  /// `d`: scale of each contact (nc); `share`: d where the bound counts the contact, else 0; `ratio`: c. `below`: are
+  /// `scale`: 1 / sqrt(w_i) (nc); `d`: the same where the bound counts the contact, else 0; `ratio`: c. `below`: are
   /// there multipliers e? `bound`: is there a multiplier s?
-  void form(const ConeProgram& program, const Vector& d, const Vector& share, Real ratio, bool below, bool bound);
+  void form(const ConeProgram& program, const Vector& scale, const Vector& d, Real ratio, bool below, bool bound);
   const ContactColumns& columns() const { return columns_; }
   /// Of a contact: G and its inverse (contacts without friction: their first entries alone), D^-1.
   void set(int contact, const Matrix3& G, const Matrix3& G_inverse, Real D_inverse);
@@ -46,7 +46,7 @@ class DenseSystem {
   ContactColumns columns_;
   bool below_ = false, bound_ = false;
   Real ratio_ = 1, diagonal_ = 0;
-  Vector share_, D_inverse_, E_, response_;
+  Vector d_, D_inverse_, E_, response_;
   std::vector<Matrix3> G_inverse_, H_;
   DoubleDoubleLu lu_;
   // Scratch.

@@ -12,8 +12,7 @@
 //   1. Nesterov-Todd scaling and Mehrotra's predictor and corrector for second-order cones in place of the barrier of
 //      the squared constraint (L. Vandenberghe, The CVXOPT linear and quadratic cone program solvers, 2010, sec. 4-6);
 //   2. a finish by Newton's method (polish.h; tried by look() and finish()), because a barrier method ends at the
-//   square root of rounding on
-//      degenerate problems (r is not unique, strict feasibility may fail).
+//      square root of rounding on degenerate problems (r is not unique, strict feasibility may fail).
 // One loop for every kind of numbers, linear system and keeping of iterates (iterates.h): in double, with a sparse
 // system (sparse_newton.h) and iterates that are polished; in DoubleDouble, with a dense one (dense_newton.h).
 // Fails with `nonconverged` (iteration limit or step length), `singular`: r is then the best iterate met; `not_finite`
@@ -97,8 +96,8 @@ class PrimalDual {
     }
     path_.step.set_zero(cones.nc());
     path_.scaling.resize(cones.nc());
-    path_.second.contact.setZero(3 * cones.nc());
-    path_.second.eta.setZero(cones.nc());
+    path_.second_order.contact.setZero(3 * cones.nc());
+    path_.second_order.eta.setZero(cones.nc());
     path_.iterations = 0;
   }
 
@@ -116,11 +115,11 @@ class PrimalDual {
     for (int c = 0; c < cones.nc(); ++c) {
       off.complementarity += three(x.r, c).dot(three(x.y, c)) + x.eta[c] * x.a[c];
       for (int i = 0; i < 3; ++i) off.y[3 * c + i] = x.y[3 * c + i] - off.y[3 * c + i];
-      off.y[3 * c] -= x.s * cones.share[c];
+      off.y[3 * c] -= x.s * cones.d[c];
       off.a[c] = x.a[c] - off.a[c];
       worst = std::max<Real>(worst, three(off.y, c).squaredNorm() / scales.w_r[c]);
       if (cones.eta) worst = std::max<Real>(worst, off.a[c] * off.a[c] / scales.w_eta[c]);
-      sum += cones.share[c] * x.r[3 * c];
+      sum += cones.d[c] * x.r[3 * c];
     }
     off.b = cones.bound ? off.b + sum : 0;
     off.worst = sqrt(std::max<Real>(worst, off.b * off.b * scales.mean_weight)) / scales.size;
@@ -134,7 +133,7 @@ class PrimalDual {
   }
 
   bool predict() {
-    path_.second.b = 0;
+    path_.second_order.b = 0;
     return solve();
   }
 
@@ -142,7 +141,7 @@ class PrimalDual {
   bool correct() {
     const Cones<Real>& cones = path_.cones;
     const ConePoint<Real>&x = path_.at, &step = path_.step;
-    SecondOrder<Real>& second = path_.second;
+    SecondOrder<Real>& second = path_.second_order;
     const Real affine = std::min<Real>(1, longest());
     const Real sigma = std::max<Real>(rules_.least_centre, cube(1 - affine));
     const Real centre = sigma * (path_.off.complementarity / cones.count);
@@ -177,7 +176,7 @@ class PrimalDual {
     if (!system_.solve(path_, step)) return false;
     // From the complementarity row: b may be far smaller than the rounding of the sum, which goes into its residual.
     const ConePoint<Real>& x = path_.at;
-    step.b = path_.cones.bound ? -x.b - x.b / x.s * step.s + path_.second.b : 0;
+    step.b = path_.cones.bound ? -x.b - x.b / x.s * step.s + path_.second_order.b : 0;
     return true;
   }
 

@@ -21,7 +21,7 @@ void SparseNewton::describe(CentralPath<double>& path) const {
   const int nc = p_.nc();
   Cones<double>& cones = path.cones;
   cones.mu.assign(p_.mu->begin(), p_.mu->end());
-  cones.share.resize(nc);
+  cones.d.resize(nc);
   cones.inequality.resize(nc);
   cones.eta = p_.has_eta();
   cones.bound = p_.has_bound();
@@ -30,7 +30,7 @@ void SparseNewton::describe(CentralPath<double>& path) const {
   path.scales = w_.scales;
   path.a_free.resize(nc);
   for (int c = 0; c < nc; ++c) {
-    cones.share[c] = p_.share_of(c);
+    cones.d[c] = p_.share_of(c);
     cones.inequality[c] = p_.bounded_below && !p_.is_fixed(c) ? 1 : 0;
     cones.count += cones.inequality[c];
     path.a_free[c] = w_.q[3 * c] + p_.slack_of(c);
@@ -95,16 +95,16 @@ void SparseNewton::add(const CentralPath<double>& path) {
     const double mu = path.cones.mu[c];
     auto aim = vec3(&w_.newton.c_r[3 * c]);
     if (mu == 0) {
-      aim[0] += damping_[9 * c] * path.second.contact[3 * c] / path.at.y[3 * c];
+      aim[0] += damping_[9 * c] * path.second_order.contact[3 * c] / path.at.y[3 * c];
     } else {
-      const Vector3d correction = path.scaling[c].apply(vec3(&path.second.contact[3 * c]));
+      const Vector3d correction = path.scaling[c].apply(vec3(&path.second_order.contact[3 * c]));
       aim += mat3(&damping_[9 * c]) * Vector3d(correction[0] / mu, correction[1], correction[2]);
     }
     if (!path.cones.inequality[c]) continue;
     const double a = path.at.a[c], damp = 1 + options_.regularisation * path.scales.w_eta[c] * path.at.eta[c] / a;
-    w_.newton.c_eta[c] += path.second.eta[c] / a / damp;
+    w_.newton.c_eta[c] += path.second_order.eta[c] / a / damp;
   }
-  border_rhs_ -= path.second.b;
+  border_rhs_ -= path.second_order.b;
 }
 
 bool SparseNewton::solve(const CentralPath<double>& path, ConePoint<double>& step) {

@@ -27,7 +27,7 @@ class SparseNewton {
   void slacks(const ConePoint<double>& at, RealVector<double>& y, RealVector<double>& a);
   /// Linearises at path.at and factors. False where a pivot fails.
   bool factor(const CentralPath<double>& path);
-  /// Adds path.second to what the next step aims at.
+  /// Adds path.second_order to what the next step aims at.
   void add(const CentralPath<double>& path);
   /// The step, all but its b. False where a pivot fails.
   bool solve(const CentralPath<double>& path, ConePoint<double>& step);

@@ -5,8 +5,6 @@
 // compression from v-, then theta e c_n is given back and decompression keeps contacts from approaching, its friction
 // bounded by mu (theta e c_n + c_n').
 //
-// A contact left out: u_n+ >= 0 = c_n; c_t = 0 needs d_i.u_t+ + lam >= 0 for all directions, which
-// lam = max(0, -min_i d_i.u_t+) gives; lam _|_ mu c_n - sum c_t = 0 holds for any lam.
 // A contact alone, W = diag(W_n, w, w): r_n = -u_n / W_n, friction the point of the polygon mu r_n conv{d_i} nearest to
 // -u_t / w, on the two directions beside it.
 
@@ -221,20 +219,6 @@ void join(const ProblemPart& part, const ContactSolution& answer, ContactSolutio
   }
 }
 
-class PolygonIdle {
- public:
-  void operator()(const WithoutContacts& event, ContactSolution& solution, std::vector<char>&) {
-    PolygonWitness& polygon = solution.as<PolygonWitness>();
-    direction_.set(polygon.k);
-    const std::size_t nc = event.out.size(), slips = (polygon.k + 1) * nc;
-    for (std::size_t c = 0; c < nc; ++c)
-      if (event.out[c]) polygon.z[slips + c] = direction_.least_slip_bound(&event.u_plus[3 * c]);
-  }
-
- private:
-  FrictionPolygon direction_;
-};
-
 class PolygonAlone {
  public:
   explicit PolygonAlone(const Witness& terms) : terms_(terms) { direction_.set(std::get<PolygonWitness>(terms).k); }
@@ -274,7 +258,6 @@ Law anitescu_potra_law() {
   return {.name = "anitescu_potra",
           .check = []() -> LawCheck { return PolygonCheck(); },
           .leave_out = leave_out,
-          .idle = []() -> IdleCheck { return PolygonIdle(); },
           .rest = rest,
           .join = join,
           .prove = prove,

@@ -15,8 +15,9 @@ Vec3 velocity_at(const State& state, int body, const Vec3& position) {
 void Assembler::assemble(const Model& model, const State& state, const std::vector<Shape>& shapes,
                          const std::vector<ContactPoint>& contacts, const std::vector<LimitContact>& limits,
                          const std::vector<double>& mu, const std::vector<double>& restitution, double turn,
-                         ContactProblem& problem, std::vector<BlockOwner>& owners, const std::vector<char>& driven) {
-  const Scene scene{model, state, shapes, driven};
+                         ContactProblem& problem, std::vector<BlockOwner>& owners, const std::vector<char>& driven,
+                         const ImplicitJoints* joints) {
+  const Scene scene{model, state, shapes, driven, joints};
   problem.clear();
   owners.clear();
   mark_blocks(scene, contacts, limits);
@@ -80,6 +81,7 @@ void Assembler::add_trees(const Scene& scene, ContactProblem& problem, std::vect
     block_of_tree_[t] = problem.M.add_block(tree.nv);
     owners.push_back({-1, t});
     composite_body_.mass_matrix(scene.model, tree, state, problem.M.block(block_of_tree_[t]));
+    if (scene.joints != nullptr) scene.joints->add_to(tree, problem.M.block(block_of_tree_[t]));
     problem.v_minus.insert(problem.v_minus.end(), state.qd.begin() + tree.v, state.qd.begin() + tree.v + tree.nv);
   }
 }

@@ -4,6 +4,7 @@
 
 #include "contact/problem.h"
 #include "dynamics/composite_body.h"
+#include "dynamics/implicit_joints.h"
 #include "geometry/shapes.h"
 
 namespace cb {
@@ -26,7 +27,7 @@ struct BlockOwner {
 /// tree's velocities are its qd. `owners` receives who they are. Contacts come first, in their order, then limits: row
 /// n acts on the joint's rate (a torque impulse in N m s at a revolute one), the tangential rows are 0, mu = 0 and
 /// restitution = 0.
-/// Trees that are `driven` (indexed as Model::trees; empty: none) get no block, as what is fixed does not: how they
+/// `joints`: the blocks of trees are M + h D + h^2 K. Trees that are `driven` (indexed as Model::trees; empty: none) get no block, as what is fixed does not: how they
 /// move is no impulse's doing. Their velocity at a contact is in the offset.
 class Assembler {
  public:
@@ -35,7 +36,8 @@ class Assembler {
   void assemble(const Model& model, const State& state, const std::vector<Shape>& shapes,
                 const std::vector<ContactPoint>& contacts, const std::vector<LimitContact>& limits,
                 const std::vector<double>& mu, const std::vector<double>& restitution, double turn,
-                ContactProblem& problem, std::vector<BlockOwner>& owners, const std::vector<char>& driven = {});
+                ContactProblem& problem, std::vector<BlockOwner>& owners, const std::vector<char>& driven = {},
+                const ImplicitJoints* joints = nullptr);
 
  private:
   /// What an event is assembled from.
@@ -44,6 +46,7 @@ class Assembler {
     const State& state;
     const std::vector<Shape>& shapes;
     const std::vector<char>& driven;
+    const ImplicitJoints* joints;
     bool is_driven(int body) const {
       return !driven.empty() && model.bodies[body].tree >= 0 && driven[model.bodies[body].tree] != 0;
     }

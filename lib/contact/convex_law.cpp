@@ -4,19 +4,14 @@
 // is within epsilon; the frictionless impulses f and z prove kappa. With restitution Poisson's second phase moves the
 // answer off the optimum of the first: what is left is feasibility, and that no energy comes from nowhere.
 //
-// A contact left out: u_n+ >= 0, and y = u - W_(:,n) eta + s e_n lies in the dual cone, mu |y_t| <= y_n, with the s
-// that the kept contacts of its island need already (any s where kappa = 0: it costs nothing there). The bound: u_n > 0
-// after the frictionless answer, so that it carries nothing in it and N z <= 1 is not asked of it; and leaving it out
-// must not tear its island, for the bound is per island. A contact alone, W = diag(W_n, w, w): r_n = -u_n / W_n, r_t =
-// -u_t / w where |u_t| <= w mu r_n, else mu r_n against u_t; eta = 0; z = M^-1 N^T / W_n. Without the bound a contact
-// that slides lifts as well: no closed form.
+// A contact alone, W = diag(W_n, w, w): r_n = -u_n / W_n, r_t = -u_t / w where |u_t| <= w mu r_n, else mu r_n against
+// u_t; eta = 0; z = M^-1 N^T / W_n. Without the bound a contact that slides lifts as well: no closed form.
 
 #include <algorithm>
 #include <cmath>
 
 #include "contact/evidence.h"
 #include "contact/laws.h"
-#include "contact/parting.h"
 #include "contact/referee.h"
 #include "linalg/finite.h"
 
@@ -29,9 +24,6 @@ using ConstVec3 = Eigen::Map<const Eigen::Vector3d>;
 /// Scaled u_n up to which the frictionless solution touches, -: the bound on it below. A contact that opens faster
 /// than rounding and f itself explain is open, however slowly, and carries nothing in any solution.
 constexpr double touching = 1e-9;
-/// -: after the frictionless answer a contact left out must part faster than this fraction of what its island is
-/// about, sqrt(J): what parts by less than `touching` touches, and the proof of the bound is about it too.
-constexpr double clearly_apart = 1e-8;
 
 /// y = u - W_(:,n) eta, 3 nc, m/s; as a rule eta = 0. v and scratch are kept by the caller.
 void dual_velocities(const ContactProblem& problem, const BlockCholesky& factor, const std::vector<double>& u,
@@ -230,64 +222,6 @@ void ConvexCheck::judge_gaps(const ConvexWitness& proof, const Evidence& at, Res
   }
 }
 
-class ConvexIdle {
- public:
-  void operator()(const WithoutContacts& event, const ContactSolution& solution, std::vector<char>& holds) {
-    const ConvexWitness& proof = solution.as<ConvexWitness>();
-    dual_velocities(event.problem, event.factor, event.u_plus, proof.eta, v_, scratch_, y_);
-    find_slacks(event, proof);
-    if (proof.bounded) find_apart(event, proof);
-    for (int c = 0; c < event.problem.nc(); ++c) {
-      if (!event.out[c]) continue;
-      const int g = event.islands.of_contact[c];
-      const bool in_cone = missing(event.problem, c) <= slack_[g] || (proof.bounded && kappa_[g] == 0);
-      const bool apart = !proof.bounded || parts_clearly(c, g);
-      if (!in_cone || !apart) holds[c] = 0;
-    }
-  }
-
- private:
-  /// s that this contact needs, m/s.
-  double missing(const ContactProblem& problem, int c) const {
-    return problem.mu[c] * std::hypot(y_[3 * c + 1], y_[3 * c + 2]) - y_[3 * c];
-  }
-  void find_slacks(const WithoutContacts& event, const ConvexWitness& proof) {
-    slack_.assign(event.islands.count, 0.0);
-    kappa_.assign(event.islands.count, 0.0);
-    for (int c = 0; c < event.problem.nc(); ++c) {
-      if (event.out[c] || !proof.bounded) continue;
-      const int g = event.islands.of_contact[c];
-      slack_[g] = std::max(slack_[g], missing(event.problem, c));
-      kappa_[g] += proof.frictionless[c];
-    }
-  }
-  void find_apart(const WithoutContacts& event, const ConvexWitness& proof);
-  bool parts_clearly(int c, int g) const {
-    return u_frictionless_[3 * c] > std::max({clearly_parting * speed_[g], parting_beyond_rounding * terms_[g],
-                                              clearly_apart * size_[g] * std::sqrt(weight_[c])});
-  }
-
-  std::vector<double> y_, u_frictionless_, v_, scratch_, weight_;  // 3 nc, 3 nc, nv, 3 nc, nc
-  std::vector<double> slack_, kappa_, speed_, size_, terms_;       // per island
-};
-
-// What contacts part with after the frictionless answer, and what it is held against, of each island: |u-| / sqrt(w)
-// over its contacts, sqrt(J), and the largest terms of a normal velocity, m/s: what one velocity rounds by is no motion
-// of another.
-void ConvexIdle::find_apart(const WithoutContacts& event, const ConvexWitness& proof) {
-  frictionless_velocities(event.problem, event.factor, proof.frictionless, v_, u_frictionless_);
-  island_speeds(event.islands, event.u_minus, speed_);
-  contact_weights(event.problem, event.factor, weight_);
-  size_.assign(event.islands.count, 0.0);
-  terms_.assign(event.islands.count, 0.0);
-  for (int c = 0; c < event.problem.nc(); ++c) {
-    const int g = event.islands.of_contact[c];
-    size_[g] += ConstVec3(&event.u_minus[3 * c]).squaredNorm() / weight_[c];
-    terms_[g] = std::max(terms_[g], normal_terms(event.problem, c));
-  }
-  for (double& size : size_) size = std::sqrt(size);
-}
-
 void rest(const ContactProblem& problem, const Witness& terms, ContactSolution& solution) {
   const auto& asked = std::get<ConvexWitness>(terms);
   ConvexWitness& proof = solution.as<ConvexWitness>();
@@ -349,7 +283,7 @@ class ConvexAlone {
 
 // The bound is per island, and the islands share epsilon: the method parts them itself.
 LeaveOut leave_out(const Witness& terms) {
-  LeaveOut out{.corners = Corners::suffice, .parting = Parting::untorn, .islands_apart = false};
+  LeaveOut out{.corners = Corners::suffice, .islands_apart = false};
   if (std::get<ConvexWitness>(terms).bounded) out.closed_form = ConvexAlone(terms);
   return out;
 }
@@ -360,7 +294,6 @@ Law convex_law() {
   return {.name = "convex",
           .check = []() -> LawCheck { return ConvexCheck(); },
           .leave_out = leave_out,
-          .idle = []() -> IdleCheck { return ConvexIdle(); },
           .rest = rest,
           .join = join,
           .prove = prove,

@@ -362,6 +362,12 @@ void write_fclib(const std::string& path, const FclibContent& content, const std
     file.text(root + "/info/title", title);
     file.text(root + "/info/description", description);
     file.text(root + "/info/math_info", "");
+    if (!content.r.empty()) {
+      file.group("/solution");
+      file.numbers("/solution/v", content.v);
+      file.numbers("/solution/u", content.u);
+      file.numbers("/solution/r", content.r);
+    }
     file.group("/contactbench");
     file.numbers("/contactbench/v_minus", content.v_minus);
     file.numbers("/contactbench/restitution", content.restitution);

@@ -19,6 +19,9 @@ struct FclibContent {
   std::vector<double> q;             ///< local: 3 nc
   std::vector<double> mu;            ///< nc
 
+  /// An answer, /solution: written where r is given, never read with the problem.
+  std::vector<double> v, u, r;  ///< nv, 3 nc, 3 nc
+
   // The group /contactbench, beside the problem's own; empty where it is not there.
   std::vector<double> v_minus;      ///< nv
   std::vector<double> restitution;  ///< nc

@@ -25,13 +25,6 @@ enum class Corners {
   suffice
 };
 
-/// Contacts that part before an event: which of them may stay out of it, to be looked at afterwards?
-enum class Parting {
-  whole_islands,  ///< where all of an island part: one that parts alone may be met on the way
-  untorn,         ///< each, unless what is left of its island falls apart
-  each
-};
-
 /// A contact alone on its island whose normal and tangential directions do not couple, without restitution.
 struct LoneContact {
   const ContactProblem& problem;  ///< of it alone
@@ -45,24 +38,10 @@ using ClosedForm = std::function<void(const LoneContact& contact, ContactSolutio
 /// What may be left out of an event before the method sees it.
 struct LeaveOut {
   Corners corners = Corners::differ;
-  Parting parting = Parting::each;
   bool islands_apart = true;  ///< may islands be handed to the method one by one? No: it shares something among them
   ClosedForm closed_form = {};
   bool idle_friction = false;  ///< unknowns of friction where mu = 0: they are zero, or follow from the slip
 };
-
-/// An event that was solved without the contacts that are `out`, whose impulses are zero.
-struct WithoutContacts {
-  const ContactProblem& problem;
-  const BlockCholesky& factor;                 ///< of M
-  const Islands& islands;                      ///< of the whole problem
-  const std::vector<char>& out;                ///< nc
-  const std::vector<double>&u_minus, &u_plus;  ///< 3 nc, m/s
-};
-/// Does each of them satisfy the law without impulse? It parts, or `holds` says already that it does not. Takes those
-/// from `holds` (nc) that do not, and completes the witness of those that do. Owns its scratch.
-using IdleCheck =
-    std::function<void(const WithoutContacts& event, ContactSolution& solution, std::vector<char>& holds)>;
 
 /// A part of a problem: these contacts and blocks of it, in this order.
 struct ProblemPart {
@@ -84,7 +63,6 @@ struct Law {
   LawCheck (*check)();
   /// Terms: a witness that holds what was asked of the method and no numbers (MethodRow::terms).
   LeaveOut (*leave_out)(const Witness& terms) = [](const Witness&) { return LeaveOut{}; };
-  IdleCheck (*idle)() = nullptr;
   /// The witness of zero impulses for `problem`.
   void (*rest)(const ContactProblem& problem, const Witness& terms, ContactSolution& solution) = nullptr;
   /// Takes over the witness of a part into that of the whole.

@@ -74,7 +74,6 @@ std::string_view prove(const ImpulsesAlone& answer, ContactSolution& solution) {
 Law mirtich_law() {
   return {.name = "mirtich",
           .check = []() -> LawCheck { return MirtichCheck(); },
-          .leave_out = [](const Witness&) { return LeaveOut{.parting = Parting::whole_islands}; },
           .rest = rest,
           .join = join,
           .prove = prove,

@@ -22,10 +22,7 @@ void check(const ContactProblem& problem, const ContactSolution& solution, const
 }  // namespace
 
 Law newton_law() {
-  return {.name = "newton",
-          .check = []() -> LawCheck { return check; },
-          .leave_out = [](const Witness&) { return LeaveOut{.parting = Parting::whole_islands}; },
-          .no_expansion = one_after_another};
+  return {.name = "newton", .check = []() -> LawCheck { return check; }, .no_expansion = one_after_another};
 }
 
 }  // namespace cb

@@ -345,7 +345,7 @@ StoredProblem read_contact_problem(const std::string& path, const ProblemFileOpt
 }
 
 void write_contact_problem(const std::string& path, const ContactProblem& problem, const std::string& title,
-                           const std::vector<int>& row_of_v) {
+                           const std::vector<int>& row_of_v, const StoredAnswer* answer) {
   const int nv = problem.nv(), nc = problem.nc();
   std::vector<int> row = row_of_v;
   bool own_order = true;
@@ -382,6 +382,12 @@ void write_contact_problem(const std::string& path, const ContactProblem& proble
   for (int i = 0; i < nv; ++i) {
     out.f[row[i]] = force[i];
     out.v_minus[row[i]] = problem.v_minus[i];
+  }
+  if (answer) {
+    out.v.resize(nv);
+    for (int i = 0; i < nv; ++i) out.v[row[i]] = answer->v_plus[i];
+    out.u = answer->u_plus;
+    out.r = answer->impulse;
   }
   out.w = problem.offset;
   out.mu = problem.mu;

@@ -50,11 +50,16 @@ StoredProblem read_contact_problem(const std::string& path, const ProblemFileOpt
 struct FclibContent;
 /// The same from what an FCLIB file holds: sizes fit, numbers are finite. `path` begins the messages.
 StoredProblem to_problem(FclibContent content, const std::string& path, const ProblemFileOptions& options = {});
+/// An answer that goes into a problem's file, FCLIB's /solution.
+struct StoredAnswer {
+  std::vector<double> impulse;         ///< 3 nc, N s
+  std::vector<double> v_plus, u_plus;  ///< nv, 3 nc, after it; u_plus with the offset
+};
 
 /// Writes a problem as FCLIB (global). M, H = J^T, f = M v_minus, w, mu are stored to the last bit; v_minus and
 /// restitution travel in the group /contactbench. `row_of_v` (as read) restores a file's own order of unknowns.
 /// Throws FileError.
 void write_contact_problem(const std::string& path, const ContactProblem& problem, const std::string& title = {},
-                           const std::vector<int>& row_of_v = {});
+                           const std::vector<int>& row_of_v = {}, const StoredAnswer* answer = nullptr);
 
 }  // namespace cb

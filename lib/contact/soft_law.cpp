@@ -5,8 +5,8 @@
 // restitution (Poisson) the answer is that of two phases: what is left is y_n >= 0, r in K, and that no energy comes
 // from nowhere.
 //
-// A contact left out: u in K*, u_n >= mu |u_t|. A contact alone, W = diag(W_n, w, w): r_n = -u_n / (W_n + R_n), r_t =
-// -u_t / (w + R_t) where that lies in the cone, else with slip s = |u_t|
+// A contact alone, W = diag(W_n, w, w): r_n = -u_n / (W_n + R_n), r_t = -u_t / (w + R_t) where that lies in the cone,
+// else with slip s = |u_t|
 //   r_n = (mu s - u_n) / (W_n + R_n + mu^2 (w + R_t)),   r_t = -mu r_n u_t / s.
 // Corners do not stand for a patch: each contact gives way, so that more of them are stiffer.
 
@@ -53,13 +53,6 @@ class SoftCheck {
   std::vector<double> sum_;  // per island
 };
 
-void idle(const WithoutContacts& event, const ContactSolution&, std::vector<char>& holds) {
-  for (int c = 0; c < event.problem.nc(); ++c) {
-    const double* u = &event.u_plus[3 * c];
-    if (event.out[c] && u[0] < event.problem.mu[c] * std::hypot(u[1], u[2])) holds[c] = 0;
-  }
-}
-
 void rest(const ContactProblem&, const Witness& terms, ContactSolution& solution) {
   solution.as<SoftWitness>() = std::get<SoftWitness>(terms);
 }
@@ -101,7 +94,6 @@ Law soft_law() {
   return {.name = "soft",
           .check = []() -> LawCheck { return SoftCheck(); },
           .leave_out = leave_out,
-          .idle = []() -> IdleCheck { return idle; },
           .rest = rest,
           .prove = prove,
           .no_expansion =

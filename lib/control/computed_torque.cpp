@@ -65,6 +65,24 @@ class ComputedTorque {
   std::vector<double> wanted_, extra_, inverse_;
 };
 
+// gains = computed: kp M, kd M over the tracked joints. Joint damping is fed forward in all of the tree.
+void gains_of_joints(const Model& model, const ControllerSpec& spec, JointGains& gains) {
+  const Tree& tree = model.trees[spec.tree];
+  for (const Joint& joint : tree.joints)
+    if (joint.nv() == 1) gains.damping[joint.v] -= joint.damping;
+  for (const ControllerSpec::ControlledJoint& part : spec.joints) {
+    if (part.role == close) continue;
+    const Joint& joint = tree.joints[part.joint];
+    if (spec.words[gains_are] == computed) {
+      gains.stiffness_by_mass[joint.v] += spec.gains[kp];
+      gains.damping_by_mass[joint.v] += spec.gains[kd];
+    } else {
+      gains.stiffness[joint.v] += part.gains[KP];
+      gains.damping[joint.v] += part.gains[KV] + joint.damping;
+    }
+  }
+}
+
 }  // namespace
 
 ControllerRow computed_torque_row() {
@@ -89,7 +107,8 @@ ControllerRow computed_torque_row() {
             0,
             std::numeric_limits<int>::max(),
             {{"acceleration", "rad/s^2 or m/s^2", "wanted acceleration", std::nullopt}}}},
-          [](const Model&, const ControllerSpec& spec) -> Controller { return ComputedTorque(spec); }};
+          [](const Model&, const ControllerSpec& spec) -> Controller { return ComputedTorque(spec); },
+          gains_of_joints};
 }
 
 }  // namespace cb

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "dynamics/implicit_joints.h"
 #include "dynamics/model.h"
 
 namespace cb {
@@ -58,6 +59,8 @@ struct ControllerRow {
   std::vector<GainWordRow> words;
   std::vector<JointRoleRow> roles;
   std::function<Controller(const Model&, const ControllerSpec&)> make;
+  /// Adds how its torques answer to the joints' own coordinates and rates, which implicit joint forces take.
+  std::function<void(const Model&, const ControllerSpec&, JointGains&)> gains_of_joints;
 };
 
 ControllerRow figure_eight_row();

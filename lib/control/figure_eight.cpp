@@ -98,7 +98,11 @@ ControllerRow figure_eight_row() {
        {"axle", "m", "from wheel to wheel", d.axle, 1e-6}},
       {},
       {{"left", "the left wheel's joint", 1, 1, {}}, {"right", "the right wheel's joint", 1, 1, {}}},
-      [](const Model& model, const ControllerSpec& spec) -> Controller { return FigureEightController(model, spec); }};
+      [](const Model& model, const ControllerSpec& spec) -> Controller { return FigureEightController(model, spec); },
+      [](const Model& model, const ControllerSpec& spec, JointGains& gains) {
+        for (const ControllerSpec::ControlledJoint& part : spec.joints)
+          gains.damping[model.trees[spec.tree].joints[part.joint].v] += spec.gains[0];  // kv
+      }};
 }
 
 }  // namespace cb

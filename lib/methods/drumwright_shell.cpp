@@ -107,7 +107,10 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
   solution.iterations += iterations_;
   solution.claimed_residual += std::abs(certificate.gap);
   endings.excess += std::max(0.0, std::abs(certificate.gap) - certificate.gap_rounding);
-  if (!proven) return ending == ConeStatus::solved ? ConeStatus::nonconverged : ending;
+  if (!proven) {
+    endings.unproven = true;
+    return std::max(ending, ConeStatus::nonconverged);
+  }
   // An answer at rounding whose certificate is not: friction coefficients or masses of many orders of magnitude.
   if (ending != ConeStatus::solved && certificate.infeasibility <= tolerances_.backward &&
       std::abs(certificate.gap) <= tolerances_.inaccurate * certificate.size * certificate.size) {
@@ -129,7 +132,7 @@ void DrumwrightShell::solve(const ContactProblem& problem, const std::vector<dou
     extract(problem, v0, weight_, contacts_of_[i], blocks_of_[i], block_in_island_, island_);
     const ConeStatus status =
         solve_island(epsilon / islands_.count, solution, tolerances_.warm_start ? &previous_[i] : nullptr, endings);
-    if (status != ConeStatus::solved) endings.worst = status;
+    endings.worst = std::max(endings.worst, status);
     write(problem, solution);
   }
   say(endings, epsilon, solution);
@@ -244,7 +247,9 @@ void DrumwrightShell::say(const Endings& endings, double epsilon, ContactSolutio
         fail(solution, Status::inaccurate, "the duality gap stayed above epsilon: rounding");
       break;
     case ConeStatus::nonconverged:
-      fail(solution, Status::nonconverged, "the interior point method did not reach the gap that was asked for");
+      fail(solution, Status::nonconverged,
+           endings.unproven ? "no proof was found that kappa is the least sum of frictionless impulses"
+                            : "no answer met reaches the duality gap that was asked for");
       break;
     case ConeStatus::singular:
       fail(solution, Status::singular, "a Newton system could not be factored");

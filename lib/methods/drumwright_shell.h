@@ -36,7 +36,8 @@ class DrumwrightShell {
   };
   /// How the islands of a phase ended.
   struct Endings {
-    ConeStatus worst = ConeStatus::solved;
+    ConeStatus worst = ConeStatus::solved;  ///< of the islands without a good answer
+    bool unproven = false;                  ///< has one of them a kappa without proof?
     bool inaccurate = false;
     double excess = 0;  ///< J, of the gaps of all islands, beyond rounding
   };

@@ -1,15 +1,11 @@
-// Leaves out of a contact problem what its answer does not need, and completes the answer (pruned.h).
-//
-// Certificates. Let S be the contacts kept, and r the answer of their problem. A contact c outside S gets r_c = 0, so
-// that v+ and the conditions on S stay as they are. What the law asks of c itself it says (contact/laws.h: idle), and
-// so it does which contacts may stay out, what a contact alone carries, and how parts are put together.
+// Leaves out of a contact problem what its answer does not need, and completes the answer (pruned.h). What the law
+// allows, what a contact alone carries, and how the answers of parts are put together it says itself (contact/laws.h).
 
 #include "methods/pruned.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "contact/parting.h"
 #include "linalg/finite.h"
 
 namespace cb {
@@ -42,16 +38,12 @@ class Pruned {
     may_.idle_friction = may_.idle_friction && prune.idle_friction;
     may_.islands_apart = may_.islands_apart && prune.islands;
     if (!prune.closed_forms) may_.closed_form = {};
-    if (law_.idle) idle_ = law_.idle();
   }
   void operator()(const ContactProblem& problem, ContactSolution& solution);
 
  private:
   bool look(const ContactProblem& problem);
   void find_same_islands(const ContactProblem& problem);
-  void leave_out_parting(const ContactProblem& problem);
-  bool tears_an_island(const ContactProblem& problem);
-  void keep_mixed_islands();
   void solve_parts(const ContactProblem& problem, ContactSolution& solution);
   bool solve_parts(const ContactProblem& problem, bool together, ContactSolution& solution);
   void group(const ContactProblem& problem, bool together);
@@ -59,8 +51,6 @@ class Pruned {
   void extract(const ContactProblem& problem, std::span<const int> contacts, std::span<const int> blocks);
   bool closed_form(const ContactProblem& part, ContactSolution& answer);
   void take_over(const ProblemPart& part, ContactSolution& solution) const;
-  bool certify(const ContactProblem& problem, ContactSolution& solution);
-  void bring_all_back();
   void call_method(int part, const ContactProblem& problem, ContactSolution& solution);
 
   std::function<ContactMethod(const MethodOptions&)> make_;
@@ -70,14 +60,9 @@ class Pruned {
   PruneOptions prune_;
   std::shared_ptr<LeftOut> left_out_;
   Witness terms_;
-  LeaveOut may_;    // what the law allows and nobody told off
-  IdleCheck idle_;  // empty: nothing is asked but that it parts
+  LeaveOut may_;  // what the law allows and nobody told off
 
-  std::vector<double> u_;          // 3 nc, before the event
-  std::vector<double> speed_;      // per island, m/s: largest entry of its u_
-  std::vector<char> out_, holds_;  // nc: left out as parting? does it satisfy the law?
-  int out_count_ = 0;
-  Islands islands_, islands_kept_;               // of the whole problem; without the contacts left out
+  Islands islands_;
   std::vector<int> joined_band_, joined_block_;  // what islands_ were found from
   std::vector<int> part_of_contact_, part_of_block_, block_in_part_;
   Groups contacts_of_, blocks_of_;
@@ -86,7 +71,7 @@ class Pruned {
   ContactSolution answer_;
   BlockCholesky factor_;
   std::vector<Eigen::Matrix3d> W_;
-  std::vector<double> v_, u_plus_;
+  std::vector<double> u_;  // 3, of a contact alone
 };
 
 void Pruned::operator()(const ContactProblem& problem, ContactSolution& solution) {
@@ -99,13 +84,7 @@ void Pruned::operator()(const ContactProblem& problem, ContactSolution& solution
     call_method(0, problem, solution);
     return;
   }
-  for (;;) {
-    solve_parts(problem, solution);
-    if (out_count_ == 0 || certify(problem, solution)) break;
-    // Contacts that came back may be an island beside the rest of theirs.
-    if (may_.parting == Parting::untorn && tears_an_island(problem)) bring_all_back();
-  }
-  left_out_->parted_contacts += out_count_;
+  solve_parts(problem, solution);
 }
 
 void Pruned::call_method(int part, const ContactProblem& problem, ContactSolution& solution) {
@@ -117,26 +96,14 @@ void Pruned::call_method(int part, const ContactProblem& problem, ContactSolutio
     left_out_->idle_friction += std::count(problem.mu.begin(), problem.mu.end(), 0.0);
 }
 
-// Is there anything to leave out? Decides which contacts, and finds the islands.
+// Is there anything to leave out? Finds the islands.
 bool Pruned::look(const ContactProblem& problem) {
   const int nc = problem.nc();
-  if (nc == 0) return false;
-  if (problem.M.blocks() == 1 && nc > 1 && !any_parts(problem)) return false;  // at little cost
-  contact_velocity(problem, problem.v_minus, u_);
-  if (!all_finite(u_)) return false;
-  const bool elastic = !all_zero(problem.restitution);
+  if (nc == 0 || (problem.M.blocks() == 1 && nc > 1)) return false;
   find_same_islands(problem);
-  out_.assign(nc, 0);
-  out_count_ = 0;
-  if (!elastic && prune_.parted_contacts) leave_out_parting(problem);
-  if (out_count_ > 0 && may_.parting == Parting::whole_islands) keep_mixed_islands();
-  if (out_count_ > 0 && may_.parting == Parting::untorn && tears_an_island(problem)) {
-    out_.assign(nc, 0);
-    out_count_ = 0;
-  }
   const bool several = may_.islands_apart && islands_.count > 1;
-  const bool alone = may_.closed_form && !elastic && nc == islands_.count;
-  return out_count_ > 0 || several || alone;
+  const bool alone = may_.closed_form && all_zero(problem.restitution) && nc == islands_.count;
+  return several || alone;
 }
 
 // The same bodies touch as in the event before, as a rule.
@@ -147,54 +114,6 @@ void Pruned::find_same_islands(const ContactProblem& problem) {
   find_islands(problem, islands_);
   joined_band_ = problem.J.band;
   joined_block_ = problem.J.block;
-}
-
-void Pruned::leave_out_parting(const ContactProblem& problem) {
-  island_speeds(islands_, u_, speed_);
-  for (int c = 0; c < problem.nc(); ++c) {
-    const double u_n = u_[3 * c];
-    if (u_n <= clearly_parting * speed_[islands_.of_contact[c]] ||
-        u_n <= parting_beyond_rounding * normal_terms(problem, c))
-      continue;
-    out_[c] = 1;
-    ++out_count_;
-  }
-}
-
-// Contacts stay out only where all of their island part.
-void Pruned::keep_mixed_islands() {
-  std::vector<int>& stays = islands_.scratch;
-  stays.assign(islands_.count, 0);
-  for (std::size_t c = 0; c < out_.size(); ++c)
-    if (!out_[c]) stays[islands_.of_contact[c]] = 1;
-  for (std::size_t c = 0; c < out_.size(); ++c) {
-    if (!out_[c] || !stays[islands_.of_contact[c]]) continue;
-    out_[c] = 0;
-    --out_count_;
-  }
-}
-
-// Would an island fall apart without the contacts that are left out?
-bool Pruned::tears_an_island(const ContactProblem& problem) {
-  part_.J.clear();
-  for (int c = 0; c < problem.nc(); ++c) {
-    if (out_[c]) continue;
-    part_.J.add_band();
-    for (int e = problem.J.band[c]; e < problem.J.band[c + 1]; ++e) part_.J.add_entry(problem.J.block[e], 0);
-  }
-  part_.M = problem.M;
-  find_islands(part_, islands_kept_);
-  // Each island of the whole may hold one island of the rest at most.
-  std::vector<int>& of_island = islands_kept_.scratch;
-  of_island.assign(islands_.count, -1);
-  for (int c = 0, kept = 0; c < problem.nc(); ++c) {
-    if (out_[c]) continue;
-    int& island = of_island[islands_.of_contact[c]];
-    const int now = islands_kept_.of_contact[kept++];
-    if (island >= 0 && island != now) return true;
-    island = now;
-  }
-  return false;
 }
 
 // Parts: the islands; for a method that parts islands itself one of everything, unless each island has a closed form.
@@ -222,7 +141,6 @@ bool Pruned::solve_parts(const ContactProblem& problem, bool together, ContactSo
     take_over({problem, part_, contacts, blocks}, solution);
   }
   if (solved > 1) left_out_->islands += solved;
-  if (solved == 0) ++left_out_->solver_calls;
   return true;
 }
 
@@ -233,8 +151,6 @@ void Pruned::group(const ContactProblem& problem, bool together) {
     part_of_contact_ = islands_.of_contact;
     part_of_block_ = islands_.of_block;
   }
-  for (int c = 0; c < problem.nc(); ++c)
-    if (out_[c]) part_of_contact_[c] = -1;
   const int parts = together ? 1 : islands_.count;
   contacts_of_.assign(part_of_contact_, parts);
   blocks_of_.assign(part_of_block_, parts);
@@ -278,10 +194,10 @@ bool Pruned::closed_form(const ContactProblem& part, ContactSolution& answer) {
   const double coupling = std::abs(W(1, 0)) + std::abs(W(2, 0)) + std::abs(W(2, 1)) + std::abs(W(1, 1) - W(2, 2));
   if (!(W_n > 0 && w > 0 && coupling <= small)) return false;
   if (part.restitution[0] != 0 || !(part.mu[0] >= 0) || !std::isfinite(part.mu[0])) return false;
-  contact_velocity(part, part.v_minus, u_plus_);
-  if (u_plus_[0] > 0) return false;
+  contact_velocity(part, part.v_minus, u_);
+  if (!all_finite(u_) || u_[0] > 0) return false;
   answer.clear();
-  may_.closed_form({part, factor_, W_n, w, u_plus_}, answer);
+  may_.closed_form({part, factor_, W_n, w, u_}, answer);
   return true;
 }
 
@@ -301,45 +217,11 @@ void Pruned::take_over(const ProblemPart& part, ContactSolution& solution) const
   if (law_.join) law_.join(part, answer, solution);
 }
 
-// Do the contacts left out satisfy the law with zero impulse? Those that do not are brought back, and the answer is
-// false. So are all where the method gave up: what it cannot answer without them it may with them.
-bool Pruned::certify(const ContactProblem& problem, ContactSolution& solution) {
-  if (gave_up(solution)) {
-    bring_all_back();
-    return false;
-  }
-  if (!factor_.factor(problem.M)) return true;  // nothing to complete
-  apply_impulse(problem, factor_, solution.impulse, v_);
-  contact_velocity(problem, v_, u_plus_);
-  const int nc = problem.nc();
-  holds_.resize(nc);
-  for (int c = 0; c < nc; ++c) holds_[c] = u_plus_[3 * c] >= 0;
-  if (idle_) idle_({problem, factor_, islands_, out_, u_, u_plus_}, solution, holds_);
-  int failed = 0;
-  for (int c = 0; c < nc; ++c) {
-    if (!out_[c] || holds_[c]) continue;
-    out_[c] = 0;
-    --out_count_;
-    ++failed;
-  }
-  left_out_->brought_back += failed;
-  return failed == 0;
-}
-
-void Pruned::bring_all_back() {
-  left_out_->brought_back += out_count_;
-  out_.assign(out_.size(), 0);
-  out_count_ = 0;
-}
-
 }  // namespace
 
 std::vector<LeftOutItem> items(const LeftOut& left_out) {
   return {
       {"islands solved apart", "bodies that no contact joins do not change each other", left_out.islands},
-      {"separating contacts", "they carry nothing, which is checked after the solve", left_out.parted_contacts},
-      {"separating contacts brought back", "the check failed: solved again with them", left_out.brought_back},
-      {"solver calls for events in which all contacts separate", "there is nothing to solve", left_out.solver_calls},
       {"solver calls for single contacts with a closed form", "one contact through a centre of mass has a formula",
        left_out.closed_forms},
       {"unknowns of friction of contacts with mu = 0", "they are zero, or follow from the slip",

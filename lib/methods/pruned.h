@@ -9,15 +9,12 @@ namespace cb {
 
 /// What to leave out of contact problems; each can be told off, to see what it saves.
 struct PruneOptions {
-  bool islands = true, parted_contacts = true, closed_forms = true, idle_friction = true;
+  bool islands = true, closed_forms = true, idle_friction = true;
 };
 
 /// What was left out of the contact problems of a run, summed over its events.
 struct LeftOut {
   long islands = 0;                      ///< islands solved as problems of their own, where an event has several
-  long parted_contacts = 0;              ///< contacts that separate, left out with a certificate
-  long brought_back = 0;                 ///< contacts of those whose certificate failed: solved again with them
-  long solver_calls = 0;                 ///< events in which every contact separates: no solver was called
   long closed_forms = 0;                 ///< islands of one contact answered by a formula
   long idle_friction = 0;                ///< contacts with mu = 0 whose unknowns of friction an LCP did not get
   std::optional<ContactProblem> failed;  ///< what the method was handed when it last failed, in the present event
@@ -33,15 +30,11 @@ std::vector<LeftOutItem> items(const LeftOut& left_out);
 
 /// The method of `row` with `options`, handed only what an event needs:
 ///  1. islands of bodies joined by contacts are solved apart (`convex` does so in any case: its bound is per island);
-///  2. contacts that part before the event stay out; afterwards each must part still and satisfy what its law asks of
-///     an idle contact, or it is brought back and the event solved again. newton and mirtich hit contacts one after the
-///     other, so that one that parts may be met on the way: they leave out whole islands that part, and nothing else;
-///  3. where nothing is left the method is not called;
-///  4. a contact alone on its island whose normal and tangential directions do not couple (a sphere on the ground) has
+///  2. a contact alone on its island whose normal and tangential directions do not couple (a sphere on the ground) has
 ///     a closed form: ap, convex;
-///  5. ap gets no unknowns for the friction of contacts with mu = 0 (convex has none in any case, but tries its
+///  3. ap gets no unknowns for the friction of contacts with mu = 0 (convex has none in any case, but tries its
 ///     frictionless answer first).
-/// Events with restitution: 1 only; a phase between would need certificates of its own.
+/// Events with restitution: 1 only.
 /// The answer is one of the whole problem, to the same tolerances, and the referee checks it there. Where nothing can
 /// be left out the method sees the problem itself: its answer is the same to the last bit.
 /// `left_out` receives the counts.

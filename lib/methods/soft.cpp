@@ -50,6 +50,7 @@ struct SoftOptions {
   int stalled = 3;           ///< steps in turn that do not halve the residual
   double slope = 1e-8;       ///< -: of the start's, at which the search along a step ends
   double whole_step = 1e-3;  ///< -: of the start's slope, up to which a whole Newton step is taken as it is
+  double touching = 1e-12;   ///< -: of the fastest contact before: slower ones count as sticking in H
   int search_limit = 100;    ///< evaluations of a slope
   double least_block = 3;    ///< mean size of a block of M from which on H is factored by blocks
 };
@@ -66,6 +67,7 @@ class Soft {
   void velocity_after(const ContactProblem& problem, const std::vector<double>& r);
   Status descend(const ContactProblem& problem, ContactSolution& solution);
   double look(const ContactProblem& problem);
+  double beside_others(const ContactProblem& problem);
   bool find_step(const ContactProblem& problem);
   double length_of_step(const ContactProblem& problem);
   double cost(const ContactProblem& problem, const std::vector<double>& v);
@@ -194,24 +196,36 @@ Status Soft::descend(const ContactProblem& problem, ContactSolution& solution) {
       least = residual;
       best_ = r_;
     }
-    if (least <= options_.tolerance || (least <= options_.accepted && no_better >= options_.stalled)) break;
+    if (least <= options_.tolerance || (no_better >= options_.stalled && beside_others(problem) <= options_.accepted))
+      break;
     if (!find_step(problem)) return all_finite(G_) ? Status::singular : Status::not_finite;
     const double length = length_of_step(problem);
     if (length == 0) break;
     for (int i = 0; i < problem.nv(); ++i) v_[i] += length * dv_[i];
   }
   if (!std::isfinite(least)) return Status::not_finite;
+  if (least > options_.accepted) least = beside_others(problem);
   solution.claimed_residual = std::max(solution.claimed_residual, least);
-  if (least <= options_.accepted) return Status::ok;
-  // Beside what else moves it may be good: light contacts next to heavy ones, slow ones next to fast ones.
+  return least <= options_.accepted ? Status::ok : Status::nonconverged;
+}
+
+// What the best impulses are worth beside all that moves: light contacts next to heavy ones, slow ones next to fast
+// ones.
+double Soft::beside_others(const ContactProblem& problem) {
+  std::swap(v_plus_, momentum_);  // the present ones are needed for the next step
+  std::swap(u_plus_, du_);
   velocity_after(problem, best_);
-  solution.claimed_residual = contacts_.residual(best_, u_plus_, u_minus_, false);
-  return solution.claimed_residual <= options_.accepted ? Status::ok : Status::nonconverged;
+  const double residual = contacts_.residual(best_, u_plus_, u_minus_, false);
+  std::swap(v_plus_, momentum_);
+  std::swap(u_plus_, du_);
+  return residual;
 }
 
 // dv_ = -H^-1 (M (v - v-) - J^T r); du_ = J dv_.
 bool Soft::find_step(const ContactProblem& problem) {
-  contacts_.curvatures(u_, G_);
+  double fastest = 0;
+  for (const double u : u_minus_) fastest = std::max(fastest, std::abs(u));
+  contacts_.curvatures(u_, options_.touching * fastest, G_);
   if (!system_.factor(G_, {})) return false;
   for (int i = 0; i < problem.nv(); ++i) v_plus_[i] -= v_[i];  // M^-1 of the negative gradient
   dv_.resize(problem.nv());

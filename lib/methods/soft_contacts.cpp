@@ -52,10 +52,8 @@ Matrix3d SoftContacts::curvature(const Contact& c, const Vector3d& u) {
   const double mu = c.mu, slip = std::hypot(u[1], u[2]);
   Matrix3d G = Matrix3d::Zero();
   if (u[0] >= mu * slip) return G;
-  if (mu == 0) {
-    G(0, 0) = 1 / c.R.n;
-  } else if (sticks(mu, c.R, u[0], slip)) {
-    G.diagonal() = Vector3d(1 / c.R.n, 1 / c.R.t, 1 / c.R.t);
+  if (mu == 0 || sticks(mu, c.R, u[0], slip)) {
+    G = stiffness(c);
   } else {
     const double D = c.R.n + mu * mu * c.R.t, turning = mu * (mu * slip - u[0]) / D / slip;
     const double t1 = u[1] / slip, t2 = u[2] / slip;
@@ -77,10 +75,16 @@ double SoftContacts::impulses(const std::vector<double>& u, std::vector<double>&
   return cost;
 }
 
-void SoftContacts::curvatures(const std::vector<double>& u, std::vector<double>& G) const {
+// Of a contact that sticks.
+Matrix3d SoftContacts::stiffness(const Contact& c) {
+  return Vector3d(1 / c.R.n, c.mu > 0 ? 1 / c.R.t : 0, c.mu > 0 ? 1 / c.R.t : 0).asDiagonal();
+}
+
+void SoftContacts::curvatures(const std::vector<double>& u, double touching, std::vector<double>& G) const {
   G.resize(3 * u.size());
   for (int c = 0; c < static_cast<int>(contacts_.size()); ++c)
-    Eigen::Map<Matrix3d>(G.data() + 9 * c) = curvature(contacts_[c], at(u, c));
+    Eigen::Map<Matrix3d>(G.data() + 9 * c) =
+        at(u, c).norm() <= touching ? stiffness(contacts_[c]) : curvature(contacts_[c], at(u, c));
 }
 
 SoftContacts::Along SoftContacts::along(const std::vector<double>& u, const std::vector<double>& du,

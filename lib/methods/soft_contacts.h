@@ -22,8 +22,9 @@ class SoftContacts {
                 std::string& reason);
   /// r (3 nc, N s) at velocities u (3 nc, m/s); returns the sum of l, J.
   double impulses(const std::vector<double>& u, std::vector<double>& r) const;
-  /// G (9 nc, kg) at u.
-  void curvatures(const std::vector<double>& u, std::vector<double>& G) const;
+  /// G (9 nc, kg) at u. `touching`: what is at most this far from parting (m/s) counts as sticking. G jumps where u =
+  /// 0, and a stack at rest would wake up one box a step.
+  void curvatures(const std::vector<double>& u, double touching, std::vector<double>& G) const;
   /// Slope and curvature of the sum of l at u + alpha du along du, J.
   struct Along {
     double slope = 0, curvature = 0;
@@ -41,6 +42,7 @@ class SoftContacts {
   };
   static Eigen::Vector3d impulse(const Contact& c, const Eigen::Vector3d& u);
   static Eigen::Matrix3d curvature(const Contact& c, const Eigen::Vector3d& u);
+  static Eigen::Matrix3d stiffness(const Contact& c);
 
   std::vector<Contact> contacts_;
   std::vector<Eigen::Matrix3d> W_;

@@ -29,9 +29,10 @@ namespace cb {
 namespace {
 
 struct CascadeOptions : NcpOptions {
-  int limit = 200;              ///< rounds
-  int patience = 20;            ///< rounds in a row without a residual that is a tenth less than the best
+  int limit = 400;              ///< rounds
+  int patience = 60;            ///< rounds in a row without a residual that is a tenth less than the best
   double slower = 0.9;          ///< -: change of s over the last, beyond which theta is halved
+  double regain = 1.2;          ///< -: by which theta grows where the change falls
   double least_damping = 0.05;  ///< -: of theta
 };
 
@@ -125,9 +126,10 @@ void Cascade::latch(const NcpProblem& p) {
   double change = 0;
   for (int c = 0; c < p.nc(); ++c) {
     const double asked = mu_[c] * std::hypot(u_[3 * c + 1], u_[3 * c + 2]);
-    change = std::max(change, std::abs(asked - s_[c]) / std::sqrt(weight_[c]));
+    change += (asked - s_[c]) * (asked - s_[c]) / weight_[c];
   }
-  if (change > o_.slower * change_) theta_ = std::max(o_.least_damping, 0.5 * theta_);
+  change = std::sqrt(change);
+  theta_ = change > o_.slower * change_ ? std::max(o_.least_damping, 0.5 * theta_) : std::min(1.0, o_.regain * theta_);
   change_ = change;
   for (int c = 0; c < p.nc(); ++c) s_[c] += theta_ * (mu_[c] * std::hypot(u_[3 * c + 1], u_[3 * c + 2]) - s_[c]);
 }

@@ -1,10 +1,11 @@
 // Newton's method on Alart and Curnier's map,
-//   x = r - u / w;   open (x_n <= 0): r = 0;   else u_n = 0, and friction
+//   x = r - u / w (u_n / (w max(1, mu)));   open (x_n <= 0): r = 0;   else u_n = 0, and friction
 //     sticks (|x_t| <= mu x_n): u_t = 0;   slips: r_t = mu r_n x_t / |x_t|
 // of which each contact gives a linear piece dr = c - G du, and M dv = J^T dr, du = J dv the rest:
 //   (M + J^T G J) dv = J^T c
-// Where u is held at zero its row is u + du + proximal w dr = 0: r is not unique as a rule, and this picks the answer
-// next to the iterate. With P = I - d d^T, d = x_t / |x_t|, b = mu r_n / |x_t|, slipping friction is
+// Where u is held at zero its row is u + du + proximal w dr = 0 (times max(1, mu) along the normal): r is not unique as
+// a rule, and this picks the answer next to the iterate. With P = I - d d^T, d = x_t / |x_t|, b = mu r_n / |x_t|,
+// slipping friction is
 //   dr_t = d (mu (r_n + dr_n) - d.r_t) - P r_t / s - b P du_t / (w s),     s = 1 - b (1 - proximal)
 //
 // Source: P. Alart, A. Curnier, A mixed formulation for frictional contact problems prone to Newton like solution
@@ -22,10 +23,10 @@
 
 namespace cb {
 
-void AlartCurnierNewton::begin(const NcpProblem& problem, NcpMeasure& measure) {
+void AlartCurnierNewton::begin(const NcpProblem& problem, VelocitySystem& system, NcpMeasure& measure) {
   problem_ = &problem;
   measure_ = &measure;
-  system_.prepare(*problem.M, *problem.J);
+  system_ = &system;
   const std::size_t nc = problem.nc();
   G_.resize(9 * nc);
   c_.resize(3 * nc);
@@ -33,18 +34,18 @@ void AlartCurnierNewton::begin(const NcpProblem& problem, NcpMeasure& measure) {
   h_.resize(problem.nv());
 }
 
-void AlartCurnierNewton::linearise(double proximal) {
+void AlartCurnierNewton::linearise(double proximal, double touching) {
   const NcpProblem& p = *problem_;
   std::fill(G_.begin(), G_.end(), 0.0);
   for (int c = 0; c < p.nc(); ++c) {
-    const double w = p.weight[c], mu = p.mu[c], stiff = 1 / (proximal * w);
+    const double w = p.weight[c], mu = p.mu[c], m = std::max(1.0, mu), stiff = 1 / (proximal * w), stiff_n = stiff / m;
     const double *r = &r_[3 * c], *u = &u_[3 * c];
-    const double x[] = {r[0] - u[0] / w, r[1] - u[1] / w, r[2] - u[2] / w};
+    const double x[] = {r[0] - u[0] / (w * m), r[1] - u[1] / w, r[2] - u[2] / w};
     double *G = &G_[9 * c], *to = &c_[3 * c];
     for (int i = 0; i < 3; ++i) to[i] = -r[i];
-    if (!(x[0] > 0)) continue;
-    G[0] = stiff;
-    to[0] = -stiff * u[0];
+    if (!(x[0] * w * m > -touching)) continue;
+    G[0] = stiff_n;
+    to[0] = -stiff_n * u[0];
     if (mu == 0) continue;
     const double size = std::sqrt(x[1] * x[1] + x[2] * x[2]);
     if (size <= mu * x[0]) {
@@ -58,7 +59,7 @@ void AlartCurnierNewton::linearise(double proximal) {
     // With dr_n = to_n - G_nn du_n in it.
     for (int i = 0; i < 2; ++i) {
       to[1 + i] = d[i] * (mu * (r[0] + to[0]) - along) - (r[1 + i] - d[i] * along) / s;
-      G[1 + i] = mu * stiff * d[i];
+      G[1 + i] = mu * stiff_n * d[i];
     }
     G[4] = k * (1 - d[0] * d[0]);
     G[8] = k * (1 - d[1] * d[1]);
@@ -66,35 +67,51 @@ void AlartCurnierNewton::linearise(double proximal) {
   }
 }
 
-double AlartCurnierNewton::solve(const Options& o, std::vector<double>& r, std::vector<double>& u, int& steps) {
+// A step from r_; false where its system could not be factored, or has no numbers for an answer.
+bool AlartCurnierNewton::step(double proximal, double touching) {
   const NcpProblem& p = *problem_;
+  linearise(proximal, touching);
+  if (!system_->factor(G_)) return false;
+  std::fill(h_.begin(), h_.end(), 0.0);
+  multiply_transposed_add(*p.J, *p.M, c_, h_);
+  system_->solve_in_place(h_);
+  multiply(*p.J, *p.M, h_, du_);
+  for (int c = 0; c < p.nc(); ++c) {
+    const Eigen::Map<const Eigen::Matrix3d> G(&G_[9 * c]);
+    Eigen::Map<Eigen::Vector3d>(&r_[3 * c]) +=
+        Eigen::Map<const Eigen::Vector3d>(&c_[3 * c]) - G * Eigen::Map<const Eigen::Vector3d>(&du_[3 * c]);
+  }
+  if (!all_finite(r_)) return false;
+  measure_->velocities(r_, v_, u_);
+  return true;
+}
+
+double AlartCurnierNewton::solve(const Options& o, std::vector<double>& r, std::vector<double>& u, int& steps) {
   r_ = r;
   measure_->velocities(r_, v_, u_);
-  double best = measure_->residual(r_, u_);
+  double best = measure_->residual(r_, u_), proximal = o.proximal;
   if (!std::isfinite(best)) best = HUGE_VAL;
   u = u_;
-  for (int k = 0, without = 0; k < o.limit && without < o.patience && best > o.tolerance; ++k) {
+  for (int k = 0, without = 0, returns = 0; k < o.limit && best > o.tolerance; ++k) {
     poll_stop();
-    linearise(o.proximal);
     ++steps;
-    if (!system_.factor(G_)) break;
-    std::fill(h_.begin(), h_.end(), 0.0);
-    multiply_transposed_add(*p.J, *p.M, c_, h_);
-    system_.solve_in_place(h_);
-    multiply(*p.J, *p.M, h_, du_);
-    for (int c = 0; c < p.nc(); ++c) {
-      const Eigen::Map<const Eigen::Matrix3d> G(&G_[9 * c]);
-      Eigen::Map<Eigen::Vector3d>(&r_[3 * c]) +=
-          Eigen::Map<const Eigen::Vector3d>(&c_[3 * c]) - G * Eigen::Map<const Eigen::Vector3d>(&du_[3 * c]);
+    const double residual = step(proximal, k == 0 ? o.touching : 0) ? measure_->residual(r_, u_) : HUGE_VAL;
+    if (residual < 0.5 * best) {
+      without = 0;
+      if (residual > o.fast * best) proximal = std::max(o.least, o.falls * proximal);
+    } else if (++without >= o.patience || !std::isfinite(residual)) {
+      if (++returns > o.returns) break;
+      without = 0;
+      proximal *= o.grows;
     }
-    if (!all_finite(r_)) break;
-    measure_->velocities(r_, v_, u_);
-    const double residual = measure_->residual(r_, u_);
-    without = residual < 0.5 * best ? 0 : without + 1;
-    if (!(residual < best)) continue;
-    best = residual;
-    r = r_;
-    u = u_;
+    if (residual < best) {
+      best = residual;
+      r = r_;
+      u = u_;
+    } else if (without == 0) {
+      r_ = r;
+      u_ = u;
+    }
   }
   return best;
 }

@@ -14,23 +14,28 @@ class AlartCurnierNewton {
   struct Options {
     double tolerance = 1e-12;  ///< natural residual at which it stops, -
     int limit = 30;            ///< steps
-    int patience = 3;          ///< steps in a row without a better residual
+    int patience = 2;          ///< steps in a row without a residual of half the best, before it goes back to that,
+    int returns = 3;           ///< and how often it does so, with a larger proximal term each time
     /// -: proximal term of a step, as a fraction of w: where r is not unique it picks the answer next to the iterate,
-    /// and perturbs none. Larger: slower at the end; smaller: worse pivots.
-    double proximal = 1e-8;
+    /// and perturbs none. Larger: slower; smaller: steps leave where the map is nearly singular.
+    double proximal = 1e-8, least = 1e-9;
+    double touching = 0;  ///< m/s: contacts that part more slowly are closed in the first step: what rests, carries
+    double falls = 0.1, grows = 100;  ///< of it, after a step that went well, and one that did not
+    double fast = 1e-2;               ///< -: residual over the one before below which it stays as it is
   };
-  /// Of this problem, which must stay alive.
-  void begin(const NcpProblem& problem, NcpMeasure& measure);
+  /// Of this problem, which must stay alive; `system` is prepared for it.
+  void begin(const NcpProblem& problem, VelocitySystem& system, NcpMeasure& measure);
   /// From r (3 nc): replaced by the best that was met, u (3 nc) with it. Returns its natural residual; `steps` is
   /// counted up.
   double solve(const Options& options, std::vector<double>& r, std::vector<double>& u, int& steps);
 
  private:
-  void linearise(double proximal);
+  bool step(double proximal, double touching);
+  void linearise(double proximal, double touching);
 
   const NcpProblem* problem_ = nullptr;
   NcpMeasure* measure_ = nullptr;
-  VelocitySystem system_;
+  VelocitySystem* system_ = nullptr;
   std::vector<double> r_, u_, v_, G_, c_, du_, h_;
 };
 

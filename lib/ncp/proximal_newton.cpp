@@ -1,12 +1,14 @@
-// A step of the proximal point method: contacts get compliances a = alpha w_c around impulses m,
+// A step of the proximal point method: contacts get compliances a = alpha w_c (a_n = a max(1, mu) along
+// the normal) around impulses m,
 //   r = S(J v + w - a m),      S(y): the law for a contact of its own, u = y + a r,
-//     r_n = max(0, -y_n) / a,   r_t = -y_t / a, or mu r_n against y_t where that is longer                    (1)
+//     r_n = max(0, -y_n) / a_n,   r_t = -y_t / a, or mu r_n against y_t where that is longer                    (1)
 //   F(v) = M (v - v0) - J^T S(J v + w - a m) = 0                                                          (2)
-// nv unknowns, nc contacts. S is explicit since the compliance is the same in all directions: normal and friction do
+// nv unknowns, nc contacts. S is explicit since the compliance is diagonal: normal and friction do
 // not couple in it, and (1) is exact Coulomb friction, no regularisation of its kind: where r = m the answer is one of
 // the problem itself. It is piecewise smooth, and Newton's method is semismooth:
 //   (M + J^T G J) dv = -F,   G = -dS/dy,
-//     open: 0;  sticks: I / a;  slips: 1/a [1, 0; -mu d, k (I - d d^T)],  d = y_t / |y_t|, k = mu (-y_n) / |y_t| < 1
+//     open: 0;   sticks: diag(1/a_n, 1/a, 1/a);
+//     slips: [1/a_n, 0; -mu d / a_n, mu r_n / |y_t| (I - d d^T)],  d = y_t / |y_t|
 // with steps halved until |F| in the norm of M^-1 falls. The larger alpha, the nearer the system is to M.
 //
 // Source: V. Acary, M. Bremond, O. Huber, On solving contact problems with Coulomb friction: formulations and numerical
@@ -26,10 +28,10 @@
 
 namespace cb {
 
-void ProximalNewton::begin(const NcpProblem& problem, double size) {
+void ProximalNewton::begin(const NcpProblem& problem, VelocitySystem& system, double size) {
   problem_ = &problem;
   size_ = size;
-  system_.prepare(*problem.M, *problem.J);
+  system_ = &system;
   const std::size_t nc = problem.nc(), nv = problem.nv();
   y_.resize(3 * nc);
   r_.resize(3 * nc);
@@ -44,10 +46,11 @@ double ProximalNewton::evaluate(double alpha, const std::vector<double>& v) {
   for (int c = 0; c < p.nc(); ++c) {
     const double a = alpha * p.weight[c], mu = p.mu[c];
     double *y = &y_[3 * c], *r = &r_[3 * c];
-    for (int i = 0; i < 3; ++i) y[i] += p.offset[3 * c + i] - a * middle_[3 * c + i];
-    const double slip = std::sqrt(y[1] * y[1] + y[2] * y[2]), normal = std::max(0.0, -y[0]);
-    const double scale = slip <= mu * normal ? 1 / a : slip > 0 ? mu * normal / (a * slip) : 0;
-    r[0] = normal / a;
+    const double a_n = a * std::max(1.0, mu);
+    for (int i = 0; i < 3; ++i) y[i] += p.offset[3 * c + i] - (i == 0 ? a_n : a) * middle_[3 * c + i];
+    const double slip = std::sqrt(y[1] * y[1] + y[2] * y[2]);
+    r[0] = std::max(0.0, -y[0]) / a_n;
+    const double scale = slip <= mu * r[0] * a ? 1 / a : slip > 0 ? mu * r[0] / slip : 0;
     r[1] = -scale * y[1];
     r[2] = -scale * y[2];
   }
@@ -69,15 +72,16 @@ void ProximalNewton::linearise(double alpha) {
     const double inverse = 1 / (alpha * p.weight[c]), mu = p.mu[c], *y = &y_[3 * c];
     double* G = &G_[9 * c];
     if (!(y[0] < 0)) continue;
-    G[0] = inverse;
+    const double normal = inverse / std::max(1.0, mu), radius = mu * normal * -y[0];
+    G[0] = normal;
     const double slip = std::sqrt(y[1] * y[1] + y[2] * y[2]);
-    if (slip <= mu * -y[0]) {
+    if (slip * inverse <= radius) {
       if (mu > 0) G[4] = G[8] = inverse;
       continue;
     }
-    const double d[] = {y[1] / slip, y[2] / slip}, k = inverse * mu * -y[0] / slip;
-    G[1] = -inverse * mu * d[0];
-    G[2] = -inverse * mu * d[1];
+    const double d[] = {y[1] / slip, y[2] / slip}, k = radius / slip;
+    G[1] = -mu * normal * d[0];
+    G[2] = -mu * normal * d[1];
     G[4] = k * (1 - d[0] * d[0]);
     G[8] = k * (1 - d[1] * d[1]);
     G[5] = G[7] = -k * d[0] * d[1];
@@ -107,9 +111,9 @@ ProximalNewton::Ending ProximalNewton::solve(const Options& o, double alpha, std
     if (error <= std::max(o.tolerance * proximal_terms(alpha), o.rounding * size_)) return end(Ending::solved);
     linearise(alpha);
     ++steps;
-    if (!system_.factor(G_)) return end(Ending::singular);
+    if (!system_->factor(G_)) return end(Ending::singular);
     for (std::size_t i = 0; i < way_.size(); ++i) way_[i] = -F_[i];
-    system_.solve_in_place(way_);
+    system_->solve_in_place(way_);
     double part = 1, after = HUGE_VAL;
     for (int h = 0; h < o.halvings; ++h, part /= 2) {
       for (std::size_t i = 0; i < v.size(); ++i) next_[i] = v[i] + part * way_[i];

@@ -19,8 +19,8 @@ class ProximalNewton {
   };
   enum class Ending { solved, stalled, singular };
 
-  /// Of this problem, which must stay alive. `size`: what the event is about, sqrt(J).
-  void begin(const NcpProblem& problem, double size);
+  /// Of this problem, which must stay alive; `system` is prepared for it. `size`: what the event is about, sqrt(J).
+  void begin(const NcpProblem& problem, VelocitySystem& system, double size);
   /// With compliances alpha w_c around the impulses r (3 nc), from the velocity v (nv): both are replaced by the
   /// answer, or by the best that was met. `steps` is counted up.
   Ending solve(const Options& options, double alpha, std::vector<double>& r, std::vector<double>& v, int& steps);
@@ -32,7 +32,7 @@ class ProximalNewton {
 
   const NcpProblem* problem_ = nullptr;
   double size_ = 0;
-  VelocitySystem system_;
+  VelocitySystem* system_ = nullptr;
   std::vector<double> middle_;         // 3 nc, N s: impulses that the compliances are around
   std::vector<double> y_, r_, F_, h_;  // 3 nc, 3 nc, nv, nv
   std::vector<double> G_, way_, next_;

@@ -32,7 +32,9 @@ struct EngineRequest {
   long seed = 0;
   long record_every = 1;
   std::optional<double> time_limit_s;
-  std::string out;  ///< folder of trajectory.csv and steps.csv; of a preflight, that of its scenes
+  std::string save_problems;  ///< folder of the engine's own contact problems; empty: none are kept
+  long save_every = 1;        ///< of the steps with contact
+  std::string out;            ///< folder of trajectory.csv and steps.csv; of a preflight, that of its scenes
 };
 
 inline void to_json(nlohmann::json& json, const EngineRequest& of) {
@@ -49,6 +51,8 @@ inline void to_json(nlohmann::json& json, const EngineRequest& of) {
           {"seed", of.seed},
           {"record_every", of.record_every},
           {"time_limit_s", maybe(of.time_limit_s)},
+          {"save_problems", of.save_problems},
+          {"save_every", of.save_every},
           {"out", of.out}};
 }
 
@@ -68,6 +72,8 @@ inline void from_json(const nlohmann::json& json, EngineRequest& of) {
   json.at("seed").get_to(of.seed);
   json.at("record_every").get_to(of.record_every);
   maybe("time_limit_s", of.time_limit_s);
+  of.save_problems = json.value("save_problems", "");
+  of.save_every = json.value("save_every", 1L);
   json.at("out").get_to(of.out);
 }
 

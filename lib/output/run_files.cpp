@@ -39,10 +39,10 @@ char* print_step(char* out, const StepRecord& record) {
 }
 
 RunFiles::RunFiles(const std::filesystem::path& directory, const Model& model, long every,
-                   const std::vector<Shape>& shapes, double rotate_cone)
+                   const std::vector<Shape>& shapes, double rotate_cone, bool to_accuracy)
     : every_(every), rotate_cone_(rotate_cone) {
   const auto trajectory = directory / "trajectory.csv", steps = directory / "steps.csv";
-  const auto joints = directory / "joints.csv", loads = directory / "loads.csv";
+  const auto joints = directory / "joints.csv", loads = directory / "loads.csv", stepping = directory / "stepping.csv";
   std::error_code ignored;
   if (every_ > 0) {
     trajectory_.emplace(trajectory, trajectory_header);
@@ -61,6 +61,10 @@ RunFiles::RunFiles(const std::filesystem::path& directory, const Model& model, l
     std::filesystem::remove(joints, ignored);
   else
     joints_.emplace(joints, joints_header);
+  if (every_ > 0 && to_accuracy)
+    stepping_.emplace(stepping, stepping_header);
+  else
+    std::filesystem::remove(stepping, ignored);
   if (every_ > 0 && !model.trees.empty() && !shapes.empty()) {
     loads_file_.emplace(loads, loads_header);
     for (const Shape& shape : shapes) shape_names_.push_back(csv_cell(shape.name));
@@ -70,13 +74,13 @@ RunFiles::RunFiles(const std::filesystem::path& directory, const Model& model, l
 }
 
 int RunFiles::error() const {
-  for (const auto* file : {&trajectory_, &joints_, &loads_file_})
+  for (const auto* file : {&trajectory_, &joints_, &loads_file_, &stepping_})
     if (*file && !(*file)->ok()) return (*file)->error();
   return steps_ ? steps_->error() : 0;
 }
 
 const std::string& RunFiles::failed_path() const {
-  for (const auto* file : {&trajectory_, &joints_, &loads_file_})
+  for (const auto* file : {&trajectory_, &joints_, &loads_file_, &stepping_})
     if (*file && !(*file)->ok()) return (*file)->path();
   return steps_->path();
 }
@@ -153,6 +157,26 @@ void RunFiles::write_loads(double t) {
   }
 }
 
+void RunFiles::write_stepping(const StepRecord& record) {
+  constexpr const char* kinds[] = {"macro", "switch", "first_order"};
+  const AccuracyStep& taken = *record.accuracy;
+  char* out = stepping_->begin_row(7 * number_room);
+  const auto cell = [&](auto value) {
+    out = print_number(out, value);
+    *out++ = ',';
+  };
+  cell(record.step);
+  cell(record.t);
+  out = print_text(out, kinds[taken.kind]);
+  *out++ = ',';
+  cell(taken.impact ? 1 : 0);
+  cell(taken.length);
+  cell(taken.refused);
+  cell(taken.estimate);
+  out[-1] = '\n';
+  stepping_->end_row(out);
+}
+
 void RunFiles::start(const State& state) {
   if (every_ > 0) {
     write_bodies(state);
@@ -168,6 +192,7 @@ void RunFiles::step(const State& state, const StepRecord& record, std::span<cons
     write_loads(state.t);
     last_step(record);
   }
+  if (stepping_ && record.accuracy) write_stepping(record);
   for (Load& load : loads_) {
     load.normal = 0;
     load.friction.setZero();
@@ -184,6 +209,7 @@ void RunFiles::flush() {
   if (steps_) steps_->flush();
   if (joints_) joints_->flush();
   if (loads_file_) loads_file_->flush();
+  if (stepping_) stepping_->flush();
 }
 
 }  // namespace cb

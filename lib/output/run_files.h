@@ -19,6 +19,7 @@ inline constexpr std::string_view steps_header =
     "event_energy_gain,max_penetration,kinetic_energy,potential_energy,dynamics_s,collision_s,assembly_s,solve_s,"
     "step_s\n";
 
+inline constexpr std::string_view stepping_header = "step,t,kind,impact,length,refused,estimate\n";
 inline constexpr std::string_view joints_header = "t,joint,q,qd,tau\n";
 inline constexpr std::string_view loads_header = "t,a,b,normal,friction_x,friction_y,friction_z\n";
 
@@ -28,13 +29,14 @@ char* print_step(char* out, const StepRecord& record);
 inline constexpr std::size_t steps_row_room = 22 * 32;
 
 /// trajectory.csv and steps.csv of one run, and where the model has robots joints.csv (joints that move) and loads.csv
-/// (what the shapes that collide bear in a step). Does not allocate after the first contact of a pair.
+/// (what the shapes that collide bear in a step); of
+/// stepping to an accuracy stepping.csv, every step. Does not allocate after the first contact of a pair.
 class RunFiles {
  public:
   /// Empties or creates the files in `directory`; `every` = 0 leaves all out and removes those of an earlier run.
-  /// `shapes`, `rotate_cone`: of the scenario, for loads.csv.
+  /// `shapes`, `rotate_cone`: of the scenario, for loads.csv. `to_accuracy`: are there rows for stepping.csv?
   RunFiles(const std::filesystem::path& directory, const Model& model, long every,
-           const std::vector<Shape>& shapes = {}, double rotate_cone = 0);
+           const std::vector<Shape>& shapes = {}, double rotate_cone = 0, bool to_accuracy = false);
 
   bool ok() const { return error() == 0; }
   /// errno of the first failure, 0 where there is none.
@@ -58,6 +60,7 @@ class RunFiles {
   void write_bodies(const State& state);
   void write_joints(const State& state, std::span<const double> torque);
   void write_loads(double t);
+  void write_stepping(const StepRecord& record);
 
   long every_;
   double rotate_cone_;              // rad, turns the contacts' tangents
@@ -78,7 +81,7 @@ class RunFiles {
   };
   std::vector<Load> loads_;  // in the order in which the pairs first met
   std::vector<std::string> shape_names_;
-  std::optional<RowFile> trajectory_, steps_, joints_, loads_file_;
+  std::optional<RowFile> trajectory_, steps_, joints_, loads_file_, stepping_;
 };
 
 }  // namespace cb

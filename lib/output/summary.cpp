@@ -219,6 +219,7 @@ std::string to_json(const RunSummary& run) {
         {"suitesparse", run.versions.suitesparse}}},
       {"machine", {{"cpu", run.machine.cpu}, {"cores", run.machine.cores}, {"os", run.machine.os}}}};
   if (run.accuracy) json["accuracy"] = accuracy(run);
+  if (run.simulation.joint_forces == JointForces::implicit) json["options"]["joint_forces"] = "implicit";
   if (run.engine) json["engine"] = engine(*run.engine);
   if (run.simulation.stepping != Stepping::events) {
     json["options"]["stepping"] = run.simulation.stepping == Stepping::steps ? "steps" : "accuracy";

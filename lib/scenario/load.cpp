@@ -16,7 +16,7 @@ namespace {
 constexpr int edge_limit = 4096;  // edges of a friction polygon
 
 void read_simulation(Reading& in, const XmlElement& element) {
-  check_attributes(in.source, element, {"step", "duration"}, {"k", "compression_bound", "rotate_cone"});
+  check_attributes(in.source, element, {"step", "duration"}, {"k", "compression_bound", "rotate_cone", "joint_forces"});
   check_empty(in.source, element);
   in.scenario.step = in.values.number(*element.find("step"), positive);
   in.scenario.duration = in.values.number(*element.find("duration"), not_negative);
@@ -28,6 +28,8 @@ void read_simulation(Reading& in, const XmlElement& element) {
   }
   if (const XmlAttribute* bound = element.find("compression_bound"))
     in.scenario.compression_bound = in.one_of(*bound, {"on", "off"}) == "on";
+  if (const XmlAttribute* forces = element.find("joint_forces"))
+    in.scenario.implicit_joints = in.one_of(*forces, {"explicit", "implicit"}) == "implicit";
   if (const XmlAttribute* turn = element.find("rotate_cone"))
     in.scenario.rotate_cone = in.values.number(*turn, any_number);
 }

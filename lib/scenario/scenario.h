@@ -86,6 +86,7 @@ struct Scenario {
   double rotate_cone = 0;                   ///< rad, turns t1, t2 about the normal
   std::optional<int> k;                     ///< ap: edges of the friction polygon this scene asks for
   std::optional<bool> compression_bound;
+  bool implicit_joints = false;  ///< are joint forces those of the end of a step (dynamics/implicit_joints.h)?
   Reference reference;
   /// Values in force of the parameters the scenario declares, after --set, in the file's order (numbers or words as
   /// text).

@@ -26,13 +26,12 @@ BaseStep::BaseStep(const Scenario& scenario, const SimulationOptions& options, C
   random_.seed(options_.shuffle);
   // Shuffled contacts are no patches any more.
   if (options_.shuffle != 0) options_.prune.corners = Corners::differ;
-  double smallest = HUGE_VAL;
   for (const Shape& shape : scenario_.shapes) {
     tolerance_.push_back(options_.closed_gap * shape.size());
     radius_.push_back(shape.body >= 0 ? shape.bounding_radius() + shape.local.p.norm() : 0);
-    smallest = std::min(smallest, shape.size());
+    smallest_ = std::min(smallest_, shape.size());
   }
-  margin_ = std::isfinite(smallest) ? 1e-6 * smallest : 1e-6;
+  margin_ = std::isfinite(smallest_) ? 1e-6 * smallest_ : 1e-6;
   motions_.resize(scenario_.shapes.size());
   travel_.assign(scenario_.shapes.size(), 0.0);
   external_.resize(scenario_.model.bodies.size());
@@ -41,7 +40,12 @@ BaseStep::BaseStep(const Scenario& scenario, const SimulationOptions& options, C
   torque_.assign(state_.qd.size(), 0.0);
   joint_force_ = qdd_ = torque_;
   lent_.resize(scenario_.model.trees.size());
+  implicit_ = options_.joint_forces == JointForces::implicit && !scenario_.model.trees.empty();
   damping_ = step_damping_ = implicit_damping(scenario_);
+  if (implicit_) {
+    implicit_joints_ = ImplicitJoints(passive_gains(scenario_), motor_gains(scenario_));
+    std::fill(damping_.begin(), damping_.end(), 0.0);  // one of the gains
+  }
   force_on_.assign(scenario_.forces.size(), 0);
   // What springs hold is there too.
   energy_input_ = kinetic_energy(scenario_.model, state_) + potential_energy(scenario_.model, state_, Vec3::Zero());
@@ -84,6 +88,21 @@ bool BaseStep::event(double bounced) {
   lap_.restart();  // the referee's check is no part of any of them
   if (!record_.unsolved) left_out_.coplanar_points += points_left_out_;
   return !record_.unsolved;
+}
+
+// Bodies go on lines while links turn about others: to second order off by |w| |v| dt^2 / 2, w and v of the link.
+double BaseStep::longest_move() const {
+  constexpr double most = 0.05;   // -: of the smallest shape; half of it ends the run as overlap inside a step
+  constexpr double least = 1e-3;  // -: of a step, however fast they are
+  double longest = HUGE_VAL;
+  if (scenario_.model.trees.empty()) return longest;
+  for (const Body& body : scenario_.model.bodies) {
+    if (body.tree < 0) continue;
+    const double* v = &state_.v[6 * static_cast<std::size_t>(&body - scenario_.model.bodies.data())];
+    const double bending = Vec3(v).norm() * Vec3(v + 3).norm();  // m/s^2
+    if (bending > 0) longest = std::min(longest, std::sqrt(2 * most * smallest_ / bending));
+  }
+  return std::max(longest, least * step_);
 }
 
 double BaseStep::until_contact(double horizon, bool again, bool solved) {
@@ -181,6 +200,7 @@ void BaseStep::choose_forces(long index, double h) {
 
 void BaseStep::kick(double h) {
   step_ = h;
+  at_start_ = true;
   const Vec3 g = scenario_.gravity.at(state_.t);
   gravity_speed_ = g.norm() * h;
   for (std::size_t b = 0; b < external_.size(); ++b) external_[b] = scenario_.model.bodies[b].mass * g;
@@ -189,6 +209,7 @@ void BaseStep::kick(double h) {
   energy_input_ += accelerate(scenario_.model, external_, h, state_, options_.gyroscopic);
   if (!scenario_.model.trees.empty()) {
     for (std::size_t i = 0; i < damping_.size(); ++i) step_damping_[i] = h * damping_[i];
+    implicit_joints_.begin(h);
     accelerate_trees(g);
   }
   lap_.add_to(record_.times.dynamics_s);
@@ -207,6 +228,7 @@ void BaseStep::accelerate_trees(const Vec3& gravity) {
       if (joint.nv() != 1) continue;
       double& tau = torque_[joint.v];
       tau = std::clamp(tau, -joint.torque_limit, joint.torque_limit);
+      if (std::abs(tau) >= joint.torque_limit) implicit_joints_.saturate(joint.v);
       joint_force_[joint.v] = tau + joint.passive_torque(state_.q[joint.q], state_.qd[joint.v]);
       energy_input_ += std::abs(tau * state_.qd[joint.v]) * h;
     }
@@ -234,6 +256,7 @@ void BaseStep::kick(const Tree& tree, Lent& lent) {
   before_.assign(qd.begin(), qd.end());
   const auto accelerate = [&](bool turning) {
     articulated_body_.forward_dynamics(model, tree, state_, external_, force, qdd, damping, turning);
+    if (implicit_) implicit_joints_.accelerations(model, tree, state_, qdd);
   };
   const auto add = [&] {
     for (std::size_t i = 0; i < nv; ++i) qd[i] = before_[i] + step_ * qdd[i];
@@ -254,6 +277,7 @@ void BaseStep::kick(const Tree& tree, Lent& lent) {
 
 // Moves everything by dt. A tree keeps its kinetic energy, but for what was lent to it.
 void BaseStep::move(double dt) {
+  at_start_ = false;
   const std::vector<Tree>& trees = scenario_.model.trees;
   if (trees.empty() && !hold_contacts_) {  // too short to read the clock for: it counts as collision
     advance_positions(dt);
@@ -533,7 +557,8 @@ double BaseStep::first_limit(double horizon) {
 void BaseStep::solve_event() {
   const std::vector<ContactPoint>& contacts = event_contacts();
   assembler_.assemble(scenario_.model, state_, scenario_.shapes, contacts, limits_, mu_, restitution_,
-                      scenario_.rotate_cone, problem_, owners_, driven_);
+                      scenario_.rotate_cone, problem_, owners_, driven_,
+                      implicit_ && at_start_ ? &implicit_joints_ : nullptr);
   if (ahead_ > 0) add_gaps();
   lap_.add_to(record_.times.assembly_s);
   solution_.clear();

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <functional>
+#include <limits>
 #include <random>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "contact/referee.h"
 #include "dynamics/articulated_body.h"
 #include "dynamics/free_bodies.h"
+#include "dynamics/implicit_joints.h"
 #include "geometry/broad_phase.h"
 #include "methods/registry.h"
 #include "scenario/scenario.h"
@@ -60,6 +62,9 @@ class BaseStep {
   /// Has the event solved. False where that ended the run. `bounced`: s left of a step that a time of contact has
   /// split; 0 where none has.
   bool event(double bounced);
+  /// How long links may move, s, before their arcs leave steady motion, by which times of contact are sought, by more
+  /// than a fraction of the smallest shape. No limit without robots.
+  double longest_move() const;
   /// The first time of contact of what is open, s, or `horizon`. `again`: after another one in this step; `solved`:
   /// did velocities change since the last?
   double until_contact(double horizon, bool again, bool solved);
@@ -97,6 +102,7 @@ class BaseStep {
     hold_contacts_ = hold;
     drift_.set_exact(hold);
   }
+  void record(const AccuracyStep& step) { record_.accuracy = step; }
   /// Are the events to come of base steps that are extrapolated from?
   void set_trial(bool trial) { trial_ = trial; }
   /// A failure of a trial ends no run.
@@ -209,7 +215,10 @@ class BaseStep {
   ArticulatedBody articulated_body_;
   std::vector<double> torque_, joint_force_, qdd_;  // as State::qd
   std::vector<double> damping_, step_damping_;      // as State::qd: the damping that is implicit, and h times that
-  std::vector<double> twists_;                      // State::v before a change
+  ImplicitJoints implicit_joints_;
+  bool implicit_ = false;       // are joint forces those of the end of a step?
+  bool at_start_ = false;       // has nothing moved since the kick?
+  std::vector<double> twists_;  // State::v before a change
   /// What velocity-product forces gave a tree's rates at the start of the step, until it moves.
   struct Lent {
     double energy = 0;  // J
@@ -232,8 +241,9 @@ class BaseStep {
   std::vector<double> tolerance_;  // per shape, m: gap below which it is closed
   std::vector<double> radius_;     // per shape, m: how far its points are from the body's centre of mass
   const std::vector<std::pair<int, int>>* pairs_ = nullptr;
-  std::vector<double> travel_;   // per shape, m: bound on its displacement before the step ends
-  double margin_ = 0;            // m, by which the pairs were widened
+  std::vector<double> travel_;  // per shape, m: bound on its displacement before the step ends
+  double smallest_ = std::numeric_limits<double>::infinity();  // m, of all shapes
+  double margin_ = 0;                                          // m, by which the pairs were widened
   double moved_ = 0;             // m, bound on what any shape has moved by since they were found
   bool contacts_known_ = false;  // are contacts_ those of the present poses?
   double depth_ = 0;             // m, of the deepest of them

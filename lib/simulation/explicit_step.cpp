@@ -91,12 +91,37 @@ class Accelerations {
   std::vector<double> tau_, qdd_;
 };
 
-/// (1 + h M^-1 D)^-1: what accelerations are multiplied by where damping D is implicit.
-MatrixXd braked(const MatrixXd& response, const std::vector<double>& implicit, double h) {
-  const auto n = response.rows();
-  const auto D = VectorXd::Map(implicit.data(), n).asDiagonal();
-  return (MatrixXd::Identity(n, n) + h * response * D).partialPivLu().inverse();
-}
+/// What a step takes at its end, as matrices over all rates: damping D and stiffness K.
+struct AtEnd {
+  MatrixXd D, K;
+  AtEnd(const Scenario& scenario, const MatrixXd& response, JointForces forces)
+      : D(MatrixXd::Zero(response.rows(), response.rows())), K(D) {
+    if (forces == JointForces::explicit_euler) {
+      D.diagonal() = vector(implicit_damping(scenario));
+      return;
+    }
+    const MatrixXd M = response.inverse();
+    for (const JointGains& gains : {passive_gains(scenario), motor_gains(scenario)}) {
+      const auto add = [&](MatrixXd& to, const std::vector<double>& of, const std::vector<double>& by_mass) {
+        const VectorXd S = vector(by_mass).cwiseSqrt();
+        to += S.asDiagonal() * M * S.asDiagonal();
+        to.diagonal() += vector(of);
+      };
+      add(D, gains.damping, gains.damping_by_mass);
+      add(K, gains.stiffness, gains.stiffness_by_mass);
+    }
+  }
+  /// (1 + h M^-1 D + h^2 M^-1 K)^-1: what accelerations are multiplied by.
+  MatrixXd brake(const MatrixXd& response, double h) const {
+    const auto n = response.rows();
+    return (MatrixXd::Identity(n, n) + response * (h * D + h * h * K)).partialPivLu().inverse();
+  }
+
+ private:
+  static VectorXd vector(const std::vector<double>& x) {
+    return VectorXd::Map(x.data(), static_cast<Eigen::Index>(x.size()));
+  }
+};
 
 double largest_magnitude(const MatrixXd& A) {
   return Eigen::EigenSolver<MatrixXd>(A, false).eigenvalues().cwiseAbs().maxCoeff();
@@ -115,28 +140,46 @@ std::vector<double> implicit_damping(const Scenario& scenario) {
   return damping;
 }
 
-std::optional<double> largest_eigenvalue(const Scenario& scenario, double h) {
+JointGains passive_gains(const Scenario& scenario) {
+  JointGains gains(scenario.initial.qd.size());
+  for (const Tree& tree : scenario.model.trees)
+    for (const Joint& joint : tree.joints)
+      if (joint.nv() == 1) {
+        gains.stiffness[joint.v] = joint.stiffness;
+        gains.damping[joint.v] = joint.damping;
+      }
+  return gains;
+}
+
+JointGains motor_gains(const Scenario& scenario) {
+  JointGains gains(scenario.initial.qd.size());
+  for (const ControllerSpec& spec : scenario.controllers) spec.row->gains_of_joints(scenario.model, spec, gains);
+  return gains;
+}
+
+std::optional<double> largest_eigenvalue(const Scenario& scenario, double h, JointForces forces) {
   if (scenario.controllers.empty()) return std::nullopt;
   Accelerations accelerations(scenario);
   const MatrixXd A = accelerations.damping();
-  return h * largest_magnitude(braked(accelerations.response(), implicit_damping(scenario), h) * A);
+  const MatrixXd response = accelerations.response();
+  return h * largest_magnitude(AtEnd(scenario, response, forces).brake(response, h) * A);
 }
 
-std::optional<double> largest_stable_step(const Scenario& scenario) {
+std::optional<double> largest_stable_step(const Scenario& scenario, JointForces forces) {
   bool any = !scenario.controllers.empty();
   for (const Tree& tree : scenario.model.trees)
     for (const Joint& joint : tree.joints) any = any || joint.stiffness != 0 || joint.damping != 0;
   if (!any) return std::nullopt;
   Accelerations accelerations(scenario);
   const MatrixXd A = accelerations.damping(), K = accelerations.stiffness(), response = accelerations.response();
-  const std::vector<double> implicit = implicit_damping(scenario);
+  const AtEnd at_end(scenario, response, forces);
   const auto n = A.rows();
   const MatrixXd one = MatrixXd::Identity(n, n);
   MatrixXd flow(2 * n, 2 * n);
   flow << -A, -K, one, MatrixXd::Zero(n, n);
   const double growth = std::max(0.0, Eigen::EigenSolver<MatrixXd>(flow, false).eigenvalues().real().maxCoeff());
   const auto stable = [&](double h) {
-    const MatrixXd brake = braked(response, implicit, h), A_h = brake * A, K_h = brake * K;
+    const MatrixXd brake = at_end.brake(response, h), A_h = brake * (A + h * response * at_end.K), K_h = brake * K;
     MatrixXd step(2 * n, 2 * n);
     step << one - h * A_h, -h * K_h, h * (one - h * A_h), one - h * h * K_h;
     // Rates without torque are double eigenvalues of 1, which rounding takes apart by its square root.

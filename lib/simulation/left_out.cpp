@@ -15,7 +15,7 @@ ContactMethod make_method(const MethodRow& row, MethodOptions options, const Pru
   options.warm_starts = run.warm_starts;
   options.answered_by = run.answered_by;
   // Islands are problems of their own in any case: none may set the scale that another is solved to.
-  PruneOptions islands_only{true, false, false, false};
+  PruneOptions islands_only{true, false, false};
   return pruned(row, options, run.left_out, prune ? PruneOptions() : islands_only);
 }
 

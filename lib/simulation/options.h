@@ -27,6 +27,10 @@ struct StepPruning {
 /// The ways of stepping (docs/stepping.md), one file each in stepping/.
 enum class Stepping { events, steps, accuracy };
 
+/// Springs, dampers and motors of joints as at the start of a step, but for damping that no controller makes up for; or
+/// linearised and taken at its end (dynamics/implicit_joints.h).
+enum class JointForces { explicit_euler, implicit };
+
 struct SimulationOptions {
   Stepping stepping = Stepping::events;
   double step = 1e-3;               ///< s
@@ -45,6 +49,7 @@ struct SimulationOptions {
   /// put it in themselves. Far above any scene's, far below overflow.
   double blowup_energy = 1e60;
   Gyroscopic gyroscopic = Gyroscopic::implicit;  ///< of free bodies
+  JointForces joint_forces = JointForces::explicit_euler;
   /// Fractions of the smaller body's size. Deeper inside a step than the limit, or at its end than the bound: the run
   /// ends as `penetration`. Inside a step points of contact move along the surfaces while their velocities are bound
   /// where they were; at its end overlap.h has taken that away down to the closed gap.

@@ -28,6 +28,16 @@ struct StepTimes {
   double dynamics_s = 0, collision_s = 0, assembly_s = 0, solve_s = 0, step_s = 0;
 };
 
+/// How stepping to an accuracy came to its next state (a row of stepping.csv).
+struct AccuracyStep {
+  /// Extrapolated; or one step of first order, across a switch or because switches pile up.
+  enum Kind { macro, switched, first_order } kind = macro;
+  double length = 0;    ///< s
+  double estimate = 0;  ///< m: what it is estimated to be off by
+  int refused = 0;      ///< tries before it that were not taken
+  bool impact = false;  ///< did it begin with one?
+};
+
 /// One row of steps.csv (docs/interface.md). Where a step has several events, counts add up and residuals are the
 /// worst.
 struct StepRecord {
@@ -48,6 +58,7 @@ struct StepRecord {
   double kinetic_energy = 0, potential_energy = 0;  ///< J
   int false_claims = 0;                             ///< answers called ok that the check refutes
   int doubted = 0;                                  ///< answers not called ok that the check confirms
+  std::optional<AccuracyStep> accuracy;             ///< where that is how it steps
   bool unsolved = false;                            ///< an event that no answer was found to ended the run
   StepTimes times;
 };

@@ -86,6 +86,19 @@ class Claim:
         return {"": self.answer()}
 
     @property
+    def grade(self):
+        """Of all its parts: reproduced, in part, contradicted; or that the runs do not tell, or do not agree."""
+        verdicts = {p.verdict for p in self.parts}
+        if verdicts <= {UNKNOWN}:
+            return UNKNOWN
+        return YES if verdicts == {YES} else "in part" if YES in verdicts else "contradicted" if NO in verdicts else DIFFERS
+
+    @property
+    def because(self):
+        """Why the parts that are not reproduced are not."""
+        return list(dict.fromkeys(p.why for p in self.parts if p.why and p.verdict != YES))
+
+    @property
     def commands(self):
         """The runs behind the numbers."""
         return list(dict.fromkeys(c.command for p in self.parts for c in p.cells))

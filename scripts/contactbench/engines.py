@@ -12,8 +12,10 @@ import tempfile
 import tomllib
 from pathlib import Path
 
+import numpy as np
+
 from . import precision, program
-from .runs import number, series
+from .runs import Runs, number, series
 
 SWEEP = "engines"
 SETTINGS = ("default", "tuned")
@@ -33,7 +35,8 @@ def preflight(path, listed):
     rows = []
     for engine in listed["engines"]:
         if engine["unavailable"]:
-            rows.append({"engine": engine["name"], "variant": "", "fault": f"unavailable: {engine['unavailable']}", "lines": []})
+            rows.append({
+                "engine": engine["name"], "variant": "", "fault": f"unavailable: {engine['unavailable']}", "lines": []})
             continue
         for setting in SETTINGS:
             ended = program.call(path, "check", "--engine", engine["name"], "--setting", setting, "--json", timeout=900)
@@ -56,9 +59,10 @@ def failing(row):
     if row["fault"]:
         return [row["fault"]]
     return [
-        f"{line['name']}: {line['note']}" if line.get("unsupported") else
-        f"{line['name']}: {line['measured']:.6g}, not {line['expected']:g}" if line["measured"] is not None else
-        f"{line['name']}: no number" for line in row["lines"] if not line["passed"]]
+        f"{line['name']}: {line['note']}"
+        if line.get("unsupported") else f"{line['name']}: {line['measured']:.6g}, not {line['expected']:g}"
+        if line["measured"] is not None else f"{line['name']}: no number" for line in row["lines"]
+        if not line["passed"]]
 
 
 # Search for knobs.
@@ -121,29 +125,24 @@ def tune(path, listed, wanted):
             (HERE / "tuned.json").write_text(json.dumps(found, indent=1, sort_keys=True) + "\n")
 
 
-# What the report says.
+# What the report says. The sweep has a folder of its own, RESULTS/engines: its rows are no rows of the methods' tables.
 
 
 def drift(cell):
     """Furthest that any body went from its start, m: of scenes in which nothing moves and that have no closed form."""
     t, *places = series(cell.folder / "trajectory.csv", "t", "px", "py", "pz")
-    if not len(t):
+    if t.size == 0:
         return math.nan
     bodies = int((t == t[0]).sum())
-    first = [p[:bodies] for p in places]
-    return max(
-        math.dist((places[0][i], places[1][i], places[2][i]), (first[0][i % bodies], first[1][i % bodies], first[2][i % bodies]))
-        for i in range(len(t)))
-
-
-def scenes(results):
-    return list(dict.fromkeys((c["scene"], c["parameters"]) for c in results.cells(sweep=SWEEP)))
+    at = np.array(places).T
+    whole = len(at) // bodies * bodies
+    return float(np.max(np.linalg.norm((at[:whole].reshape(-1, bodies, 3) - at[:bodies]), axis=2)))
 
 
 def rows(results):
     """Per scene and cell: who, error, time a step, how it ended."""
     out = []
-    for scene, parameters in scenes(results):
+    for scene, parameters in dict.fromkeys((c["scene"], c["parameters"]) for c in results.cells(sweep=SWEEP)):
         measure = precision.measure(results, scene, parameters, SWEEP)
         for cell in results.cells(scene, SWEEP, parameters=parameters):
             error = math.nan
@@ -152,21 +151,49 @@ def rows(results):
             steps = number(cell["steps"])
             out.append({
                 "scene": scene, "parameters": parameters, "measure": measure or "drift_m", "engine": cell["engine"],
-                "who": cell.name, "setting": cell["setting"], "precision": cell["precision"] or "double",
-                "step": cell["step"], "status": cell["status"], "reason": cell["reason"], "run": cell.unrepeated,
-                "error": None if math.isnan(error) else error, "time": cell.seconds if cell.finished else None,
+                "variant": cell["variant"], "who": cell.name, "setting": cell["setting"], "precision": cell["precision"]
+                or "double", "knobs": cell["knobs"], "step": cell["step"], "status": cell["status"],
+                "reason": cell["reason"], "run": cell.unrepeated, "error": None if math.isnan(error) else error,
+                "time": cell.seconds if cell.finished else None,
                 "us_a_step": 1e6 * cell.seconds / steps if cell.finished and steps else None, "busy": cell.busy})
     return out
 
 
+def columns(some):
+    """Engine times variant of those that are here."""
+    return sorted({(r["engine"], r["variant"]) for r in some if r["engine"] and r["status"] != "unavailable"})
+
+
 def fronts(some):
-    """{scene: (front of all, engines' points on it that none of our methods' points beats in both)}."""
+    """{(scene, parameters): what no other beats in error and time}. An engine on it is a finding: where our methods are
+    behind at that error. Without those that fail their preflight."""
     out = {}
     for row in some:
         out.setdefault((row["scene"], row["parameters"]), []).append(row)
+    return {scene: precision.pareto([r for r in of if r["time"] is not None]) for scene, of in out.items()}
+
+
+def said(folder):
+    """What the report says: None where there is no sweep of engines."""
+    folder = Path(folder) / "engines"
+    if not (folder / "runs.csv").exists():
+        return None
+    results = Runs(folder)
+    checks = program.read_json(folder / "preflight.json") or []
+    notes = {(c["engine"], c["variant"], c.get("setting", "")): failing(c) for c in checks}
+    some = rows(results)
+    on = fronts(some)
+    for row in some:
+        row["front"] = row in on[row["scene"], row["parameters"]]
+        row["fails"] = notes.get((row["engine"], row["variant"], row["setting"]), []) if row["engine"] else []
+    scenes = {}
+    for row in some:
+        scenes.setdefault(f"{row['scene'].replace('_', ' ')} {row['parameters']}".strip(), []).append(row)
     return {
-        scene: (front := precision.pareto([r for r in of if r["time"] is not None]), [r for r in front if r["engine"]])
-        for scene, of in out.items()}
+        "scenes": scenes, "columns": columns(some), "profile": results.profile, "preflight": [
+            c | {"fails": failing(c)} for c in checks], "tuned": tuned(), "ahead": {
+                name: [r["who"] + f", {r['setting']}" for r in of if r["front"] and r["engine"]]
+                for name, of in scenes.items()}}
 
 
 def main():

@@ -13,7 +13,7 @@ from typing import Callable
 import numpy as np
 from matplotlib.patches import Polygon
 
-from . import precision, program, robots, solve_all
+from . import precision, program, robots, solve_all, stepping
 from .looks import Curves, ending, floor_line, legend, look_of, plt, point, save, solves, styles
 from .runs import Runs
 
@@ -328,14 +328,16 @@ def error_time(table, axes):
             if p["error"] is None:
                 failed.append(look)
             else:
-                groups.setdefault((cell.key, cell["k"], cell["epsilon"]), []).append((p, look))
-        for (key, _, _), some in groups.items():
-            some.sort(key=lambda pair: -float(pair[0]["step"]))
+                groups.setdefault((cell.key, cell["k"], cell["epsilon"], not p["step"]), []).append((p, look))
+        for (key, _, _, to_accuracy), some in groups.items():
+            some.sort(key=lambda pair: -float(pair[0]["step"] or pair[0]["cell"].knob("accuracy")))
             error = [max(p["error"], FLOOR) for p, _ in some]
             floor = floor or min(error) <= FLOOR
             finer = sorted(knobs[key])  # from coarse to fine
             size = 3.5 + 3.5 * finer.index(fineness(some[0][0]["cell"])) / max(len(finer) - 1, 1)
             look = {**some[0][1], "linestyle": "-", "linewidth": 0.6, "label": "_", "markersize": size}
+            if to_accuracy:  # in place of a step
+                look |= {"linestyle": "--", "linewidth": 1.2, "markerfacecolor": "none"}
             panel.plot([p["time"] for p, _ in some], error, **look)
             panel.hlines(error, [p["least"] for p, _ in some], [p["most"] for p, _ in some], color=look["color"],
                          linewidth=1.6, alpha=0.35)
@@ -527,6 +529,7 @@ FIGURES = {
     "grasp_picture": Figure(grasp_picture, "grasp", moments, one_each, tight={"h_pad": 0.4, "w_pad": 0.2}),
     "performance": Figure(performance, "", panels(1, 2, (9.5, 3.6), sharey=True), contending, 4, SWEEP),
     "robot_picture": Figure(robot_picture, "mobile_robot", robots_by_three, one_each),
+    "steps_taken": Figure(stepping.steps_taken, "", stepping.canvas, stepping.drawn, 4, "the sweep stepping"),
     "stored_problems": Figure(stored_problems, "", panels(1, 2, (9.5, 4.2)), stored, 4, "scripts/solve_all.py"),
     "streams": Figure(streams, "", two_beside(len), streamed, 4, "scripts/replay.py", adjust=APART),
 }

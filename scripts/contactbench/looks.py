@@ -20,6 +20,10 @@ LOOKS = {
     ("ap", "path"): ("A-P, PATH", SKY, "s"),
     ("ap", "ynl"): ("A-P, YNL", GREEN, "P"),
     ("convex", "ipm"): ("convex", BLACK, "d"),
+    ("coulomb", "newton"): ("Coulomb, Newton", "0.45", "X"),
+    ("coulomb", "nsgs"): ("Coulomb, Gauss-Seidel", "0.45", "p"),
+    ("coulomb", "admm"): ("Coulomb, ADMM", "0.45", "*"),
+    ("coulomb", "cascade"): ("Coulomb, cascade", "0.45", "h"),
     ("soft", "sap"): ("soft, SAP", YELLOW, "<"),
     ("soft", "mujoco"): ("soft, MuJoCo", YELLOW, ">"), }
 LATER = [(c, m) for m in "<>p*hX" for c in (PURPLE, ORANGE, GREEN, VERMILION, SKY, BLUE)]

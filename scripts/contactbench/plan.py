@@ -14,16 +14,17 @@ from .program import ProgramError, choices, scenes_of
 
 # Knobs in a sweep file are flags of `contactbench run`, with underscores. These are every method's, the others only of
 # the methods whose row in `list --json` names the flag.
-COMMON = ("step", "stepping", "duration", "restitution", "friction", "prune")
+COMMON = ("step", "stepping", "accuracy", "order", "record_interval", "joint_forces", "duration", "restitution",
+          "friction", "prune")
 # Parts of the names of runs; of other knobs their own names.
 SHORT = {
-    "step": "h", "stepping": "by-", "duration": "T", "k": "k", "epsilon": "eps", "epsilon_relative": "epsrel",
-    "compression_bound": "bound-", "regularise": "reg", "warm_start": "warm-", "restitution": "e", "friction": "mu",
-    "prune": "prune-"}
+    "step": "h", "stepping": "by-", "accuracy": "A", "order": "p", "record_interval": "dt", "joint_forces": "joints-",
+    "duration": "T", "k": "k", "epsilon": "eps", "epsilon_relative": "epsrel", "compression_bound": "bound-",
+    "regularise": "reg", "warm_start": "warm-", "restitution": "e", "friction": "mu", "prune": "prune-"}
 # What may stand beside the knobs in a block or a profile.
 SETTINGS = {
-    "repeats": 1, "members": 0, "record_every": 1, "record_interval_s": 0, "timed": True, "time_limit_s": 3600,
-    "memory_limit_mb": 4096}
+    "repeats": 1, "members": 0, "record_every": 1, "record_interval_s": 0, "record_contacts": False, "timed": True,
+    "time_limit_s": 3600, "memory_limit_mb": 4096}
 # m: how far a member of an ensemble moves each free body at the start: the last bits of a place of size 1 m.
 LAST_BITS = "1e-15"
 COARSE = 10  # steps between its records
@@ -61,6 +62,7 @@ class Run:
     file: str = ""  # of a scene that does not come with the program
     members: int = 0  # of its ensemble, at most
     engine: bool = False  # whether it is an engine that stands as the method
+    record_contacts: bool = False
 
     @classmethod
     def of(cls, row):
@@ -88,8 +90,9 @@ class Run:
     def as_member(self, number):
         """The run with other last bits at the start and its contacts in another order. Nobody draws it, so that not
         every step is kept."""
-        every = COARSE if self.record_every == 1 else self.record_every
-        return dataclasses.replace(self, member=number, timed=False, record_every=every)
+        # Steps of an accuracy end at the moments of a reference, each of which is to be kept.
+        every = COARSE if self.record_every == 1 and "accuracy" not in dict(self.knobs) else self.record_every
+        return dataclasses.replace(self, member=number, timed=False, record_every=every, record_contacts=False)
 
     def flags(self):
         """Of `contactbench run`, all that the result depends on."""
@@ -164,12 +167,15 @@ def wanted(name, patterns):
 def engines(listed):
     """Rows of engines beside those of methods (program.choices): of each variant; of an engine that is not here one,
     whose runs are `unavailable`."""
-    return [({"name": engine["name"], "engine": True}, variant, "") for engine in listed.get("engines", [])
+    return [({"name": engine["name"], "engine": True, "here": not engine["unavailable"]}, variant, "")
+            for engine in listed.get("engines", [])
             for variant in [v["name"] for v in engine.get("variants", [])] or [""]]
 
 
 def knobs_of(method):
-    return OF_ENGINES if method.get("engine") else (*COMMON, *own_knobs(method))
+    if method.get("engine"):
+        return OF_ENGINES if method["here"] else ()
+    return *COMMON, *own_knobs(method)
 
 
 def asked_for(method, name, block):
@@ -205,22 +211,29 @@ def block_runs(block, scene, file, sweep, profile, rows, stem):
         for method, variant, solver in rows:
             if not asked_for(method, "/".join(p for p in (method["name"], variant or solver) if p), merged):
                 continue
-            names = [n for n in knobs_of(method) if n in merged]
+            # What a block leaves empty is left out of it; an accuracy takes the place of a step.
+            names = [n for n in (*COMMON, *own_knobs(method)) if merged.get(n, []) != []]
+            if "accuracy" in names:
+                if method.get("no_expansion"):
+                    continue
+                names = [n for n in names if n != "step"]
             for knobs in itertools.product(*[[(n, v) for v in values(merged[n])] for n in names]):
                 if turned(chosen, knobs) is None:
                     continue  # an angle of the polygon is none of a method without one
                 yield Run(scene, turned(chosen, knobs), method["name"], variant, solver, tuple(knobs), 0, 0, (stem, ),
                           recorded(settings, knobs), bool(settings["timed"]), float(settings["time_limit_s"]),
-                          float(settings["memory_limit_mb"]), file, 0 if method.get("engine") else int(
-                              settings["members"]), method.get("engine", False)), int(settings["repeats"])
+                          float(settings["memory_limit_mb"]), file,
+                          0 if method.get("engine") else int(settings["members"]), method.get("engine", False),
+                          bool(settings["record_contacts"]) and not method.get("engine")), int(settings["repeats"])
 
 
 def merge(a, b):
     """One run that two blocks ask for: recorded as finely as either wants (0 is not at all), with the wider limits."""
     finest = min((r for r in (a.record_every, b.record_every) if r), default=0)
-    return dataclasses.replace(a, sweeps=tuple(dict.fromkeys(a.sweeps + b.sweeps)), record_every=finest, timed=a.timed
-                               or b.timed, time_limit_s=max(a.time_limit_s, b.time_limit_s), memory_limit_mb=max(
-                                   a.memory_limit_mb, b.memory_limit_mb), members=max(a.members, b.members))
+    return dataclasses.replace(a, sweeps=tuple(
+        dict.fromkeys(a.sweeps + b.sweeps)), record_every=finest, timed=a.timed or b.timed, time_limit_s=max(
+            a.time_limit_s, b.time_limit_s), memory_limit_mb=max(a.memory_limit_mb, b.memory_limit_mb), members=max(
+                a.members, b.members), record_contacts=a.record_contacts or b.record_contacts)
 
 
 def plan(paths, profile, listed):

@@ -165,15 +165,18 @@ def twin(cells: list[Cell], cell: Cell) -> Cell | None:
     if cell["method"] == "ap":
         return next((c for c in cells if c["method"] == "ap" and c["solver"] == "lemke" and c["k"] == cell["k"]
                      and c["step"] == cell["step"] and c["status"] == "ok"), None)
-    if cell["method"] == "convex":
+    if cell["method"] in ("convex", "coulomb"):
         return coulomb(cells, cell["step"])
     return None
 
 
 def coulomb(cells, step):
-    """Exact Coulomb friction at a step: convex at 1e-12 J, where its law residual says that it is that."""
-    return next((c for c in cells if c["method"] == "convex" and c["epsilon"] == "1e-12" and c["step"] == step
-                 and c["status"] == "ok" and number(c["law_residual_max"]) <= EXACT_LAW), None)
+    """Exact Coulomb friction at a step: `coulomb`, else convex at 1e-12 J, where its law residual says that it is
+    that."""
+    exact = [
+        c for c in cells if (c["method"] == "coulomb" or c["method"] == "convex" and c["epsilon"] == "1e-12")
+        and c["step"] == step and c["status"] == "ok" and number(c["law_residual_max"]) <= EXACT_LAW]
+    return min(exact, key=lambda c: c["method"] != "coulomb", default=None)
 
 
 def budget(results: Runs, scene: str, parameters: str) -> list[dict]:
@@ -192,7 +195,8 @@ def budget(results: Runs, scene: str, parameters: str) -> list[dict]:
 @functools.cache
 def parts_of_error(results, scene, parameters):
     """The rows of the budget, as one world has them."""
-    cells = [c for c in results.cells(scene, SWEEP, parameters=parameters) if c.finished]
+    # What steps to an accuracy has no step to share with others.
+    cells = [c for c in results.cells(scene, SWEEP, parameters=parameters) if c.finished and c["step"]]
     name = measure(results, scene, parameters)
     rows = []
     for cell in cells:
@@ -208,7 +212,7 @@ def parts_of_error(results, scene, parameters):
             # The polygon's own exact answer, where the scene has one; the exact one, where the polygon moves as the
             # circle does.
             own = tight.error(f"polygon_{name}") if cell["method"] == "ap" else math.nan
-            exact = cell["method"] == "convex" or model <= TINY
+            exact = cell["method"] in ("convex", "coulomb") or model <= TINY
             step = own if not math.isnan(own) else tight.error(name) if exact else math.nan
         known = {k: v for k, v in (("solver", solver), ("model", model), ("step", step)) if not math.isnan(v)}
         worst = max(known, key=known.get) if known and max(known.values()) > TINY else "none" if known else ""
@@ -287,7 +291,7 @@ def contenders(results):
     out = {}
     for scene, parameters in scenes(results):
         for cell in results.cells(scene, SWEEP, parameters=parameters):
-            if cell["k"] in ("", "8") and cell["epsilon"] in ("", "1e-12"):
+            if cell["step"] and cell["k"] in ("", "8") and cell["epsilon"] in ("", "1e-12"):
                 out.setdefault(cell.name, {})[scene, parameters, cell["knobs"]] = cell
     return out
 

@@ -296,8 +296,8 @@ def watched(program, scene, flags: list, folder, statuses: list[str], wall_limit
     command = run_words(program, scene, [*flags, *recorded, "--memory-limit", memory_mb], folder)
     job = {
         "asked": {
-            "scene": Path(scene).stem, "method": flags[flags.index("--engine" if "--engine" in flags else "--method") + 1]
-        }, "statuses": statuses,
+            "scene": Path(scene).stem,
+            "method": flags[flags.index("--engine" if "--engine" in flags else "--method") + 1]}, "statuses": statuses,
         "wall_limit_s": wall_limit, "memory_limit_mb": memory_mb}
     code, stopped, peak, said = execute(command, wall_limit, addresses(memory_mb))
     summary = read_json(Path(folder) / "summary.json")
@@ -322,13 +322,14 @@ def reached(folder: Path) -> float | None:
 
 
 def job_of(run, program, scene, runs, statuses, time_limit, memory_limit_mb=4096, record_every=1, timed=True, key="",
-           deadline=None):
+           deadline=None, record_contacts=False):
     """What `do` needs to know of a run (plan.Run). The program keeps its own limit; the outer one is for one that does
     not come back."""
     return {
         "asked": run.asked(), "flags": run.flags(), "key": key, "program": program, "scene": scene, "runs": str(runs),
         "statuses": statuses, "timed": timed, "time_limit_s": time_limit, "wall_limit_s": 1.2 * time_limit + 10,
-        "memory_limit_mb": memory_limit_mb, "record_every": record_every, "deadline": deadline}
+        "memory_limit_mb": memory_limit_mb, "record_every": record_every, "deadline": deadline,
+        "record_contacts": record_contacts}
 
 
 def within(job: dict, now: float) -> dict:
@@ -347,7 +348,8 @@ def do(job: dict, load: Load) -> dict:
     scratch.mkdir(parents=True)
     record = {
         **job["asked"], "flags": job["flags"], "key": job["key"], "limits": [
-            job["time_limit_s"], job["memory_limit_mb"]], "record_every": job["record_every"]}
+            job["time_limit_s"], job["memory_limit_mb"]], "record_every": job["record_every"],
+        "record_contacts": job["record_contacts"]}
     if job["time_limit_s"] > 0:
         record.update(done(job, scratch, load))
     else:
@@ -363,7 +365,8 @@ def done(job: dict, scratch: Path, load: Load) -> dict:
     """Runs the program into `scratch`: how it ended, as fields of its record."""
     def command(out, limit):
         limits = ["--time-limit", f"{limit:g}", "--memory-limit", f"{job['memory_limit_mb']:g}"]
-        flags = [*job["flags"], "--record-every", job["record_every"], *limits]
+        kept = ["--record-contacts"] if job["record_contacts"] else []
+        flags = [*job["flags"], "--record-every", job["record_every"], *kept, *limits]
         return run_words(job["program"], job["scene"], flags, out)
 
     memory, warm_up, start = addresses(job["memory_limit_mb"]), scratch / "warm_up", time.monotonic()

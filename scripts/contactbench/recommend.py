@@ -5,33 +5,34 @@ method, solver and knobs, with the run that shows it and the runner-up.
   scripts/recommend.py stack --set boxes=4 --error 1e-6 --time-per-step 1e-4 --verify
   scripts/recommend.py my.xml --error 1e-3 --duration 2 --out my      first runs a small sweep of it into the folder my
 
+Of a scene without an exact answer it steps down: to a reference on which two methods agree, over the whole run or for as
+long as they do; to how each converges and how far methods are apart; to residuals, energy and time. It names the step and
+how far it can be trusted (ladder.py).
+
 Exit codes: 0 there is an answer (and it was confirmed, with --verify); 1 --verify could not confirm it; 2 wrong flags
-or input; 3 no run met the error, or there is no reference to measure errors against.
+or input; 3 no run met the error: the nearest is named.
 """
 import contextlib
 import json
 import math
 import os
-import re
 import sys
 import tempfile
 from pathlib import Path
 
-from . import precision, program, references, sweep
+from . import ladder, precision, program, references, sweep
 from .plan import Run
 from .runs import Runs, row_of
 from .templates import render
 
 # The small sweep of a user's own scene: multiples of its step, all methods, a few polygons and tolerances.
 STEPS = (4, 1, 0.25)
+DEAR = 1.0  # s that a run at the scene's own step takes, from which on the sweep is the smallest one
+FRAMES = 200  # moments that are kept of a run that is looked at
 
 
 class WrongInput(Exception):
     """Flags or input that cannot be answered: says what would be right."""
-
-
-class NoReference(Exception):
-    """Nothing to measure errors against: says why."""
 
 
 def listed(path):
@@ -64,32 +65,34 @@ def measured_on(results):
     return {**{k: there.get(k) for k in ("cpu", "cores", "os")}, "this_machine": here.items() <= there.items()}
 
 
-def has_exact_answer(file):
-    """Whether a scene's file names a closed form. Its comments may hold what strict XML refuses there, as the program's
-    reader lets them."""
-    text = re.sub(r"<!--.*?-->", "", Path(file).read_text(), flags=re.DOTALL)
-    return re.search(r"<reference\s[^>]*kind\s*=\s*[\"']analytic[\"']", text) is not None
+def kept_every(known):
+    """Simulated seconds between the moments of a run to look at: about FRAMES of them, those of its reference among
+    them."""
+    parts = references.INTERVAL / (STEPS[0] * known["own_step"])
+    fit = [n for n in range(1, round(parts) + 1) if parts / n == round(parts / n, 9) and round(parts) % n == 0]
+    wanted = known["duration"] / FRAMES
+    return min((references.INTERVAL / n for n in fit or [1]), key=lambda interval: abs(math.log(interval / wanted)))
 
 
-def small_sweep(options):
-    """Runs a scene over methods and knobs in the folder --out, for what is not there yet; its table."""
+def sweep_of(options, contacts=False):
+    """Runs a scene over methods and knobs in the folder --out, for what is not there yet, after what it can be measured
+    against; its table."""
     file = scene_file(options.program, options.scene)
-    if options.out is None:
-        raise WrongInput(
-            f"{options.scene} is not in the table: --out names a folder for the small sweep that it needs first")
     # Made for a scene with an exact answer too: the one is a check on the other.
     try:
         known = references.make(options.program, file, options.set, options.duration, options.out / "references",
-                                options.limit)
+                                options.limit).about
     except program.ProgramError as error:
         raise WrongInput(str(error)) from None
-    if not known.about["accepted"] and not has_exact_answer(file):
-        raise NoReference(known.about["reason"])
+    steps = [f"{known['own_step'] * m:.12g}" for m in STEPS]
+    # What is measured is run for as long as it can be, what is looked at to the end.
+    until = known["until"] if known["accepted"] and not contacts else known["duration"]
     toml = options.out / f"{precision.SWEEP}.toml"
-    steps = [f"{known.about['step'] * references.FINER * m:.12g}" for m in STEPS]
+    interval = kept_every(known) if contacts else references.INTERVAL
     toml.write_text(
-        render("small_sweep.toml", interval=references.INTERVAL, duration=known.about["duration"], limit=options.limit,
-               scene=file, steps=steps, sets=[p.partition("=") for p in options.set]))
+        render("small_sweep.toml", interval=interval, duration=min(until, known["duration"]), limit=options.limit,
+               scene=file, steps=steps, contacts=contacts, sets=[p.partition("=") for p in options.set],
+               dear=known["took_s"] > DEAR))
     words = [toml, "--program", options.program, "--runs", options.out / "runs", "--out", options.out]
     try:
         with contextlib.redirect_stdout(sys.stderr):
@@ -98,6 +101,13 @@ def small_sweep(options):
         print(f"sweep: {error}", file=sys.stderr)
         raise WrongInput("the sweep of it could not be done") from None
     return Runs(options.out, options.out / "runs")
+
+
+def small_sweep(options):
+    if options.out is None:
+        raise WrongInput(
+            f"{options.scene} is not in the table: --out names a folder for the small sweep that it needs first")
+    return sweep_of(options)
 
 
 def table(options):
@@ -137,7 +147,8 @@ def show(title, point, measure):
     if point["repeats"] > 1:
         noise = f"{point['time_least']:.3g} to {point['time_most']:.3g} in {point['repeats']} runs"
     busy = ", machine busy" if point["busy"] else ""
-    print(f"  {measure} = {point['error']:.3g}; {point['time_per_simulated_second']:.3g} s a simulated second "
+    error = "" if measure == ladder.RESIDUAL else f"{measure} = {point['error']:.3g}; "
+    print(f"  {error}{point['time_per_simulated_second']:.3g} s a simulated second "
           f"({noise}{busy}), {point['time_per_step']:.3g} s a step")
     print(f"  run {point['run']}\n  {point['command']}")
 
@@ -147,7 +158,7 @@ def again(point, options, results):
     second)."""
     run, file = Run.of(point["cell"].row), scene_file(options.program, options.scene)
     # Recorded as in the sweep: a certified error needs the moments of its reference.
-    every = max(1, round(references.INTERVAL / float(point["step"])))
+    every = max(1, round(references.INTERVAL / float(point["step"]))) if point["step"] else 1
     with tempfile.TemporaryDirectory() as runs:
         scene, statuses = file if Path(options.scene).is_file() else f"{run.scene}.xml", program.statuses_of(
             listed(options.program))
@@ -184,20 +195,25 @@ def answer(options):
     made = {
         "scene": scene, "parameters": parameters, "measure": options.measure, "wanted": options.error,
         "time_per_step": options.time_per_step, "best": None, "runner_up": None}
-    try:
-        results = table(options)
-    except NoReference as why:
-        return made | {"reference": "missing", "why": str(why)}
+    results = table(options)
     of_scene = results.table[(results.table["scene"] == scene) & (results.table["parameters"] == parameters)]
     measures = [c.removeprefix("error_") for c in of_scene if c.startswith("error_") and of_scene[c].any()]
     if options.measure and options.measure not in measures:
         raise WrongInput(f"{scene} has no error '{options.measure}'; it has {', '.join(measures)}")
     measure = made["measure"] = options.measure or precision.measure(results, scene, parameters)
-    if not measure:
-        return made | {"reference": "missing", "why": "no run of it finished with an error to judge it by"}
-    points = precision.points(results, scene, parameters, measure)
     made["measured_on"] = measured_on(results)
-    made["reference"] = precision.reference_of(results, scene, parameters, measure)
+    about = results.manifest.get("references", {}).get(references.name_of(scene, parameters)) or {}
+    if not measure:
+        basis, trust, best, second, near = ladder.step_down(results, scene, parameters, options.error,
+                                                            options.time_per_step)
+        made |= {"basis": basis, "trust": trust, "measure": basis, "reference": "missing", "why": about.get("reason", "")}
+        made |= {"runs": len(results.cells(scene, precision.SWEEP, parameters=parameters)), "best": said(best)}
+        return made | {"runner_up": said(second), "nearest": said(near), "told_apart": best and second and
+                       precision.told_apart(best, second)}
+    points = precision.points(results, scene, parameters, measure)
+    made["reference"], made["basis"] = precision.reference_of(
+        results, scene, parameters, measure), ladder.basis_of(measure, about, options.duration)
+    made["trust"] = ladder.TRUST[made["basis"]].format(until=about.get("until") or 0)
     made["runs"] = len(points)
     best, second, cheaper = precision.choose(points, options.error, options.time_per_step)
     if best is None:
@@ -214,16 +230,14 @@ def show_all(made):
     late = f" and at most {made['time_per_step']:g} s a step" if made["time_per_step"] else ""
     wanted = f"{made['measure']} <= {made['wanted']:g}{late}"
     scene = f"{made['scene']} {made['parameters']}".strip()
-    if made["reference"] == "missing":
-        print(f"{scene}: none can be recommended, its reference is missing: {made['why']}")
-        return
     print(f"{scene}, {wanted} (reference {made['reference']}, {made['runs']} settings in the table)")
+    print(f"by what: {made['basis']}: {made['trust']}" + (f" ({made['why']})" if made.get("why") else ""))
     on = made["measured_on"]
     print(f"times are those of {on['cpu'] or 'an unnamed CPU'}, {on['cores']} cores, " +
           ("as this machine has" if on["this_machine"] else
            "not of this machine: --verify runs the answer here, scripts/reproduce.sh measures all of it here"))
     if made["best"] is None:
-        print("none did")
+        print("none did" if made["nearest"] else "no run of it came to the end")
         if made["nearest"]:
             show("least error", made["nearest"], made["measure"])
         return

@@ -1,6 +1,6 @@
-"""Certified references of scenes without an exact answer: where the bodies are, from runs at 1/64 of the scene's step
-at the tightest tolerance, kept only where two methods agree. Where they do not, the reference is `missing`, and the
-reason is stored.
+"""Certified references of scenes without an exact answer: where the bodies are, from runs by `--accuracy`
+(docs/stepping.md), kept as long as two methods agree. Where they do not, the reference is `missing`, and the reason is
+stored.
 
   scripts/references.py                                the scenes of the project, those not there yet or changed
   scripts/references.py my.xml --duration 2 --out DIR  one scene
@@ -18,15 +18,15 @@ from . import program
 
 INTERVAL = 0.1  # s, between the moments of a reference
 ERROR = "certified_linf_m"
-SAID = ("accepted", "reason", "step", "duration", "uncertainty_m")  # of `about`, what the manifest of a sweep repeats
-# Scenes and simulated seconds: as long as 64 times the steps take about a quarter of a minute a run.
-SCENES = (("mobile_robot", 10), ("mobile_robot_caster", 10), ("grasp", 1), ("urdf_arm", 3))
-FINER = 64
-ENOUGH = 1e-9  # m: closer than this, two methods agree wherever the bodies go
+# Of `about`, what the manifest of a sweep repeats.
+SAID = ("accepted", "reason", "accuracy_m", "duration", "until", "uncertainty_m")
+# Scenes and simulated seconds.
+SCENES = (("mobile_robot", 70), ("mobile_robot_caster", 70), ("grasp", 25), ("urdf_arm", 3))
+WANTED = (1e-8, 1e-6)  # m: accuracies, the next where the one before comes to nothing
+COARSER = 10  # times the accuracy: what a run with that is off by is more than what the reference is
 SHARE = 0.1  # of the error that the scene's own step makes: what two methods may differ by at most
-FIRST = ("--method", "convex", "--epsilon", "1e-12")
-SECOND = (("--method", "ap", "--solver", "lemke"), ("--method", "ap", "--solver", "path"),
-          ("--method", "newton", "--variant", "stick-tested"))
+FIRST = ("--method", "convex")
+SECOND = (("--method", "ap", "--solver", "lemke"), ("--method", "ap", "--solver", "path"))
 
 
 def digest(*paths):
@@ -45,13 +45,33 @@ def places(path):
                 for row in csv.DictReader(file) if row["pz"]}
 
 
+def common(a, b):
+    """The moments that two motions share, of all bodies."""
+    return sorted(a.keys() & b.keys())
+
+
 def apart(a, b):
     """Largest distance of a body between two motions over the moments that both have, m; None where those do not reach
     the end of the shorter one, or there are none."""
-    common = a.keys() & b.keys()
-    if not common or max(t for t, _ in common) < min(max(t for t, _ in some) for some in (a, b)):
+    keys = common(a, b)
+    if not keys or keys[-1][0] < min(max(t for t, _ in some) for some in (a, b)):
         return None
-    return max(math.dist(a[key], b[key]) for key in common)
+    return max(math.dist(a[key], b[key]) for key in keys)
+
+
+def agree_until(a, b, enough):
+    """The last moment up to which no body of two motions is further apart than `enough` (m); None where there is none
+    after the start."""
+    last = None
+    for key in common(a, b):
+        if math.dist(a[key], b[key]) > enough:
+            return next((t for t, _ in reversed(common(a, b)) if 0 < t < key[0]), None)
+        last = key[0]
+    return last or None
+
+
+def up_to(motion, t):
+    return {key: place for key, place in motion.items() if key[0] <= t}
 
 
 class Reference:
@@ -61,9 +81,9 @@ class Reference:
         self.about, self.motion = about, motion
 
     def error(self, duration, trajectory):
-        """Largest distance of a run's bodies from it, m; None for a run of another length, or one without its
-        moments."""
-        if self.motion is None or duration != self.about["duration"]:
+        """Largest distance of a run's bodies from it, m; None for a run that goes on longer than it, or one without
+        its moments."""
+        if self.motion is None or duration > self.about["until"]:
             return None
         try:
             return apart(self.motion, places(trajectory))
@@ -97,19 +117,22 @@ class Maker:
     def __init__(self, path, file, sets, scratch, limit):
         self.program, self.file, self.sets, self.scratch, self.limit = path, str(file), sets, Path(scratch), limit
 
-    def run(self, method, step, duration):
-        """Summary, motion and command of a run; the summary's status says what became of it."""
-        out = self.scratch / "__".join([*method[1::2], str(step)])
-        flags = ["--step", repr(step)] if step else []
+    def run(self, method, accuracy, duration):
+        """Summary, motion and command of a run to an accuracy, at the scene's own step where that is None; the
+        summary's status says what became of it."""
+        out = self.scratch / "__".join([*method[1::2], str(accuracy)])
+        flags = ["--accuracy", repr(accuracy), "--record-interval", repr(INTERVAL)] if accuracy else []
         flags += ["--duration", repr(duration)] if duration else []
         words = ["run", self.file, *method, *flags, *program.settings(self.sets)]
-        every = round(INTERVAL / step) if step else 1
-        ended = program.call(self.program, *words, "--record-every", every, "--time-limit", f"{self.limit:g}",
-                             "--quiet", "--out", out)
+        ended = program.call(self.program, *words, "--time-limit", f"{self.limit:g}", "--quiet", "--out", out)
         if ended.returncode not in (0, 3):
             raise program.ProgramError(ended.stderr.strip() or f"{self.program} ended without a word")
         summary = json.loads((out / "summary.json").read_text())
-        motion = places(out / "trajectory.csv") if summary["finished"] else None
+        motion = None
+        if summary["finished"]:
+            motion = {
+                key: place for key, place in places(out / "trajectory.csv").items()
+                if abs(key[0] - INTERVAL * round(key[0] / INTERVAL)) < 1e-6 * INTERVAL}
         return summary, motion, " ".join(["contactbench", "run", Path(self.file).name, *words[2:]])
 
 
@@ -117,40 +140,66 @@ def good(summary):
     return summary["status"] == "ok" and summary["residuals"]["false_claims"] == 0
 
 
+def said(method, summary, more=""):
+    because = f" ({summary['reason']})" if summary["reason"] else ""
+    return f"{' '.join(method[1::2])}: {more or summary['status'] + because}"
+
+
 def certify(maker, duration):
     """The reference of a scene, without a motion where no two methods agree."""
     coarse, own, _ = maker.run(FIRST, None, duration)  # at the scene's own step, and length where none is asked for
-    step, duration = coarse["options"]["step"], coarse["options"]["duration"]
+    duration = coarse["options"]["duration"]
     parameters = " ".join(maker.sets)
     about = {
         "scene": coarse["scenario"], "parameters": parameters,
         "scene_digest": digest(*program.files_of(maker.program, maker.file, parameters)), "accepted": False,
-        "reason": "", "step": step / FINER, "duration": duration, "uncertainty_m": None, "versions": coarse["versions"],
-        "machine": coarse["machine"]}
-    first, motion, command = maker.run(FIRST, step / FINER, duration)
-    half, halfway, _ = maker.run(FIRST, 2 * step / FINER, duration)
-    about["runs"] = [{"command": command, "status": first["status"], "law_residual_max": first["residuals"]["law_max"]}]
-    if not good(first) or not half["finished"]:
-        because = f" ({first['reason']})" if first["reason"] else ""
-        why = f"convex at 1/{FINER} of the step: {first['status']}{because}"
-        return Reference(about | {"reason": why}, None)
-    # Of first order, the step leaves of the reference what halving it changed.
-    about["step_difference_m"] = apart(motion, halfway)
-    about["error_of_own_step_m"] = apart(motion, own) if own else None
-    enough = max(ENOUGH, SHARE * (about["error_of_own_step_m"] or 0))
-    tried = []
-    for method in SECOND:
-        second, other, command = maker.run(method, step / FINER, duration)
-        agreement = apart(motion, other) if good(second) else None
+        "reason": "", "own_step": coarse["options"]["step"], "took_s": coarse["time"]["total_s"], "accuracy_m": None, "duration": duration, "until": None,
+        "uncertainty_m": None, "versions": coarse["versions"], "machine": coarse["machine"], "runs": []}
+    reasons = []
+    for wanted in WANTED:
+        found = at_accuracy(maker, about, wanted, own)
+        if found.about["accepted"]:
+            return found
+        reasons.append(f"to {wanted:g} m: {found.about['reason']}")
+        about["runs"] = found.about["runs"]
+    return Reference(about | {"reason": "; ".join(reasons)}, None)
+
+
+def at_accuracy(maker, about, wanted, own):
+    """The reference by runs to one accuracy. `own`: the motion at the scene's own step, or None."""
+    about, duration = about | {"accuracy_m": wanted, "runs": [*about["runs"]]}, about["duration"]
+
+    def run(method, accuracy):
+        summary, motion, command = maker.run(method, accuracy, duration)
         about["runs"].append({
-            "command": command, "status": second["status"], "law_residual_max": second["residuals"]["law_max"],
-            "agreement_m": agreement})
-        if agreement is not None and agreement <= enough:
-            return Reference(about | {"accepted": True, "uncertainty_m": max(agreement, about["step_difference_m"])},
-                             motion)
-        tried.append(f"{' '.join(method[1::2])}: " +
-                     (f"{agreement:.2g} m apart" if agreement is not None else second["status"]))
-    return Reference(about | {"reason": f"no second method within {enough:.2g} m of convex: " + ", ".join(tried)}, None)
+            "command": command, "status": summary["status"], "law_residual_max": summary["residuals"]["law_max"],
+            "estimated_error_m": (summary.get("accuracy") or {}).get("estimated_error_m"), "seconds": summary["time"]
+            ["total_s"]})
+        return summary, motion if good(summary) else None
+
+    first, motion = run(FIRST, wanted)
+    if motion is None:
+        return Reference(about | {"reason": said(FIRST, first)}, None)
+    _, coarser = run(FIRST, COARSER * wanted)
+    about["error_of_own_step_m"] = apart(motion, own) if own else None
+    enough = max(COARSER * wanted, SHARE * (about["error_of_own_step_m"] or 0))
+    tried, best = [], (0, None, "")
+    for method in SECOND:
+        second, other = run(method, wanted)
+        until = agree_until(motion, other, enough) if other else None
+        about["runs"][-1]["agree_until_s"] = until
+        tried.append(said(method, second, other and f"apart by more than {enough:.2g} m from {until or 0:g} s on"))
+        if until and until > best[0]:
+            best = until, other, tried[-1]
+        if until and until >= duration * (1 - 1e-9):
+            break
+    until, other, why = best
+    if not until or coarser is None:
+        return Reference(about | {"reason": "no second method agrees with convex: " + ", ".join(tried)}, None)
+    motion = up_to(motion, until)
+    unsure = max(apart(motion, up_to(some, until)) for some in (other, coarser))
+    about |= {"accepted": True, "until": until, "uncertainty_m": unsure}
+    return Reference(about | {"reason": "" if until >= duration * (1 - 1e-9) else why}, motion)
 
 
 def make(path, file, sets, duration, folder, limit, again=False):
@@ -186,4 +235,4 @@ def main():
         file = scene if Path(scene).is_file() else listed[name]["file"]
         made = make(options.program, file, options.set, duration, options.out, options.limit, options.again).about
         found = f"to {made['uncertainty_m']:.2g} m" if made["accepted"] else f"missing ({made['reason']})"
-        print(f"{name}, {made['duration']:g} s at a step of {made['step']:.3g} s: {found}", flush=True)
+        print(f"{name}, {made['until'] or made['duration']:g} of {made['duration']:g} s: {found}", flush=True)

@@ -20,17 +20,19 @@ from .program import read_json
 COLUMNS = {
     "run": "run.run", "sweeps": None, "scene": "run.scene", "parameters": "run.parameters", "method": "run.method",
     "variant": "run.variant", "solver": "run.solver", "k": "run.k", "epsilon": "run.epsilon", "knobs": "run.knobs",
-    "repeat": "run.repeat", "engine": "run.engine", "setting": "engine.setting", "precision": "engine.precision", "status": "run.status", "reason": "run.reason", "finished": "run.finished",
-    "reference": "reference.kind", "step": "options.step", "duration": "options.duration",
-    "compression_bound": "options.compression_bound", "t_reached": None, "steps": "steps", "events": "events",
-    "contacts_max": "contacts_max", "solves": "solves", "iterations_total": "iterations_total", "processing_s": None,
-    "total_s": "time.total_s", "dynamics_s": "time.dynamics_s", "collision_s": "time.collision_s",
-    "assembly_s": "time.assembly_s", "solve_s": "time.solve_s", "write_s": "time.write_s", "wall_s": "run.wall_s",
-    "other_cores": "run.other_cores", "busy": "run.busy", "peak_memory_mb": None, "residual_max": "residuals.max",
-    "residual_median": "residuals.median", "law_residual_max": "residuals.law_max", "gap_max_j": "residuals.gap_max_j",
+    "repeat": "run.repeat", "engine": "run.engine", "setting": "engine.setting", "precision": "engine.precision",
+    "status": "run.status", "reason": "run.reason", "finished": "run.finished", "reference": "reference.kind",
+    "step": "options.step", "duration": "options.duration", "compression_bound": "options.compression_bound",
+    "t_reached": None, "steps": "steps", "events": "events", "contacts_max": "contacts_max", "solves": "solves",
+    "iterations_total": "iterations_total", "processing_s": None, "total_s": "time.total_s",
+    "dynamics_s": "time.dynamics_s", "collision_s": "time.collision_s", "assembly_s": "time.assembly_s",
+    "solve_s": "time.solve_s", "write_s": "time.write_s", "wall_s": "run.wall_s", "other_cores": "run.other_cores",
+    "busy": "run.busy", "peak_memory_mb": None, "residual_max": "residuals.max", "residual_median": "residuals.median",
+    "law_residual_max": "residuals.law_max", "gap_max_j": "residuals.gap_max_j",
     "infeasibility_max": "residuals.infeasibility_max", "inaccurate_events": "residuals.inaccurate_events",
     "false_claims": "residuals.false_claims", "max_penetration": "max_penetration", "max_gain_j": "energy.max_gain_j",
-    "max_gain_relative": "energy.max_gain_relative"}
+    "max_gain_relative": "energy.max_gain_relative", "estimated_error_m": "accuracy.estimated_error_m",
+    "switches": "accuracy.switches", "impacts": "accuracy.impacts", "first_order_steps": "accuracy.first_order_steps"}
 # Columns that differ from run to run of the same input; so do all of a run that a time or memory limit cut.
 TIMING = ("processing_s", "total_s", "dynamics_s", "collision_s", "assembly_s", "solve_s", "write_s", "wall_s",
           "other_cores", "busy", "peak_memory_mb")
@@ -42,7 +44,8 @@ ASKED = {
 CELL = ["scene", "parameters", "method", "variant", "solver", "k", "epsilon", "knobs"]
 LIMITS = ("time_limit", "memory_limit")  # how far a run that they cut comes depends on the machine
 NAMES = {
-    "newton": "Newton", "mirtich": "Mirtich", "ap": "A-P", "convex": "convex", "lemke": "Lemke", "path": "PATH",
+    "newton": "Newton", "mirtich": "Mirtich", "ap": "A-P", "convex": "convex", "coulomb": "Coulomb",
+    "nsgs": "Gauss-Seidel", "admm": "ADMM", "sap": "SAP", "mujoco": "MuJoCo", "lemke": "Lemke", "path": "PATH",
     "ynl": "YNL", "path-lib": "PATH library", "ode": "ODE", "bullet": "Bullet", "bullet-float": "Bullet (float)",
     "mujoco": "MuJoCo", "dart": "DART", "simbody": "Simbody", "siconos": "Siconos"}
 
@@ -166,6 +169,20 @@ class Cell:
 
     def __getitem__(self, column):
         return self.row[column]
+
+    def knob(self, name):
+        """A knob beside k and epsilon as it was given; empty where it was not."""
+        return dict(word.split("=", 1) for word in self["knobs"].split()).get(name, "")
+
+    @property
+    def step_or_accuracy(self):
+        accuracy = self.knob("accuracy")
+        return f"to {accuracy} m" if accuracy else self["step"]
+
+    @property
+    def way(self):
+        """How it steps, in words."""
+        return f"accuracy {self.knob('accuracy')} m" if self.knob("accuracy") else f"step {self['step']} s"
 
     @property
     def finished(self):

@@ -3,10 +3,13 @@ same name in templates/sections/. What the page shows, what report.json says the
 what depends on the machine."""
 import collections
 import hashlib
+import math
 import statistics
 from dataclasses import dataclass, field
 
-from . import claims, precision, solve_all, table1
+from . import claims, precision, scenery, solve_all, stepping, table1, today
+from . import engines as engines_beside
+from . import found as found_out
 from .figures import FIGURES, SAYS
 from .measures import BAD, VERDICTS
 from .runs import LIMITS
@@ -18,7 +21,13 @@ PROFILES = {
     "paper": "the paper's durations, three interleaved repeats, limits of ten minutes a run"}
 ERRORS = (1e-2, 1e-4, 1e-6, 1e-9)  # m, for which a method is advised
 TIMES = ("median_s", "minimum_s", "maximum_s", "ratio", "busy")
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8a6d3b", "#7a7a7a", "#b2182b", "#5e3c99")
 SAY = TEMPLATES.get_template("advice.html").module
+
+
+class Plain(dict):
+    """What the page shows of the published runs alone, without the spread of the others."""
+    alone = True
 
 
 @dataclass
@@ -31,6 +40,11 @@ class Section:
 
 def picked(row, keys):
     return {key: row[key] for key in keys}
+
+
+def of_paper(results):
+    """Whether these are the paper's scenes, of which it claims something."""
+    return "paper" in results.manifest.get("sweeps", [])
 
 
 def scene_name(scene, parameters):
@@ -56,6 +70,12 @@ def figure(results, name, sweep="paper", made_by=None):
     return shown, {"says": text, "scene": scene, "commands": made + runs}, digest
 
 
+def found(results):
+    """What was found, in ten lines."""
+    lines = found_out.lines(results, of_paper(results))
+    return Section("What was found", {"lines": lines}, {}, {"text": [text for text, _ in lines]})
+
+
 def reading(results):
     manifest = results.manifest
     machine, versions, timing = manifest.get("machine") or {}, manifest.get("versions") or {}, manifest.get(
@@ -73,8 +93,8 @@ def reading(results):
     if manifest.get("runs_not_done_yet"):
         made_with.append(("not done yet", manifest["runs_not_done_yet"]))
     shown = {
-        "profile_means": PROFILES.get(results.profile, ""), "busy": timing.get("runs_on_a_busy_machine", 0),
-        "runs": runs, "apart": apart, "made_with": made_with}
+        "paper": of_paper(results), "profile_means": PROFILES.get(results.profile, ""), "busy": timing.get(
+            "runs_on_a_busy_machine", 0), "runs": runs, "apart": apart, "made_with": made_with}
     # The repeat count and limits of a cell are in runs.csv; the machine itself is what times depend on.
     return Section("How to read this", shown,
                    {key: manifest.get(key) for key in ("profile", "sweeps", "runs", "members", "missing", "statuses")},
@@ -129,7 +149,38 @@ def error_time(results):
     timing = {"sha256": [digest, digest_of_parts], "points": [picked(p, timed) for p in points]}
     timing["pareto"] = {name: [p["run"] for p in front] for name, front in fronts.items()}
     shown = {"picture": picture, "parts": parts, "against": against, "fronts": fronts, "budgets": budgets}
+    shown["hover"] = hover(points)
     return Section("Error against run time", shown, data, timing)
+
+
+def hover(points):
+    """What the page's script draws: the points of each scene as plain numbers."""
+    scenes = {}
+    for p in (p for p in points if p["error"] is not None):
+        cell, plain = p["cell"], picked(p,
+                                        ("run", "error", "time", "least", "most", "repeats", "uncertainty", "status"))
+        plain |= {"label": f"{cell.with_k}, {cell.way}", "key": cell.name.partition(",")[0], "command": cell.command}
+        plain |= {"good": precision.met(p, math.inf), "worst": p["worst"] if math.isfinite(p["worst"]) else 1e300}
+        scenes.setdefault(scene_name(p["scene"], p["parameters"]), []).append(plain)
+    keys = list(dict.fromkeys(p["key"] for some in scenes.values() for p in some))
+    return Plain({"scenes": scenes, "colours": {key: COLOURS[n % len(COLOURS)] for n, key in enumerate(keys)}})
+
+
+def scenes(results):
+    """Every scene with its picture and its motion, which report.py writes beside the report."""
+    return Section("The scenes", Plain(scenes=scenery.motions(results) if results.whole else {}))
+
+
+def differences(results):
+    """Of any scenes: every setting, and how far methods are from each other."""
+    tables, far = {}, {}
+    for scene in scenery.scenes(results):
+        tables[scene_name(*scene)], far[scene_name(*scene)] = scenery.table(results, *scene), scenery.apart(
+            results, *scene)
+    # How each ended and what it came to; when is the machine's.
+    fixed = {name: [{k: v for k, v in row.items() if k != "time"} for row in of["rows"]] for name, of in tables.items()}
+    return Section("Settings and differences", {"tables": tables, "apart": far}, {"rows": fixed, "apart": far},
+                   {name: [picked(row, ("run", "time")) for row in of["rows"]] for name, of in tables.items()})
 
 
 def wins(chosen):
@@ -196,6 +247,25 @@ def advice(results):
                    {}, {"answers": data, "text": text})
 
 
+def models_today(results):
+    """What each model does wrong, from the paper's to those of today: against exact Coulomb friction at the same
+    step, so that the error of the step is none of a model's."""
+    title, rows = "From the paper to today", today.rows_of(results)
+    if not rows:
+        return Section(title, {"rows": None})
+    lines, good = today.budget(rows), today.advice(rows)
+    fixed = ("column", "status", "apart", "law", "error", "agree")
+    shown = {
+        "rows": rows, "columns": today.COLUMNS,
+        "lines": [(f"{scene_name(*key[:2])}, step {key[2]} s", line) for key, line in lines.items()], "good": [
+            (f"{scene_name(*key[:2])}, step {key[2]} s", good.get(key, [])) for key in lines], "sweep": today.SWEEP}
+    data = {"runs": {r["cell"].unrepeated: picked(r, fixed) for r in rows}}
+    timing = {r["cell"].unrepeated: r["time_per_step"] for r in rows}
+    return Section(title, shown, data, {
+        "time_per_step": timing, "cheapest": {name: some[0]["cell"].unrepeated
+                                              for name, some in shown["good"] if some}})
+
+
 def convergence(results):
     """Observed order in the step, and the friction polygon's error against its number of edges."""
     shown = {"orders": precision.orders(results), "polygons": precision.polygons(results)}
@@ -203,6 +273,17 @@ def convergence(results):
         name: [{k: v for k, v in r.items() if k != "cells"} | {"runs": [c["run"] for c in r["cells"]]} for r in rows]
         for name, rows in shown.items()}
     return Section("Order in the step and in the polygon", shown, data)
+
+
+def ways_of_stepping(results):
+    """Steps to a wanted accuracy: wanted against reached, what each order costs, the steps over time."""
+    picture, about, digest = figure(results, stepping.FIGURE, stepping.SWEEP)
+    rows, cost = stepping.wanted(results), stepping.cost(results)
+    fixed = ("scene", "parameters", "method", "wanted", "status", "reached", "switches", "impacts", "first_order",
+             "solves")
+    data = {"figure": about, "wanted": {r["run"]: picked(r, fixed) for r in rows}, "cost": cost}
+    return Section("Steps to a wanted accuracy", {"picture": picture, "rows": rows, "cost": cost}, data,
+                   {"sha256": digest})
 
 
 def performance(results):
@@ -263,14 +344,29 @@ def stiff_cases(results):
         return Section(title, {"cells": None})
     methods = list(dict.fromkeys(cells["method"]))
     count = {v: {m: int(((cells["verdict"] == v) & (cells["method"] == m)).sum()) for m in methods} for v in VERDICTS}
-    heatmap = results.folder / "stress" / "heatmap.png"
+    rows, places = cells.to_dict("records"), {}
+    for number, row in enumerate(rows):
+        case = f"{row['id']} {row['scene']}: {row['row']}"
+        places.setdefault(case, dict.fromkeys(methods))[row["method"]] = number
     # Which cells end at their limit of time depends on the machine; none of these may.
-    return Section(
-        title, {
-            "cells": len(cells), "meaning": VERDICTS, "methods": methods, "count": count,
-            "named": cells[cells["verdict"].isin(BAD)].to_dict("records"),
-            "heatmap": heatmap if heatmap.exists() else None}, {"cells": len(cells), "faults": picked(count, BAD)},
-        {"verdicts": count})
+    return Section(title, {"cells": rows, "meaning": VERDICTS, "methods": methods, "count": count, "map": places},
+                   {"cells": len(cells), "faults": picked(count, BAD)}, {"verdicts": count})
+
+
+def engines(results):
+    """Engines beside the methods: their preflights, error and time on each scene, where one is ahead of us."""
+    said, title = engines_beside.said(results.folder), "Engines"
+    if said is None:
+        return Section(title, {"scenes": None})
+    fixed = ("who", "setting", "precision", "step", "knobs", "measure", "status", "error", "fails")
+    data = {
+        name: {r["run"]: picked(r, fixed) for r in some if r["status"] not in LIMITS}
+        for name, some in said["scenes"].items()}
+    timing = {
+        name: {r["run"]: picked(r, ("us_a_step", "front", "busy", "status")) for r in some}
+        for name, some in said["scenes"].items()}
+    return Section(title, said, {"scenes": data, "preflight": said["preflight"]},
+                   {"scenes": timing, "ahead": said["ahead"]})
 
 
 def unfinished(results):
@@ -286,6 +382,19 @@ def unfinished(results):
 
 # Groups of the table of contents. A section that others do not build on is added at the end of its group.
 GROUPS = {
-    "Which method": (advice, error_time), "The paper": (claim_table, table_one, figures),
-    "Accuracy and cost": (convergence, performance, stored_problems, left_out),
+    "Which method": (found, advice, error_time, models_today, scenes), "The paper": (claim_table, table_one, figures),
+    "Accuracy and cost": (convergence, ways_of_stepping, performance, stored_problems, left_out),
+    "Other programs": (engines, ),
     "Where it gets hard": (stiff_cases, unfinished), "About": (reading, )}
+# Of scenes of which the paper claims nothing.
+OTHERS = {
+    "What was found": (found, scenes, differences), "Which method": (advice, error_time),
+    "About": (unfinished, reading)}
+
+
+def groups(results):
+    """The groups of a report of these results."""
+    if of_paper(results):
+        return GROUPS
+    known = bool(precision.scenes(results))  # is there an error to speak of?
+    return {title: of for title, of in OTHERS.items() if known or error_time not in of}

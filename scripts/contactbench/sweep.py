@@ -133,7 +133,7 @@ def jobs_of(runs, listed, options):
     return [
         program.job_of(run, path, run.file or f"{run.scene}.xml", options.runs.resolve(), program.statuses_of(listed),
                        run.time_limit_s, run.memory_limit_mb, run.record_every, run.timed, keys[read[run]],
-                       options.deadline) for run in runs]
+                       options.deadline, run.record_contacts) for run in runs]
 
 
 def is_done(job, options):
@@ -144,6 +144,8 @@ def is_done(job, options):
         return False
     # A wider limit may change the end of a run that a limit cut; finer files are wanted where none or coarser ones are.
     if record["status"] in LIMITS and record["limits"] != [job["time_limit_s"], job["memory_limit_mb"]]:
+        return False
+    if job["record_contacts"] and not record.get("record_contacts"):
         return False
     every, has = job["record_every"], record["record_every"]
     return every == 0 or 0 < has <= every

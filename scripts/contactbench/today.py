@@ -1,6 +1,6 @@
-"""The methods of today beside the paper's: what each model does wrong, on which kind of scene, and at which cost. Everything is compared with exact
-Coulomb friction at the same step, so that the error of the step is none of a model's. Reads result files of the sweep
-today; runs nothing."""
+"""The methods of today beside the paper's: what each model does wrong, on which kind of scene, and at which cost.
+Everything is compared with exact Coulomb friction at the same step, so that the error of the step is none of a model's.
+Reads result files of the sweep today; runs nothing."""
 import math
 
 from . import precision
@@ -47,9 +47,9 @@ def rows_of(results):
                 rows.append({
                     "scene": scene, "parameters": parameters, "step": step, "cell": cell, "column": column_of(cell),
                     "status": cell["status"] if cell.finished else cell.how_it_ended, "agree": agree,
-                    "apart": precision.apart(cell, law[0]) if law and cell.finished else math.nan,
-                    "law": number(cell["law_residual_max"]), "error": cell.error(name) if name else math.nan,
-                    "measure": name, "time_per_step": cell.seconds /
+                    "apart": precision.apart(cell, law[0]) if law and cell.finished else math.nan, "law": number(
+                        cell["law_residual_max"]), "error": cell.error(name) if name else math.nan, "measure": name,
+                    "time_per_step": cell.seconds /
                     int(cell["steps"]) if cell.finished and int(cell["steps"] or 0) else math.nan})
     return rows
 

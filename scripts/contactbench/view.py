@@ -20,7 +20,7 @@ from .templates import render
 
 THREE = Path("/usr/share/javascript/three")  # Debian's libjs-three
 SCRIPTS = ("build/three.min.js", "examples/js/controls/OrbitControls.js")
-FRAMES = 400
+FRAMES, FEWEST = 400, 30
 ROOM = 1_500_000  # bytes that the motion of a scene may take in the page, beside three.js
 MODES = ("open", "stick", "slip")
 PLACE, IMPULSE = ["px", "py", "pz"], ["rx", "ry", "rz"]
@@ -158,12 +158,12 @@ def reference_of(path):
         raise program.ProgramError(f"--reference {path}: no run and no reference ({error})") from None
 
 
-def scene_of(folders, reference=None, labels=(), frames=FRAMES):
+def scene_of(folders, reference=None, labels=(), frames=FRAMES, room=ROOM):
     """One scene of the page: one run or two of the same bodies."""
     motions = [Motion(folder, label, frames) for folder, label in zip(folders, [*labels, *[""] * len(folders)])]
     needed = sum(m.bytes_of_a_frame() for m in motions) * len(motions[0].t)
-    if needed > ROOM and frames > 50:
-        return scene_of(folders, reference, labels, max(50, int(frames * ROOM / needed)))
+    if needed > room and frames > FEWEST:
+        return scene_of(folders, reference, labels, max(FEWEST, int(frames * room / needed)), room)
     curves = {key: list(said) for key, said in CURVES.items()}
     runs = [motion.page() for motion in motions]
     if reference:

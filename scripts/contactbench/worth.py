@@ -229,7 +229,9 @@ class Word(str):
 
 
 def carried(tree, own: list):
-    """The tree with its samples as Number and Word."""
+    """The tree with its samples as Number and Word; what is marked as the published runs' alone stays."""
+    if getattr(tree, "alone", False):
+        return tree
     if keys(tree) is not None:
         parts = {key: carried(tree[key], [child(t, key, tree) for t in own]) for key in keys(tree)}
         return parts if isinstance(tree, dict) else type(tree)(parts.values())

@@ -116,6 +116,11 @@ TEST_CASE("every method of the table ends ten small problems with an answer that
         continue;
       }
       const Residuals residuals = referee.check(c.problem, solution, choice.row->law, v_plus);
+      if (choice.options.solver == "bisection" && residuals.model > 1e-9) {  // another law where it slips: said so
+        CHECK(solution.status == Status::inaccurate);
+        CHECK_FALSE(solution.reason.empty());
+        continue;
+      }
       CHECK(solution.status == Status::ok);
       CHECK(Referee::holds(residuals, 1e-9));
       if (choice.row->law != soft_law())  // whose contacts give way

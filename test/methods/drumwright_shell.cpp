@@ -7,7 +7,8 @@
 #include <random>
 
 #include "contact/referee.h"
-#include "methods/contact_problems.h"
+#include "methods/convex_verdict.h"
+#include "problems.h"
 
 using namespace cb;
 using namespace cb::test;
@@ -51,21 +52,23 @@ ContactProblem random_problem(unsigned seed) {
   std::uniform_real_distribution<double> uniform;
   ContactProblem p;
   const int bodies = 1 + static_cast<int>(random() % 4), contacts = 1 + static_cast<int>(random() % 8);
-  for (int b = 0; b < bodies; ++b) add_free_body(p, 0.3 + uniform(random), 0.1 + uniform(random));
+  for (int b = 0; b < bodies; ++b) {
+    const double mass = 0.3 + uniform(random), inertia = 0.1 + uniform(random);
+    add_body(p, mass, Vector3d::Constant(inertia), {0, 0, 0});
+  }
   for (int c = 0; c < contacts; ++c) {
-    add_contact(p, random() % 5 == 0 ? 0.0 : uniform(random));
+    const double mu = random() % 5 == 0 ? 0.0 : uniform(random);
     Eigen::Vector3d n(normal(random), normal(random), normal(random));
     n.normalize();
     const Eigen::Vector3d t1 = n.unitOrthogonal();
     Eigen::Matrix3d axes;
-    axes << n, t1, n.cross(t1);
+    axes << n.transpose(), t1.transpose(), n.cross(t1).transpose();
     const Eigen::Vector3d arm(normal(random), normal(random), normal(random));
     int a = static_cast<int>(random()) % bodies, b = static_cast<int>(random()) % bodies;
     a = std::abs(a);
     b = std::abs(b);
     if (a > b) std::swap(a, b);
-    add_entry(p, a, 0.5 * arm, axes, -1);
-    if (a != b) add_entry(p, b, -0.5 * arm, axes, 1);
+    add_contact(p, a != b ? b : -1, -0.5 * arm, a, 0.5 * arm, axes, mu);
   }
   for (double& x : p.v_minus) x = normal(random);
   return p;
@@ -75,8 +78,7 @@ ContactProblem random_problem(unsigned seed) {
 
 // Solid sphere, slip s = v_x, normal speed v_n: sticks iff |s| <= 3.5 mu v_n, then v_x' = (5/7) v_x, w_z = -v_x' / r.
 TEST_CASE("a sphere that lands with little slip rolls on", "[convex]") {
-  ContactProblem p = sphere(0.60581);
-  set_velocity(p, {5, -10, 0, 0, 0, 0});
+  const ContactProblem p = sphere({5, -10, 0}, {0, 0, 0});
   const ContactSolution s = solve(p);
   require_certified(p, s);
   const auto v = after(p, s);
@@ -88,8 +90,7 @@ TEST_CASE("a sphere that lands with little slip rolls on", "[convex]") {
 
 // Slides: v_x' = v_x - mu v_n, w_z = -2.5 mu v_n / r.
 TEST_CASE("a sphere that lands with much slip loses mu times its normal momentum", "[convex]") {
-  ContactProblem p = sphere(0.60581);
-  set_velocity(p, {20, -3, 0, 0, 0, 0});
+  const ContactProblem p = sphere({20, -3, 0}, {0, 0, 0});
   const ContactSolution s = solve(p);
   require_certified(p, s);
   const auto v = after(p, s);
@@ -249,8 +250,7 @@ TEST_CASE("order of contacts, tangent basis and units do not change the motion",
   p.v_minus = v0;
   const auto expected = after(p, solve(p));
 
-  ContactProblem turned = stack(2, 0.4, 0.7);
-  turned.v_minus = v0;
+  const ContactProblem turned = turn_tangents(p, 0.7);
   auto v = after(turned, solve(turned));
   for (int i = 0; i < 12; ++i) CHECK(v[i] == Approx(expected[i]).margin(1e-9));
 
@@ -283,7 +283,7 @@ TEST_CASE("a contact that is listed many times moves the box as one does", "[con
     many = one;
     for (int repeat = 0; repeat < 25; ++repeat)
       for (int c = 0; c < 4; ++c) {
-        add_contact(many, 0.3);
+        add_contact(many, -1, {}, -1, {}, ground_axes(), 0.3);
         const int k = many.J.add_entry(0, 6);
         many.J.entry(k) = one.J.entry(c);
       }
@@ -380,13 +380,10 @@ TEST_CASE("an epsilon of 1e-2 J lets a sliding box go on without friction", "[co
 TEST_CASE("the bound holds for each island of its own", "[convex]") {
   // Two boxes far apart, one fast and one slow: friction on one must not borrow from the other.
   ContactProblem p;
-  for (int b = 0; b < 2; ++b) add_free_body(p, 1, 1.0 / 6);
+  for (const double speed : {1.0, 1e-4}) add_body(p, 1, Vector3d::Constant(1.0 / 6), {speed, -0.0098, 0});
   for (int b = 0; b < 2; ++b)
-    for (int corner = 0; corner < 4; ++corner) {
-      add_contact(p, 0.2);
-      add_entry(p, b, {corner & 1 ? 0.5 : -0.5, -0.5, corner & 2 ? 0.5 : -0.5}, upward_axes(), 1);
-    }
-  set_velocity(p, {1, -0.0098, 0, 0, 0, 0, 1e-4, -0.0098, 0, 0, 0, 0});
+    for (int corner = 0; corner < 4; ++corner)
+      add_contact(p, b, {corner & 1 ? 0.5 : -0.5, -0.5, corner & 2 ? 0.5 : -0.5}, -1, {}, ground_axes(), 0.2);
   const ContactSolution s = solve(p);
   require_certified(p, s);
   const auto v = after(p, s);
@@ -397,9 +394,7 @@ TEST_CASE("the bound holds for each island of its own", "[convex]") {
 // Poisson: the impulse of compression, m v_n, returns as e m v_n.
 TEST_CASE("a sphere bounces with the fraction e of its normal speed", "[convex]") {
   for (double e : {0.0, 0.5, 1.0}) {
-    ContactProblem p = sphere(0);
-    p.restitution[0] = e;
-    set_velocity(p, {1, -2, 0, 0, 0, 0});
+    const ContactProblem p = sphere({1, -2, 0}, {0, 0, 0}, 0, e);
     const ContactSolution s = solve(p);
     CHECK(s.status == Status::ok);
     CHECK(after(p, s)[1] == Approx(2 * e).margin(1e-13));
@@ -504,13 +499,12 @@ TEST_CASE("a belt that is driven moves a box by mu times its weight", "[convex]"
   const double rate = 2, fall = 0.1, mu = 0.4;
   {
     ContactProblem p;
-    add_free_body(p, 1, 1.0 / 6);
+    add_body(p, 1, Vector3d::Constant(1.0 / 6), {0, -fall, 0});
     const int plate = p.M.add_block(1);
     p.M.block(plate)(0, 0) = 3;
-    p.v_minus = {0, -fall, 0, 0, 0, 0, rate};
+    p.v_minus.push_back(rate);
     for (int corner = 0; corner < 4; ++corner) {
-      add_contact(p, mu);
-      add_entry(p, 0, {corner & 1 ? 0.5 : -0.5, -0.01, corner & 2 ? 0.5 : -0.5}, upward_axes(), 1);
+      add_contact(p, 0, {corner & 1 ? 0.5 : -0.5, -0.01, corner & 2 ? 0.5 : -0.5}, -1, {}, ground_axes(), mu);
       auto J = p.J.entry(p.J.add_entry(plate, 1));
       J.setZero();
       J(1, 0) = -1;  // t1 = x
@@ -553,7 +547,7 @@ TEST_CASE("broken data ends in a typed status with finite impulses", "[convex]")
   for (double r : solve(p).impulse) CHECK(std::isfinite(r));
 
   p = stack(1, 0.5);
-  add_contact(p, 0.5);
+  add_contact(p, -1, {}, -1, {}, ground_axes(), 0.5);
   CHECK(solve(p).status == Status::input_error);
 
   p = stack(1, 0.5);
@@ -580,6 +574,6 @@ TEST_CASE("an event without contacts or without approach changes nothing", "[con
   for (double r : s.impulse) CHECK(std::abs(r) < 1e-15);
 
   ContactProblem empty;
-  add_free_body(empty, 1, 1);
+  add_body(empty, 1, Vector3d::Ones(), {0, 0, 0});
   CHECK(solve(empty).status == Status::ok);
 }

@@ -198,7 +198,7 @@ TEST_CASE("an island that Poisson's restitution would give energy is left with w
 
 // A wall at rest but for 1e-13 m/s, in whose event a brick elsewhere moves at 1 m/s: what parts by less than that
 // rounds by touches, and the proof of the bound is about it.
-TEST_CASE("what parts by rounding alone is not left out of the bound's proof", "[convex][pruned]") {
+TEST_CASE("what parts by rounding alone is part of the bound's proof", "[convex][pruned]") {
   if (!fclib_available()) {
     WARN("no HDF5 in this build: the stored problems are not read");
     return;
@@ -211,26 +211,6 @@ TEST_CASE("what parts by rounding alone is not left out of the bound's proof", "
   CHECK(s.status == Status::ok);
   std::vector<double> v_plus;
   CHECK(Referee::holds(Referee().check(problem, s, convex_law(), v_plus), 1e-9));
-}
-
-// Beside three contacts that part, all its sequences of bases lead out of the feasible region; with them one does not.
-TEST_CASE("what a method cannot answer without the contacts that part it is asked with them", "[ap][pruned]") {
-  if (!fclib_available()) {
-    WARN("no HDF5 in this build: the stored problems are not read");
-    return;
-  }
-  const ContactProblem problem =
-      read_contact_problem(std::string(TEST_DATA) + "/events/parting_contacts_help.hdf5").problem;
-  const auto left_out = std::make_shared<LeftOut>();
-  MethodOptions options;
-  options.solver = "ynl";
-  options.k = 4;
-  ContactSolution s;
-  pruned(*find_method("ap"), options, left_out)(problem, s);
-  CHECK(left_out->brought_back > 0);
-  CHECK(s.status == Status::ok);
-  std::vector<double> v_plus;
-  CHECK(Referee::holds(Referee().check(problem, s, anitescu_potra_law(), v_plus), 1e-9));
 }
 
 namespace {

@@ -83,14 +83,6 @@ Answer judge(const ContactMethod& method, const MethodRow& row, const ContactPro
   return answer;
 }
 
-std::vector<std::pair<Choice, ContactProblem>> all_of(const std::vector<Choice>& choices,
-                                                      const std::vector<ContactProblem>& problems) {
-  std::vector<std::pair<Choice, ContactProblem>> all;
-  for (const Choice& choice : choices)
-    for (const ContactProblem& problem : problems) all.emplace_back(choice, problem);
-  return all;
-}
-
 double distance(const std::vector<double>& a, const std::vector<double>& b) {
   double worst = 0;
   for (std::size_t i = 0; i < a.size(); ++i) worst = std::max(worst, std::abs(a[i] - b[i]));
@@ -103,19 +95,19 @@ TEST_CASE("leaving out what an event does not need leaves every unique motion as
   struct Case {
     const char* name;
     ContactProblem problem;
-    long islands, parted, closed;  // with ap; -1: not counted here
+    long islands, closed;  // with ap
   };
   const ContactProblem sticks = sphere({1, -10, 0.4}, {0, 0, 0}), slides = sphere({20, -3, 1}, {0, 2, 0});
   const ContactProblem leaves = sphere({3, 2, 0}, {0, 0, 0}), rests = box(0.5, {0, -0.0098, 0});
   const std::vector<Case> cases = {
-      {"a sphere sticks", sticks, 0, 0, 1},
-      {"a sphere slides", slides, 0, 0, 1},
-      {"a sphere without friction", sphere({1, -1, 0.3}, {0, 0, 0}, 0), 0, 0, 1},
-      {"a sphere leaves", leaves, 0, 1, 0},
-      {"two spheres apart", beside(sticks, slides), 2, 0, 2},
-      {"a box beside a sphere that leaves", beside(rests, leaves), 0, 1, 0},
-      {"two boxes and a sphere apart", beside(beside(rests, slides), rests), 3, 0, 1},
-      {"a stack beside a sliding box", beside(stack(2, 0.5, {0, -0.0098, 0}), box(0.1, {0.5, -0.0098, 0})), 2, 0, 0}};
+      {"a sphere sticks", sticks, 0, 1},
+      {"a sphere slides", slides, 0, 1},
+      {"a sphere without friction", sphere({1, -1, 0.3}, {0, 0, 0}, 0), 0, 1},
+      {"a sphere leaves", leaves, 0, 0},
+      {"two spheres apart", beside(sticks, slides), 2, 2},
+      {"a box beside a sphere that leaves", beside(rests, leaves), 2, 0},
+      {"two boxes and a sphere apart", beside(beside(rests, slides), rests), 3, 1},
+      {"a stack beside a sliding box", beside(stack(2, 0.5, {0, -0.0098, 0}), box(0.1, {0.5, -0.0098, 0})), 2, 0}};
   for (const Choice& choice : choices())
     for (const Case& c : cases) {
       INFO(choice.label << ": " << c.name);
@@ -129,34 +121,9 @@ TEST_CASE("leaving out what an event does not need leaves every unique motion as
       CHECK(distance(plain.v_plus, less.v_plus) <= 1e-10 * fastest);
       if (choice.row->law == anitescu_potra_law()) {
         CHECK(left_out->islands == c.islands);
-        CHECK(left_out->parted_contacts == c.parted);
         CHECK(left_out->closed_forms == c.closed);
       }
     }
-}
-
-TEST_CASE("a contact brought back does not become an island of its own beside the rest of its island", "[pruned]") {
-  // Three spheres on each other. The lowest hits the ground; the middle one leaves it fast, and the uppermost leaves
-  // the middle one so slowly, while it slides, that the certificate of convex fails. Its bound spans all three.
-  ContactProblem p;
-  const std::vector<Vector3d> velocities = {{0.5, -1, 0}, {0, 5, 0}, {3, 5.01, 0}};
-  for (int i = 0; i < 3; ++i) {
-    add_body(p, 1, Vector3d::Constant(0.4), velocities[i]);
-    add_contact(p, i, {0, -1, 0}, i - 1, {0, 1, 0}, ground_axes(), 0.5);
-  }
-  for (const Choice& choice : choices()) {
-    INFO(choice.label);
-    const auto left_out = std::make_shared<LeftOut>();
-    const Answer plain = judge(choice.row->make(choice.options), *choice.row, p);
-    const Answer less = judge(pruned(*choice.row, choice.options, left_out), *choice.row, p);
-    CHECK(plain.holds);
-    CHECK(less.holds);
-    CHECK(distance(plain.v_plus, less.v_plus) <= 1e-10 * 5);
-    if (choice.row->law == convex_law() && choice.options.compression_bound) {
-      CHECK(left_out->brought_back == 2);
-      CHECK(left_out->parted_contacts == 0);
-    }
-  }
 }
 
 TEST_CASE("a box that rests has nothing to leave out, and its answer is the same to the last bit", "[pruned]") {
@@ -168,40 +135,7 @@ TEST_CASE("a box that rests has nothing to leave out, and its answer is the same
     pruned(*choice.row, choice.options, left_out)(box(0.5, {0.01, -0.0098, 0}), less);
     REQUIRE(plain.impulse.size() == less.impulse.size());
     CHECK(std::memcmp(plain.impulse.data(), less.impulse.data(), plain.impulse.size() * sizeof(double)) == 0);
-    CHECK(left_out->islands + left_out->parted_contacts + left_out->closed_forms + left_out->solver_calls == 0);
-  }
-}
-
-// The left corners of a turning box hit; the impulse turns it back, and the right corners, which parted, come down.
-TEST_CASE("a contact that was left out and approaches after all is brought back", "[pruned]") {
-  // Smooth, at 3 rad/s they would just rest: slower by 1e-3 they approach at 2e-4 of the fastest.
-  const ContactProblem fast = box(0.3, {0, -1, 0}, {0, 0, 2.5}), slow = box(0, {0, -1, 0}, {0, 0, 3 - 1e-3});
-  for (const auto& [choice, p] : all_of(choices(), {fast, slow})) {
-    INFO(choice.label << ", turning at " << p.v_minus[5]);
-    const auto left_out = std::make_shared<LeftOut>();
-    const Answer plain = judge(choice.row->make(choice.options), *choice.row, p);
-    const Answer less = judge(pruned(*choice.row, choice.options, left_out), *choice.row, p);
-    CHECK(plain.holds);
-    CHECK(less.holds);
-    if (choice.row->law == convex_law() || choice.row->law == anitescu_potra_law()) {
-      CHECK(left_out->brought_back >= 1);
-      CHECK(distance(plain.v_plus, less.v_plus) <= 1e-10);
-    } else {  // sweeps may meet a contact that parts on the way: it stays
-      CHECK(left_out->parted_contacts == 0);
-      CHECK(plain.v_plus == less.v_plus);
-    }
-  }
-}
-
-TEST_CASE("where every contact parts no solver is called", "[pruned]") {
-  for (const Choice& choice : choices()) {
-    INFO(choice.label);
-    const auto left_out = std::make_shared<LeftOut>();
-    const ContactProblem p = sphere({0, 2, 0}, {0, 0, 0});
-    const Answer less = judge(pruned(*choice.row, choice.options, left_out), *choice.row, p);
-    CHECK(less.holds);
-    CHECK(left_out->solver_calls == 1);
-    CHECK(less.v_plus == p.v_minus);
+    CHECK(left_out->islands + left_out->closed_forms == 0);
   }
 }
 
@@ -210,17 +144,16 @@ TEST_CASE("each thing left out can be left in", "[pruned]") {
   const ContactProblem apart =
       beside(beside(box(0.5, {0, -0.0098, 0}), sphere({20, -3, 1}, {0, 2, 0})), sphere({3, 2, 0}, {0, 0, 0}));
   const Answer plain = judge(row.make({}), row, apart);
-  for (int item = 0; item < 3; ++item) {
+  for (int item = 0; item < 2; ++item) {
     PruneOptions prune;
-    (item == 0 ? prune.islands : item == 1 ? prune.parted_contacts : prune.closed_forms) = false;
+    (item == 0 ? prune.islands : prune.closed_forms) = false;
     const auto left_out = std::make_shared<LeftOut>();
     const Answer less = judge(pruned(row, {}, left_out, prune), row, apart);
     INFO("without item " << item);
     CHECK(less.holds);
     CHECK(distance(plain.v_plus, less.v_plus) <= 1e-10);
     CHECK((left_out->islands == 0) == (item == 0));
-    CHECK((left_out->parted_contacts == 0) == (item == 1));
-    CHECK((left_out->closed_forms == 0) == (item == 0 || item == 2));
+    CHECK(left_out->closed_forms == 0);
   }
 }
 
@@ -245,19 +178,6 @@ TEST_CASE("the friction of contacts without any gets no unknowns, and nothing el
           CHECK(left_out->idle_friction == idle);
           CHECK(plain.solution.size - less.solution.size == (choice.options.k + 1) * idle);
         }
-}
-
-// Two boxes that touch a third at contacts which part: the bound of the convex model is one of the whole island.
-TEST_CASE("an island of the convex model is not torn by leaving out a contact", "[pruned]") {
-  ContactProblem p = beside(box(0.5, {0, -0.5, 0}), box(0.5, {3, -0.5, 0}));
-  add_contact(p, 1, {-0.5, 0, 0}, 0, {0.5, 0, 0}, (Matrix3d() << 1, 0, 0, 0, 1, 0, 0, 0, 1).finished(), 0.5);
-  const MethodRow& row = *find_method("convex");
-  const auto left_out = std::make_shared<LeftOut>();
-  const Answer plain = judge(row.make({}), row, p), less = judge(pruned(row, {}, left_out), row, p);
-  CHECK(plain.holds);
-  CHECK(less.holds);
-  CHECK(left_out->parted_contacts == 0);
-  CHECK(distance(plain.v_plus, less.v_plus) <= 1e-12);
 }
 
 TEST_CASE("the closed form of a sphere meets the polygon's answer in every direction", "[pruned]") {

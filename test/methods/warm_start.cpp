@@ -5,9 +5,9 @@
 #include <string>
 
 #include "contact/referee.h"
-#include "contact_problems.h"
 #include "methods/registry.h"
 #include "methods/same_event.h"
+#include "problems.h"
 
 using namespace cb;
 using namespace cb::test;
@@ -43,18 +43,12 @@ struct Pair {
 
 // Every box of a stack falls for a step of 1 ms; the uppermost is pushed along x.
 ContactProblem pushed_stack(int boxes, double mu, double push) {
-  ContactProblem p = stack(boxes, mu);
-  for (int i = 0; i < boxes; ++i) p.v_minus[6 * i + 1] = -0.0098;
+  ContactProblem p = stack(boxes, mu, {0, -0.0098, 0});
   p.v_minus[6 * (boxes - 1)] = push;
   return p;
 }
 
-ContactProblem moving_sphere(double mu, double vx, double vy) {
-  ContactProblem p = sphere(mu);
-  p.v_minus[0] = vx;
-  p.v_minus[1] = vy;
-  return p;
-}
+ContactProblem moving_sphere(double mu, double vx, double vy) { return sphere({vx, vy, 0}, {0, 0, 0}, mu); }
 
 }  // namespace
 
@@ -93,7 +87,7 @@ TEST_CASE("a box on a ramp sticks with a warm start as without", "[warm_start]")
   for (const char* name : {"ap", "convex", "soft"})
     for (const double turn : {0.0, 0.3}) {
       Pair pair(name);
-      ContactProblem p = stack(1, 0.7, turn);
+      ContactProblem p = turn_tangents(stack(1, 0.7), turn);
       for (int step = 0; step < 5; ++step) {
         p.v_minus[0] = 0.0049;
         p.v_minus[1] = -0.0085 - 1e-7 * step;
@@ -198,13 +192,8 @@ TEST_CASE("an event is the one before up to its last bits alone", "[warm_start]"
 TEST_CASE("contacts that carried each its share and are redundant now get a cold start", "[warm_start]") {
   const auto on_points = [](double arm) {
     ContactProblem p;
-    add_free_body(p, 1, 0.25);
-    p.v_minus[0] = 3;
-    p.v_minus[1] = -1;
-    for (const double x : {-arm, arm}) {
-      add_contact(p, 0.5);
-      add_entry(p, 0, {x, -0.5, 0}, upward_axes(), 1);
-    }
+    add_body(p, 1, {0.25, 0.25, 0.25}, {3, -1, 0});
+    for (const double x : {-arm, arm}) add_contact(p, 0, {x, -0.5, 0}, -1, {}, ground_axes(), 0.5);
     return p;
   };
   Pair ap("ap");

@@ -120,6 +120,21 @@ TEST_CASE("the convex model reaches the energy of the reference on a stored cont
   for (std::size_t i = 0; i < u.size(); ++i) CHECK(u[i] == Approx(u_reference[i]).margin(1e-5));
 }
 
+// Two cubes on eight contacts without friction: normals alone, or with k directions and a slip bound each.
+TEST_CASE("solve leaves out what a run does, if asked", "[program]") {
+  if (!has_fclib()) return;
+  TemporaryDirectory directory;
+  REQUIRE(run(directory.path(), {"run", "stack.xml", "--set", "boxes=2", "--set", "mu=0", "--method", "ap", "--k", "4",
+                                 "--duration", "0.001", "--save-problems", "p", "--out", "r", "--quiet"})
+              .code == 0);
+  for (const char* prune : {"on", "off"}) {
+    const Json answer = solved(directory.path(), {"p/event_000000001.hdf5", "--kind", "contact", "--method", "ap",
+                                                  "--k", "4", "--prune", prune});
+    CHECK(answer["status"] == "ok");
+    CHECK(answer["size"] == (prune == std::string("on") ? 8 : 8 * 6));
+  }
+}
+
 TEST_CASE("A-P's answer holds for every form in which a problem is stored", "[program]") {
   TemporaryDirectory directory;
   std::vector<std::string> files;

@@ -129,7 +129,7 @@ class Recommend(unittest.TestCase):
         scene.write_text('<scenario> <!-- run --set x=1: <reference kind="analytic"/> --> <reference kind="missing"/> </scenario>')
         self.environment = standin.environment(FAKE=json.dumps({"my": "inaccurate"}))
         made = self.ask(scene, "--error", 0.03, "--out", self.top / "mine", code=3)
-        self.assertEqual((made["reference"], made["why"]), ("missing", "convex at 1/64 of the step: inaccurate"))
+        self.assertEqual((made["reference"], made["why"]), ("missing", "to 1e-08 m: convex: inaccurate; to 1e-06 m: convex: inaccurate"))
         self.assertFalse((self.top / "mine/runs").exists())
         # One with an exact answer does without.
         scene.write_text('<scenario><reference name="stack" kind="analytic"/></scenario>')
@@ -147,7 +147,7 @@ class References(unittest.TestCase):
 
     def about(self, **more):
         return {"scene": "scene", "parameters": "mu=0.5", "scene_digest": references.digest(self.scene), "accepted": True,
-                "duration": 1.0} | more
+                "duration": 1.0, "until": 1.0} | more
 
     def store(self, about, motion):
         references.Reference(about, motion).store(self.top)
@@ -161,7 +161,8 @@ class References(unittest.TestCase):
         self.store(self.about(), {(t, "box"): (t, 0.0, 0.0) for t in (0.0, 0.1, 0.2, 1.0)})
         known = references.read(self.top, "scene", "mu=0.5", [self.scene])
         self.assertAlmostEqual(known.error(1.0, self.trajectory(0.25)), 0.25)
-        self.assertIsNone(known.error(2.0, self.trajectory(0.25)), "a run of another length")
+        self.assertIsNone(known.error(2.0, self.trajectory(0.25)), "a run that goes on longer")
+        self.assertAlmostEqual(known.error(0.2, self.trajectory(0.25, 0.2)), 0.25)
         self.assertIsNone(known.error(1.0, self.trajectory(0.25, 0.5)), "a run that is not known at the end")
         self.assertIsNone(known.error(1.0, self.top / "none.csv"))
 
@@ -186,31 +187,41 @@ class References(unittest.TestCase):
         self.assertEqual((known.about["reason"], known.error(1.0, self.trajectory(0))), ("they differ", None))
 
     def certified(self, *motions):
-        """What becomes of a scene whose runs end like this: at its own step, at step/64, at step/32, of the other methods."""
+        """What becomes of a scene whose runs end like this: at its own step, to 1e-8 m, to ten times that, of the other methods;
+        then to 1e-6 m. A place, or a list of them, each 0.5 s."""
         class Scripted:
             program, file, sets, said = "/bin/false", self.scene, [], iter(motions)
 
-            def run(self, method, step, duration):
+            def run(self, method, accuracy, duration):
                 x = next(self.said)
                 summary = {"scenario": "scene", "status": "ok" if x is not None else "ray", "reason": None, "finished": x is not None,
                            "options": {"step": 0.01, "duration": 1.0}, "residuals": {"false_claims": 0, "law_max": 0.0},
-                           "versions": {}, "machine": {}}
-                return summary, None if x is None else {(1.0, "box"): (x, 0.0, 0.0)}, "command"
+                           "time": {"total_s": 1.0}, "versions": {}, "machine": {}}
+                places = x if isinstance(x, list) else [x, x]
+                return summary, None if x is None else {(0.5 * n + 0.5, "box"): (p, 0.0, 0.0) for n, p in enumerate(places)}, "command"
         made = references.certify(Scripted(), None)
         return made.about, made.motion
 
     def test_two_methods_must_agree_to_a_tenth_of_what_is_to_be_measured(self):
         about, motion = self.certified(0.1, 0.0, 1e-3, 5e-3)
         self.assertTrue(about["accepted"])
-        self.assertEqual((about["uncertainty_m"], about["step"]), (5e-3, 0.01 / 64))
-        about, motion = self.certified(0.1, 0.0, 1e-3, 0.02, None, 5e-3)
-        self.assertTrue(about["accepted"], "the third of the others agrees")
-        about, motion = self.certified(0.1, 0.0, 1e-3, 0.02, None, 0.03)
+        self.assertEqual((about["uncertainty_m"], about["accuracy_m"], about["own_step"], about["reason"]), (5e-3, 1e-8, 0.01, ""))
+        about, motion = self.certified(0.1, 0.0, 6e-3, 0.02, 5e-3)
+        self.assertTrue(about["accepted"], "the second of the others agrees")
+        self.assertEqual(about["uncertainty_m"], 6e-3, "what ten times the accuracy changed")
+        about, motion = self.certified(0.1, 0.0, 0.0, 0.02, None, 0.0, 0.0, 0.02, 0.03)
         self.assertIsNone(motion)
-        self.assertIn("0.02 m apart", about["reason"])
+        self.assertIn("ap lemke: apart by more than 0.01 m from 0 s on", about["reason"])
         self.assertIn("ap path: ray", about["reason"])
-        about, motion = self.certified(0.1, None, 0.0)
-        self.assertIn("convex at 1/64 of the step: ray", about["reason"])
+        about, motion = self.certified(0.1, None, 0.0, 0.0, 1e-3)
+        self.assertEqual((about["accepted"], about["accuracy_m"]), (True, 1e-6), "where the finer run fails")
+        about, motion = self.certified(0.1, None, None)
+        self.assertIn("to 1e-06 m: convex: ray", about["reason"])
+
+    def test_a_reference_ends_where_two_methods_part(self):
+        about, motion = self.certified(0.1, [0.0, 0.0], [0.0, 0.5], [1e-3, 0.5], [1e-3, 0.4])
+        self.assertEqual((about["accepted"], about["until"], about["uncertainty_m"], len(motion)), (True, 0.5, 1e-3, 1))
+        self.assertIn("from 0.5 s on", about["reason"])
 
 
 if __name__ == "__main__":

@@ -45,6 +45,14 @@ inline std::vector<Claimant> operator+(std::vector<Claimant> a, const std::vecto
   return a;
 }
 
+/// Every method but those whose contacts give way.
+inline std::vector<MethodRow> rigid_methods() {
+  std::vector<MethodRow> out;
+  for (const MethodRow& row : methods())
+    if (row.law != soft_law()) out.push_back(row);
+  return out;
+}
+
 /// A run that is told one step at a time; a step that does not end `ok` fails the test.
 class Stepped {
  public:

@@ -42,8 +42,8 @@ Scenario falling_sphere(double h, double duration, double mu, double restitution
 
 }  // namespace
 
-TEST_CASE("by steps what falls lies on the ground when it lands, with every method, and never in it") {
-  for (const MethodRow& row : methods()) {
+TEST_CASE("by steps what falls lies on the ground when it lands, with every method that is rigid, and never in it") {
+  for (const MethodRow& row : rigid_methods()) {
     INFO(row.name);
     const State end = run(falling_sphere(7e-3, 0.5, 0.5, 0), std::string(row.name),
                           [](const State& state, const StepRecord&) { CHECK(state.pose[0].p.y() >= 0.5 - 1e-9); });

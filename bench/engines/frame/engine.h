@@ -31,6 +31,8 @@ struct EngineVariant {
   Knobs knobs = {};  ///< other values than the knobs' defaults
 };
 
+struct OwnProblem;
+
 /// What acts on the scene in the step that begins now.
 struct Loads {
   Vec3 gravity = Vec3::Zero();  ///< m/s^2
@@ -43,6 +45,8 @@ struct EngineWorld {
   std::function<void(double h)> step;      ///< collision, solve and integration over h seconds; what is timed
   std::function<void(State&)> read;        ///< fills pose and v of every body (State's conventions)
   std::function<int()> contacts;           ///< points that the last step had; negative where the engine does not say
+  /// The contact problem of the last step with the engine's answer; false: it had none. Empty: the engine keeps it.
+  std::function<bool(OwnProblem&)> problem = {};
 };
 
 /// What cannot be expressed in this engine: what() is the reason. Ends the run as `unsupported`.

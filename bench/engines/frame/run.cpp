@@ -11,9 +11,11 @@
 #include "dynamics/free_bodies.h"
 #include "evaluation/scene_errors.h"
 #include "geometry/broad_phase.h"
+#include "linalg/file_error.h"
 #include "observed_impact.h"
 #include "output/machine.h"
 #include "output/run_files.h"
+#include "own_problem.h"
 #include "scenario/perturb.h"
 #include "simulation/options.h"
 
@@ -70,7 +72,7 @@ struct Run {
 
 /// Whole steps to the end, or to what ends the run before.
 void go(const EngineRequest& request, const Scenario& scenario, const EngineWorld& world, SceneErrors& errors,
-        RunFiles& files, Pulse& pulse, Run& run) {
+        RunFiles& files, OwnProblems& problems, Pulse& pulse, Run& run) {
   const double h = request.step;
   const long steps = std::max(1L, std::lround(request.duration / h));
   State state = scenario.initial, before = state;
@@ -107,6 +109,7 @@ void go(const EngineRequest& request, const Scenario& scenario, const EngineWorl
     const bool recorded = request.record_every > 0 && record.step % request.record_every == 0;
     const bool last = index + 1 == steps;
     const Clock::time_point before_writing = Clock::now();
+    problems.keep(world, record.step, state.t);
     if (recorded || last) {
       record.max_penetration = depth(state);
       record.kinetic_energy = kinetic_energy(scenario.model, state);
@@ -161,8 +164,12 @@ Json run_scene(const Engine& engine, const EngineRequest& request, Pulse& pulse)
   RunFiles files(request.out, scenario.model, request.record_every, scenario.shapes, scenario.rotate_cone);
   Run run;
   try {
-    const EngineWorld world = engine.make(scenario, {request.variant, request.knobs, request.step});
-    go(request, scenario, world, errors, files, pulse, run);
+    const EngineSetting setting{request.variant, request.knobs, request.step};
+    OwnProblems problems(engine, setting, request.save_problems, request.save_every);
+    const EngineWorld world = engine.make(scenario, setting);
+    go(request, scenario, world, errors, files, problems, pulse, run);
+  } catch (const FileError& what) {
+    run.end(Status::write_failed, what.what());
   } catch (const Unsupported& what) {
     files.start(scenario.initial);
     run.end(Status::unsupported, what.what());

@@ -92,13 +92,16 @@ AccuracyStepping::AccuracyStepping(const Scenario& scenario, const SimulationOpt
                     ? options.smallest
                     : std::min(std::sqrt(2 * share * options.accuracy / acceleration_), options.duration)),
       finest_(std::min(smallest_, share * options.accuracy / (acceleration_ * memory))) {
-  // A body's radius: how far its shapes reach, and at least its radius of gyration.
-  for (const Body& body : model_.bodies) radius_.push_back(std::sqrt(body.inertia.maxCoeff() / body.mass));
+  // A body's radius: how far its shapes reach. Of one without shapes the least radius of gyration, since moments of
+  // inertia beyond any matter's are a way to freeze turns.
+  radius_.assign(model_.bodies.size(), 0.0);
   for (const Shape& shape : scenario.shapes)
     if (shape.body >= 0) {
       double& radius = radius_[static_cast<std::size_t>(shape.body)];
       radius = std::max(radius, shape.bounding_radius() + shape.local.p.norm());
     }
+  for (std::size_t b = 0; b < radius_.size(); ++b)
+    if (radius_[b] == 0) radius_[b] = std::sqrt(model_.bodies[b].inertia.minCoeff() / model_.bodies[b].mass);
   for (const Force& force : scenario.forces) edges_.insert(edges_.end(), {force.from, force.to});
   std::sort(edges_.begin(), edges_.end());
   // Velocities of robots in contact are bound where a base step began: what the first one misses is no power of h, so
@@ -141,6 +144,7 @@ void AccuracyStepping::take_impact(BaseStep& base) {
   nearing_ = HUGE_VAL;
   looking_ = smallest_;
   ++tally_.impacts;
+  taken_.impact = true;
   stumbles_.push_back(base.state().t);
 }
 
@@ -275,20 +279,25 @@ bool AccuracyStepping::piles_up(double t) {
 }
 
 void AccuracyStepping::step(BaseStep& base) {
+  taken_ = {};
   step_once(base);
+  base.record(taken_);
   tally_.base_solves += base.record().solves;
 }
 
-void AccuracyStepping::take_first_order(BaseStep& base, double h, double edge, long& count) {
+void AccuracyStepping::take_first_order(BaseStep& base, double h, double edge, AccuracyStep::Kind kind) {
   const double t0 = start_.state.t;
   h = std::min(h, edge - t0);
+  taken_.kind = kind;
+  taken_.length = h;
+  taken_.estimate = acceleration_ * h * h / 2;
   base.set_trial(false);
   base.forgive();
   base.restore(start_);
   base.set_rest_speed(acceleration_ * smallest_);
   step_by_events(base, h);
-  ++count;
-  tally_.estimated_error += acceleration_ * h * h / 2;
+  ++(kind == AccuracyStep::switched ? tally_.switches : tally_.first_order);
+  tally_.estimated_error += taken_.estimate;
   modes_known_ = false;
   looking_ = h;
   next_ = std::min(options_.longest, 4 * h);
@@ -303,6 +312,8 @@ void AccuracyStepping::go_on_from(const Try& taken, double H, double limit, bool
   tally_.shortest = std::min(tally_.shortest, H);
   tally_.longest = std::max(tally_.longest, H);
   tally_.estimated_error += taken.estimate;
+  taken_.length = H;
+  taken_.estimate = taken.estimate;
   noise_ *= forget;
   const double growth = safety * std::pow(std::max(taken.excess, 1e-12), -1.0 / growth_order());
   next_ = std::max(H, std::min(next_, limit)) * std::clamp(growth, least_shrink, noisy ? slow_growth : most_growth);
@@ -326,6 +337,7 @@ void AccuracyStepping::take_macro_step(BaseStep& base, double edge) {
       return base.settle();
     }
     ++tally_.refused;
+    ++taken_.refused;
     base.forgive();
     if (tried.what == Try::inexact) {
       // An estimate that does not fall with the step is the solver's noise, which a shorter one only counts more often.
@@ -341,7 +353,7 @@ void AccuracyStepping::take_macro_step(BaseStep& base, double edge) {
     if (tries >= most_tries || (tried.what != Try::arrived && H <= least)) {
       stumbles_.push_back(t0);
       return take_first_order(base, std::min(H, smallest_), edge,
-                              tried.what == Try::switched ? tally_.switches : tally_.first_order);
+                              tried.what == Try::switched ? AccuracyStep::switched : AccuracyStep::first_order);
     }
     H = next_length(tried, H);
     nearing = tried.what == Try::arrived;
@@ -364,12 +376,12 @@ void AccuracyStepping::step_once(BaseStep& base) {
   base.save(start_);
   if (first_order_left_ > 0 || piles_up(t0)) {
     --first_order_left_;
-    return take_first_order(base, smallest_, edge, tally_.first_order);
+    return take_first_order(base, smallest_, edge, AccuracyStep::first_order);
   }
   base.set_trial(true);
   if (!modes_known_ && !probe(base, looking_, entry_)) {
     ++tally_.refused;
-    return take_first_order(base, smallest_, edge, tally_.first_order);
+    return take_first_order(base, smallest_, edge, AccuracyStep::first_order);
   }
   base.restore(start_);
   base.look(0);

@@ -35,7 +35,7 @@ class AccuracyStepping {
   int growth_order() const { return order_ >= 3 ? order_ : std::max(1, order_ - 1); }
   Try leave(BaseStep& base, double H, double t_end);
   double next_length(const Try& tried, double H) const;
-  void take_first_order(BaseStep& base, double h, double edge, long& count);
+  void take_first_order(BaseStep& base, double h, double edge, AccuracyStep::Kind kind);
   void go_on_from(const Try& taken, double H, double limit, bool nearing);
   void take_macro_step(BaseStep& base, double edge);
   bool piles_up(double t);
@@ -49,6 +49,7 @@ class AccuracyStepping {
   std::vector<double> radius_;  // per body, m
   std::vector<double> edges_;   // s, ascending: where forces begin and end
   AccuracyTally tally_;
+  AccuracyStep taken_;  // of the step at hand
 
   double next_ = 0;               // s, the next macro step's length
   double noise_ = 0;              // m, of estimates

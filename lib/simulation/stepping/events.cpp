@@ -2,10 +2,13 @@
 //   1. velocities from the forces at the start, explicit Euler
 //   2. contacts at the present configuration; if any approaches, one event with all of the islands in which one does
 //      (event_islands.h)
-//   3. positions with the new velocity up to the first time of contact of a feature that was open, or the step's end
-//   4. at a time of contact: 2 again
+//   3. positions with the new velocity up to the first time of contact of a feature that was open, or the step's end;
+//      links that whirl, in pieces on which they go nearly steadily
+//   4. at a time of contact, or where a piece ends: 2 again
 //   5. at the end: what overlaps is taken away (overlap.h); the contacts found there are the next step's first
 #include "simulation/stepping/events.h"
+
+#include <algorithm>
 
 #include "linalg/stop.h"
 
@@ -14,18 +17,20 @@ namespace cb {
 void step_by_events(BaseStep& base, double h) {
   base.kick(h);
   double remaining = h;
-  bool moved_on = false;  // has a time of contact split this step?
+  bool arrived = false, pieces = false;  // has a time of contact split this step? have whirling links?
   while (base.going_on()) {
     poll_stop();
     base.look(remaining);
     const bool event = base.approaching();
-    if (event && !base.event(moved_on ? remaining : 0)) break;
-    const double dt = base.until_contact(remaining, moved_on, event);
+    if (event && !base.event(arrived ? remaining : 0)) break;
+    const double piece = std::min(remaining, base.longest_move());
+    pieces = pieces || piece < remaining;
+    const double dt = base.until_contact(piece, arrived && !pieces, event);
     base.move(dt);
     remaining -= dt;
-    if (remaining <= 0 || !base.arrive(dt)) break;
+    arrived = dt < piece;
+    if (remaining <= 0 || (arrived && !base.arrive(dt))) break;
     base.find_contacts();
-    moved_on = true;
   }
   if (base.going_on()) base.settle();
 }

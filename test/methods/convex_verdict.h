@@ -1,6 +1,6 @@
 #pragma once
 
-// Contact problems that tests of methods share, and a judge of the convex model that uses no code of the solver.
+// Stored contact problems with references of the convex model, and a judge of it that uses no code of the solver.
 
 #include <Eigen/Dense>
 #include <cmath>
@@ -11,66 +11,6 @@
 #include "contact/problem.h"
 
 namespace cb::test {
-
-inline int add_free_body(ContactProblem& p, double mass, double inertia) {
-  const int b = p.M.add_block(6);
-  for (int i = 0; i < 3; ++i) {
-    p.M.block(b)(i, i) = mass;
-    p.M.block(b)(3 + i, 3 + i) = inertia;
-  }
-  p.v_minus.resize(p.M.order(), 0.0);
-  return b;
-}
-
-/// Rows of one body's entry: velocity of the point at arm `r` along n, t1, t2, times sign.
-inline void add_entry(ContactProblem& p, int body, const Eigen::Vector3d& r, const Eigen::Matrix3d& axes, double sign) {
-  const int e = p.J.add_entry(body, 6);
-  for (int k = 0; k < 3; ++k) {
-    const Eigen::Vector3d d = axes.col(k), moment = r.cross(d);
-    for (int i = 0; i < 3; ++i) {
-      p.J.entry(e)(k, i) = sign * d[i];
-      p.J.entry(e)(k, 3 + i) = sign * moment[i];
-    }
-  }
-}
-
-inline void add_contact(ContactProblem& p, double mu) {
-  p.J.add_band();
-  p.mu.push_back(mu);
-  p.restitution.push_back(0);
-  p.offset.insert(p.offset.end(), 3, 0.0);
-}
-
-/// n = y, t1 = x, t2 = z, turned about the normal.
-inline Eigen::Matrix3d upward_axes(double turn = 0) {
-  Eigen::Matrix3d axes;
-  axes << 0, std::cos(turn), -std::sin(turn), 1, 0, 0, 0, std::sin(turn), std::cos(turn);
-  return axes;
-}
-
-/// n unit cubes of 1 kg on the ground, one on the other, four corner contacts an interface.
-inline ContactProblem stack(int n, double mu, double turn = 0) {
-  ContactProblem p;
-  for (int i = 0; i < n; ++i) add_free_body(p, 1, 1.0 / 6);
-  for (int i = 0; i < n; ++i)
-    for (int corner = 0; corner < 4; ++corner) {
-      const double x = corner & 1 ? 0.5 : -0.5, z = corner & 2 ? 0.5 : -0.5;
-      add_contact(p, mu);
-      if (i > 0) add_entry(p, i - 1, {x, 0.5, z}, upward_axes(turn), -1);
-      add_entry(p, i, {x, -0.5, z}, upward_axes(turn), 1);
-    }
-  return p;
-}
-
-/// Solid sphere of radius 1 m and density 1 kg/m^3 on the ground.
-inline ContactProblem sphere(double mu) {
-  ContactProblem p;
-  const double mass = 4.0 / 3 * M_PI;
-  add_free_body(p, mass, 0.4 * mass);
-  add_contact(p, mu);
-  add_entry(p, 0, {0, -1, 0}, upward_axes(), 1);
-  return p;
-}
 
 struct Reference {
   bool given = false;

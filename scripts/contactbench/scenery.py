@@ -1,0 +1,89 @@
+"""Scenes in the report: their pictures, the page of their motion, and how far methods differ on them."""
+import math
+
+from . import precision, program, still, view
+
+FRAMES, ROOM = 120, 350_000  # of a scene on the page of all motions
+LIKED = ("convex", "ap")  # whose run is drawn, in this order
+
+
+def scenes(results):
+    """(scene, parameters) in the order of the table."""
+    return list(dict.fromkeys((c["scene"], c["parameters"]) for c in results.cells(sweep=None)))
+
+
+def to_look_at(results, scene, parameters):
+    """Up to two runs of different methods that kept their contacts; those that came to the end first."""
+    def liked(cell):
+        rank = LIKED.index(cell["method"]) if cell["method"] in LIKED else len(LIKED)
+        return not cell.finished, rank, float(cell["step"] or 0)
+
+    cells = [c for c in results.cells(scene, None, parameters=parameters) if (c.folder / "shapes.csv").exists()]
+    cells = sorted(cells, key=liked)
+    other = [c for c in cells if c["method"] != cells[0]["method"]]
+    return cells[:1] + other[:1]
+
+
+def motions(results):
+    """{"scene parameters": {cells, picture, title}} of the scenes that have a run to look at."""
+    found = {}
+    for scene in scenes(results):
+        cells = to_look_at(results, *scene)
+        try:
+            motion = view.Motion(cells[0].folder, cells[0].with_k, 2) if cells else None
+        except program.ProgramError:
+            motion = None
+        name = " ".join(filter(None, scene))
+        found[name] = {
+            "cells": cells if motion else [], "picture": still.svg(motion) if motion else "",
+            "title": motion.summary.get("title") or "" if motion else ""}
+    return found
+
+
+def write_motions(results):
+    """The page of all motions, motion.html beside the report; why there is none, else nothing."""
+    page = results.folder / "motion.html"
+    page.unlink(missing_ok=True)
+    parts = []
+    for name, found in motions(results).items():
+        cells = found["cells"]
+        if cells:
+            part = view.scene_of([c.folder for c in cells], labels=[f"{c.with_k}, {c.way}" for c in cells],
+                                 frames=FRAMES, room=ROOM)
+            parts.append(part | {"name": name})
+    if not parts:
+        return "no run kept its contacts"
+    try:
+        page.write_text(view.page(parts))
+    except program.ProgramError as error:
+        return str(error)
+    return ""
+
+
+def apart(results, scene, parameters):
+    """How far methods are from each other: the step, the names, and {name: [distance to each, m]} at the finest step at
+    which the most came to the end; nan where two have no moment in common."""
+    steps = {}
+    for cell in results.cells(scene, None, parameters=parameters):
+        if cell.finished and cell["step"]:
+            steps.setdefault(cell["step"], {})[cell.with_k] = cell
+    if not steps:
+        return None
+    most = max(map(len, steps.values()))
+    step = min((s for s, of in steps.items() if len(of) == most), key=float)
+    of = steps[step]
+    return {"step": step, "rows": {a: [0.0 if a == b else precision.apart(of[a], of[b]) for b in of] for a in of}}
+
+
+def table(results, scene, parameters):
+    """A row a setting: how it ended, time, error, residual, energy."""
+    name = precision.measure(results, scene, parameters, None)
+    rows = []
+    for cell in results.cells(scene, None, parameters=parameters):
+        error = cell.error(name) if name else math.nan
+        time = cell.seconds / float(cell["duration"]) if cell.finished and cell.times else math.nan
+        rows.append({
+            "method": cell.with_k, "step": cell.step_or_accuracy, "ended": cell.how_it_ended or "ok", "error": error, "time": time,
+            "residual": cell["residual_max"], "gain": cell["max_gain_relative"], "command": cell.command,
+            "run": cell.unrepeated})
+    return {"measure": name, "reference": precision.reference_of(results, scene, parameters, name), "rows": rows}

@@ -1,0 +1,188 @@
+// Solvers of exact Coulomb friction on small problems: closed forms, and what must not change an answer. The referee
+// judges each by the law `coulomb`.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <numeric>
+
+#include "contact/problem_files.h"
+#include "contact/referee.h"
+#include "ncp/ncp.h"
+#include "problems.h"
+
+using namespace cb;
+using namespace cb::test;
+
+namespace {
+
+struct Answer {
+  NcpSolution solution;
+  Residuals residuals;
+  std::vector<double> v_plus;
+};
+
+Answer solve(const ContactProblem& p, const std::string& solver, const NcpOptions& options = {}) {
+  BlockCholesky factor;
+  REQUIRE(factor.factor(p.M));
+  std::vector<double> weight;
+  contact_weights(p, factor, weight);
+  Answer out;
+  find_ncp_solver(solver)->make(options)({&p.M, &factor, &p.J, p.v_minus, p.offset, p.mu, weight, {}}, out.solution);
+  ContactSolution claim;
+  claim.impulse = out.solution.r;
+  out.residuals = Referee().check(p, claim, coulomb_law(), out.v_plus);
+  return out;
+}
+
+/// Solvers that answer to the last bits.
+const std::vector<std::string> exact = {"newton", "nsgs"};
+
+/// A cube of 1 kg on a slope after one step from rest: the weight along the slope's axes.
+ContactProblem on_slope(double mu, double angle, double g_h) {
+  return box(mu, {g_h * std::sin(angle), -g_h * std::cos(angle), 0});
+}
+
+double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
+  double most = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, std::abs(a[i] - b[i]));
+  return most;
+}
+
+/// Turns the rows t1 and t2.
+Matrix3d ground_turn(double turn) { return Eigen::AngleAxisd(turn, Vector3d::UnitX()).toRotationMatrix(); }
+
+/// The same problem seen from a frame that is turned by `turn` about the vertical, with tangents of its own.
+ContactProblem turned(const ContactProblem& p, double turn) {
+  const Matrix3d R = Eigen::AngleAxisd(turn, Vector3d::UnitY()).toRotationMatrix();
+  ContactProblem out = p;
+  for (int b = 0; b < p.M.blocks(); ++b) {
+    for (int part = 0; part < 6; part += 3) {
+      auto M = out.M.block(b).block<3, 3>(part, part);
+      M = (R * M * R.transpose()).eval();
+      Eigen::Map<Vector3d> v(&out.v_minus[6 * b + part]);
+      v = (R * v).eval();
+    }
+  }
+  for (std::size_t e = 0; e < p.J.block.size(); ++e) {
+    auto entry = out.J.entry(static_cast<int>(e));
+    for (int part = 0; part < 6; part += 3) {
+      Matrix3d turned_part = entry.block<3, 3>(0, part) * R.transpose();
+      entry.block<3, 3>(0, part) = ground_turn(0.3 + turn) * turned_part;
+    }
+  }
+  return out;
+}
+
+/// Contacts in the opposite order.
+ContactProblem reversed(const ContactProblem& p) {
+  ContactProblem out = p;
+  out.J.clear();
+  for (int c = p.nc() - 1; c >= 0; --c) {
+    out.J.add_band();
+    for (int e = p.J.band[c]; e < p.J.band[c + 1]; ++e) {
+      const int to = out.J.add_entry(p.J.block[e], static_cast<int>(p.J.entry(e).cols()));
+      out.J.entry(to) = p.J.entry(e);
+    }
+    out.mu[p.nc() - 1 - c] = p.mu[c];
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("a cube stays on a slope that friction holds, and slides down a steeper one at g h (sin - mu cos)") {
+  constexpr double g_h = 9.81e-3, mu = 0.5;
+  for (const std::string& solver : exact)
+    for (const double angle : {0.2, 0.4, 0.55, 0.7}) {
+      INFO(solver << ' ' << angle);
+      const Answer at = solve(on_slope(mu, angle, g_h), solver);
+      CHECK(at.solution.status == NcpStatus::solved);
+      CHECK(Referee::holds(at.residuals, 1e-9));
+      CHECK(at.v_plus[0] == Approx(std::max(0.0, g_h * (std::sin(angle) - mu * std::cos(angle)))).margin(1e-12));
+      CHECK(at.v_plus[1] == Approx(0).margin(1e-12));
+    }
+}
+
+TEST_CASE("yaw, the order of contacts and units change no velocity of a stack that tumbles") {
+  const ContactProblem p = stack(3, 0.3, {0.2, -0.3, 0.1}, 0.3);
+  for (const std::string& solver : exact) {
+    INFO(solver);
+    const Answer first = solve(p, solver);
+    REQUIRE(Referee::holds(first.residuals, 1e-9));
+    const Answer back = solve(reversed(p), solver);
+    CHECK(Referee::holds(back.residuals, 1e-9));
+    CHECK(largest_difference(first.v_plus, back.v_plus) < 1e-9);
+    for (const double turn : {0.1, 0.7, 2.0}) {
+      const Answer other = solve(turned(p, turn), solver);
+      REQUIRE(Referee::holds(other.residuals, 1e-9));
+      const Matrix3d R = Eigen::AngleAxisd(-turn, Vector3d::UnitY()).toRotationMatrix();
+      std::vector<double> seen(other.v_plus.size());
+      for (std::size_t i = 0; i < seen.size(); i += 3) {
+        const Vector3d x = R * Eigen::Map<const Vector3d>(other.v_plus.data() + i);
+        std::copy_n(x.data(), 3, seen.begin() + static_cast<long>(i));
+      }
+      CHECK(largest_difference(first.v_plus, seen) < 1e-9);
+    }
+    ContactProblem grams = p;  // and millimetres a second, by 1e3; lengths in metres, so that J stays
+    for (double& x : grams.M.values) x *= 1e3;
+    for (double& v : grams.v_minus) v *= 1e3;
+    const Answer scaled = solve(grams, solver);
+    CHECK(Referee::holds(scaled.residuals, 1e-9));
+    for (std::size_t i = 0; i < p.v_minus.size(); ++i)
+      CHECK(scaled.v_plus[i] / 1e3 == Approx(first.v_plus[i]).margin(1e-9));
+  }
+}
+
+TEST_CASE("a million kilograms on one: newton holds them to rounding") {
+  ContactProblem p = stack(2, 0.5, {0.01, -0.0981, 0});
+  p.M.block(1) *= 1e6;
+  const Answer at = solve(p, "newton");
+  CHECK(at.solution.status == NcpStatus::solved);
+  CHECK(Referee::holds(at.residuals, 1e-9));
+  for (const double v : at.v_plus) CHECK(std::abs(v) < 1e-12);
+}
+
+TEST_CASE("ten sweeps of Gauss and Seidel are asked for and given, and nobody calls a stack of 64 solved by them") {
+  const ContactProblem p = stack(64, 0.5, {0, -0.0981, 0});
+  NcpOptions options;
+  options.sweeps = 10;
+  const Answer few = solve(p, "nsgs", options);
+  CHECK(few.solution.status == NcpStatus::inaccurate);
+  CHECK(few.solution.iterations == 10);
+  CHECK_FALSE(few.solution.reason.empty());
+  CHECK(few.residuals.model > 1e-3);
+  double fastest = 0;
+  for (const double v : few.v_plus) fastest = std::max(fastest, std::abs(v));
+  CHECK(fastest > 1e-2);
+  const Answer exact_answer = solve(p, "newton");
+  CHECK(Referee::holds(exact_answer.residuals, 1e-9));
+  for (const double v : exact_answer.v_plus) CHECK(std::abs(v) < 1e-11);
+}
+
+TEST_CASE("bisection's friction takes another direction on a box that lands turning, and does not call that solved") {
+  const ContactProblem p = box(0.2, {1, -1, 0.3}, {0.5, 2, -0.7});
+  const Answer by_law = solve(p, "nsgs"), by_bisection = solve(p, "bisection");
+  CHECK(Referee::holds(by_law.residuals, 1e-9));
+  CHECK(by_bisection.solution.status == NcpStatus::inaccurate);
+  CHECK(by_bisection.residuals.model > 1e-4);
+  CHECK(largest_difference(by_law.v_plus, by_bisection.v_plus) > 1e-4);
+}
+
+TEST_CASE("newton solves every stored contact problem to 1e-8") {
+  if (!fclib_available()) return;
+  int problems = 0;
+  for (const char* folder : {"problems", "stacks", "contact"})
+    for (const auto& file : std::filesystem::directory_iterator(std::string(TEST_DATA "/") + folder)) {
+      if (file.path().extension() != ".hdf5") continue;
+      ContactProblem p = read_contact_problem(file.path().string()).problem;
+      if (std::any_of(p.restitution.begin(), p.restitution.end(), [](double e) { return e != 0; })) continue;
+      INFO(file.path().filename().string());
+      const Answer at = solve(p, "newton");
+      CHECK(at.solution.status == NcpStatus::solved);
+      CHECK(Referee::holds(at.residuals, 1e-8));
+      ++problems;
+    }
+  CHECK(problems > 60);
+}

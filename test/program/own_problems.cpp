@@ -1,0 +1,82 @@
+// Engines' own contact problems: the data that a file holds are those of the engine's step.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "contact/problem_files.h"
+#include "program/program.h"
+
+#ifdef BROKEN_ENGINE_FOLDER  // where engines are built at all
+
+using namespace program;
+
+namespace {
+
+/// Engines that are here and give their contact problems away.
+constexpr const char* givers[] = {"mujoco", "siconos"};
+
+bool is_here(const fs::path& directory, const std::string& name) {
+  const Json all = Json::parse(run(directory, {"list", "engines", "--json"}).out);
+  for (const Json& engine : all)
+    if (engine["name"] == name) return engine["unavailable"].is_null();
+  return false;
+}
+
+/// Stems of the problems that an engine met on a stack, in their order.
+std::vector<fs::path> own_problems(const fs::path& directory, const std::string& engine, int boxes,
+                                   const std::string& duration) {
+  const Result ended =
+      run(directory, {"run", "stack", "--set", "boxes=" + std::to_string(boxes), "--engine", engine, "--step", "1e-3",
+                      "--duration", duration, "--save-problems", "own", "--out", "out", "--quiet"});
+  INFO(engine << ": " << ended.err);
+  REQUIRE(ended.code == 0);
+  std::vector<fs::path> stems;
+  for (const auto& entry : fs::directory_iterator(directory / "own"))
+    if (entry.path().extension() == ".json") stems.push_back(fs::path(entry.path()).replace_extension());
+  std::sort(stems.begin(), stems.end());
+  return stems;
+}
+
+}  // namespace
+
+TEST_CASE("the momentum that an engine's own impulses give is that of its step", "[program][engines]") {
+  if (!cb::fclib_available()) return;
+  for (const std::string engine : givers) {
+    TemporaryDirectory directory;
+    if (!is_here(directory.path(), engine)) continue;
+    const auto stems = own_problems(directory.path(), engine, 3, "0.02");
+    REQUIRE(stems.size() > 10);
+    for (const fs::path& stem : stems) {
+      const Json about = Json::parse(read_file(stem.string() + ".json"));
+      INFO(stem << about.dump());
+      CHECK(about["momentum_error"].get<double>() <= 1e-12);
+      CHECK(about["velocity_error"].get<double>() <= 1e-12);
+    }
+  }
+}
+
+// A box falls by n h g before its first contact, and all four corners with it: M has its mass, and J v- is its speed.
+TEST_CASE("the first contact problem of a box that an engine meets is that of a fall", "[program][engines]") {
+  if (!cb::fclib_available()) return;
+  constexpr double h = 1e-3, g = 9.8;
+  for (const std::string engine : givers) {
+    TemporaryDirectory directory;
+    if (!is_here(directory.path(), engine)) continue;
+    const auto stems = own_problems(directory.path(), engine, 1, "0.01");
+    REQUIRE(!stems.empty());
+    const Json about = Json::parse(read_file(stems.front().string() + ".json"));
+    const cb::ContactProblem problem = cb::read_contact_problem(stems.front().string() + ".hdf5").problem;
+    REQUIRE(problem.nv() == 6);
+    for (int k = 0; k < 6; ++k) CHECK(std::abs(problem.M.block(0)(k, k) - (k < 3 ? 1.0 : 1.0 / 6)) <= 1e-12);
+    const double speed = about["step"].get<double>() * h * g;
+    CHECK(std::abs(problem.v_minus[1] + speed) <= 1e-12);
+    std::vector<double> u(3 * static_cast<std::size_t>(problem.nc()));
+    cb::multiply(problem.J, problem.M, problem.v_minus, u);
+    for (int c = 0; c < problem.nc(); ++c) {
+      CHECK(std::abs(u[3 * c] + speed) <= 1e-12);
+      CHECK(std::hypot(u[3 * c + 1], u[3 * c + 2]) <= 1e-12);
+    }
+  }
+}
+
+#endif

@@ -1,0 +1,97 @@
+"""scripts/contactbench/engines.py and what sweeps know of engines: rows asked for, knobs searched, lines that fail."""
+import csv
+import dataclasses
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+from unittest import mock
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
+from contactbench import engines, plan, program  # noqa: E402
+
+LISTED = {
+    "methods": [{"name": "ap", "solvers": ["lemke"], "variants": [], "options": [{"flag": "k"}]}],
+    "solvers": [{"method": "ap", "name": "lemke", "unavailable": None}], "scenarios": [{
+        "name": "stack.xml", "file": "stack.xml", "parameters": {}}], "statuses": [], "engines": [
+            {"name": "ode", "unavailable": None, "variants": [{"name": "quick"}, {"name": "world"}]},
+            {"name": "dart", "unavailable": "not installed"}]}
+
+
+def planned(text):
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "some.toml"
+        path.write_text(text)
+        return plan.plan([path], "", LISTED)[0]
+
+
+class Sweeps(unittest.TestCase):
+    def test_engines_run_where_they_are_asked_for_and_nowhere_else(self):
+        self.assertEqual({r.method for r in planned('[[runs]]\nscene = "stack"\n')}, {"ap"})
+        runs = planned('setting = ["default", "tuned"]\nk = 4\n[[runs]]\nscene = "stack"\nengines = ["all"]\n')
+        asked = {" ".join(r.flags()) for r in runs}
+        self.assertEqual(
+            asked, {
+                "--method ap --solver lemke --k 4", "--engine ode --variant quick --setting default",
+                "--engine ode --variant quick --setting tuned", "--engine ode --variant world --setting default",
+                "--engine ode --variant world --setting tuned", "--engine dart"})
+        one = planned('[[runs]]\nscene = "stack"\nmethods = ["ap"]\nengines = ["ode/world"]\n')
+        self.assertEqual([r.variant for r in one if r.engine], ["world"])
+
+    def test_a_row_of_the_table_gives_its_run_back(self):
+        for run in planned('[[runs]]\nscene = "stack"\nengines = ["ode"]\nstep = "1e-3"\n'):
+            again = plan.Run.of({k: str(v) for k, v in run.asked().items()})
+            self.assertEqual(again.flags(), run.flags())
+            self.assertEqual(dataclasses.replace(run, repeat=2).cell, again.cell)
+
+
+class Search(unittest.TestCase):
+    def test_finds_the_best_of_separable_knobs_and_keeps_its_tries(self):
+        def errors(path, engine, variant, knobs, of):
+            return [abs(knobs.get("a", 0) - 2) + abs(knobs.get("b", 5) - 1)]
+
+        of = {"tries": 20, "ode": {"a": [0, 1, 2, 3], "b": [5, 1], "none": [7]}}
+        with mock.patch.object(engines, "errors_of", errors):
+            found = engines.search("", "ode", "quick", {"a": 0, "b": 5}, of)
+            self.assertEqual((found["knobs"], found["score"], found["default_score"]), ({"a": 2.0, "b": 1.0}, 0, 6))
+            few = engines.search("", "ode", "quick", {"a": 0, "b": 5}, of | {"tries": 3})
+        self.assertEqual((few["tries"], few["knobs"]), (3, {"a": 2.0}))
+
+    def test_every_knob_that_is_searched_has_the_default_among_its_values(self):
+        listed = program.listed(program.DEFAULT) if Path(program.DEFAULT).exists() else {"engines": []}
+        with open(engines.HERE / "tuning.toml", "rb") as file:
+            of = engines.tomllib.load(file)
+        for engine in engines.available({"engines": listed.get("engines", [])}):
+            knobs = {k["name"]: k["default"] for k in engine["knobs"]}
+            for name, some in of.get(engine["name"], {}).items():
+                self.assertIn(name, knobs)
+                self.assertIn(knobs[name], some)
+
+
+class Report(unittest.TestCase):
+    def test_lines_that_fail_are_named_with_their_numbers(self):
+        lines = [{"name": "gravity", "passed": True, "measured": 9.8, "expected": 9.8, "note": ""},
+                 {"name": "restitution of 0", "passed": False, "measured": 0.149196, "expected": 0.0, "note": ""},
+                 {"name": "restitution of 0.5", "passed": False, "unsupported": True, "measured": None, "note": "none"}]
+        self.assertEqual(
+            engines.failing({"fault": None, "lines": lines}),
+            ["restitution of 0: 0.149196, not 0", "restitution of 0.5: none"])
+        self.assertEqual(engines.failing({"fault": "crash: signal 11", "lines": []}), ["crash: signal 11"])
+
+    def test_drift_is_the_furthest_way_of_any_body(self):
+        with tempfile.TemporaryDirectory() as folder:
+            with open(Path(folder) / "trajectory.csv", "w", newline="") as file:
+                table = csv.writer(file)
+                table.writerow("t,body,px,py,pz".split(","))
+                table.writerows([(0, "a", 0, 0, 0), (0, "b", 1, 0, 0), (1, "a", 0, 3, 4), (1, "b", 1, 0, 1)])
+
+            class Cell:
+                pass
+
+            cell = Cell()
+            cell.folder = Path(folder)
+            self.assertEqual(engines.drift(cell), 5)
+
+
+if __name__ == "__main__":
+    unittest.main()
