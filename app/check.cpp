@@ -10,6 +10,7 @@
 #include "geometry/broad_phase.h"
 #include "method_flags.h"
 #include "output/summary.h"
+#include "print_json.h"
 #include "run_engine.h"
 #include "scenario/scenario.h"
 #include "simulation/explicit_step.h"
@@ -18,6 +19,8 @@
 namespace cb {
 
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 std::string vector_text(const Vec3& v) { return fmt::format("({:g}, {:g}, {:g})", v[0], v[1], v[2]); }
 
@@ -183,22 +186,92 @@ struct CheckFlags {
   std::string scenario;
   Text method, steps;
   std::vector<std::string> set;
-  bool files = false;
+  bool files = false, json = false;
   // Of the preflight of an engine.
   Text engine, variant, setting, step;
-  bool json = false;
 };
+
+/// What is in the scene, and what was found of it, for programs. `trial`: null where no method was tried.
+Json as_json(const Scenario& scenario, const MethodRow* row, const std::vector<std::string>& notes, const Trial* trial,
+             const std::string& fault) {
+  Json json = {{"name", scenario.name}, {"title", scenario.title}, {"file", scenario.file}, {"files", scenario.files}};
+  double mass = 0;
+  for (const Body& body : scenario.model.bodies) mass += body.mass;
+  json["bodies"] = scenario.model.bodies.size();
+  json["mass_kg"] = mass;
+  json["shapes"] = Json::object();
+  for (const Shape& shape : scenario.shapes) {
+    Json& count = json["shapes"][std::string(kind_name(shape.kind))];
+    count = count.is_null() ? 1 : count.get<int>() + 1;
+  }
+  json["pairs"] = Json::array();
+  for (const PairLaw& law : scenario.pairs.laws)
+    json["pairs"].push_back({{"friction", law.mu}, {"restitution", law.restitution}});
+  const Vec3& g = scenario.gravity.constant;
+  json["gravity_m_per_s2"] = {g[0], g[1], g[2]};
+  json["gravity"] = gravity_text(scenario.gravity);
+  json["forces"] = scenario.forces.size();
+  json["step_s"] = scenario.step;
+  json["duration_s"] = scenario.duration;
+  json["k"] = scenario.k ? Json(*scenario.k) : Json();
+  json["rotate_cone_rad"] = scenario.rotate_cone;
+  json["compression_bound"] = scenario.compression_bound ? Json(*scenario.compression_bound) : Json();
+  json["parameters"] = Json::object();
+  for (const auto& [key, value] : scenario.parameters) json["parameters"][key] = value;
+  json["reference"] = {{"kind", cb::name(scenario.reference.kind)}, {"name", scenario.reference.name}};
+  json["robots"] = Json::array();
+  for (const Tree& tree : scenario.model.trees)
+    json["robots"].push_back({{"name", tree.name}, {"links", tree.joints.size()}, {"freedoms", tree.nv}});
+  json["controllers"] = Json::array();
+  for (const ControllerSpec& controller : scenario.controllers) json["controllers"].push_back(controller.row->name);
+  const auto limit = largest_stable_step(scenario);
+  json["largest_stable_step_s"] = limit ? Json(*limit) : Json();
+  const auto [points, pairs] = contacts_at_start(scenario);
+  json["contacts_at_start"] = points;
+  json["pairs_at_start"] = pairs;
+  json["method"] = row ? Json(row->name) : Json();
+  json["notes"] = notes;
+  json["left_out"] = left_out(scenario);
+  json["trial"] =
+      trial ? Json({{"steps", trial->steps}, {"left_out", trial->left_out}, {"failed", trial->failed}}) : Json();
+  json["fault"] = fault;
+  return json;
+}
+
+/// What is known of the method with this scene, before it is tried.
+std::vector<std::string> notes_for(const Scenario& scenario, const MethodRow* row) {
+  const auto bounds = [](const OptionRow& option) { return option.flag == "compression-bound"; };
+  const bool bounded = row && std::any_of(row->options.begin(), row->options.end(), bounds) &&
+                       scenario.compression_bound.value_or(MethodOptions().compression_bound);
+  return bounded ? bound_notes(scenario) : std::vector<std::string>();
+}
+
+int end_of_check(const Scenario& scenario, const std::string& fault) {
+  if (fault.empty()) return finished;
+  print_error(fmt::format("contactbench check: a run of {} does not finish: {}\n", scenario.name, fault));
+  return not_finished;
+}
+
+int check_as_json(const Scenario& scenario, const MethodRow* row, long steps) {
+  std::string fault = fault_at_start(scenario);
+  std::optional<Trial> trial;
+  if (row) trial = try_steps(scenario, *row, steps);
+  if (trial && !trial->failed.empty()) fault = trial->failed;
+  print(as_json(scenario, row, notes_for(scenario, row), trial ? &*trial : nullptr, fault), true);
+  return end_of_check(scenario, fault);
+}
 
 int check(const CheckFlags& flags) {
   const std::string& name = flags.scenario;
   const auto& [method, trial_steps, set, files] = std::tie(flags.method, flags.steps, flags.set, flags.files);
   const Overrides overrides = set_flags(set);
-  const MethodRow* row = method ? &method_flag(*method) : nullptr;
+  const std::shared_ptr<const MethodRow> row = method ? method_flag(*method, {}) : nullptr;
   if (trial_steps && !row)
     throw UsageError(fmt::format("--steps {}: says how long --method METHOD is tried; give that too", *trial_steps));
   const long steps = trial_steps ? whole_flag("steps", *trial_steps, 0, 1L << 60, "a whole number of steps") : 100;
   const Scenario scenario = load_scenario(find_scenario(name), overrides);
   if (files) return print_files(scenario);
+  if (flags.json) return check_as_json(scenario, row.get(), steps);
 
   const auto line = [](std::string_view key, const std::string& value) { fmt::print("  {:<12}{}\n", key, value); };
   fmt::print("{}: {}\n", scenario.name, scenario.title);
@@ -237,10 +310,7 @@ int check(const CheckFlags& flags) {
   const auto [points, pairs] = contacts_at_start(scenario);
   line("contacts", fmt::format("{} at the start, on {} pairs of shapes", points, pairs));
   if (row) line("method", fmt::format("{}: {}", row->name, row->summary));
-  const auto bounds = [](const OptionRow& option) { return option.flag == "compression-bound"; };
-  if (row && std::any_of(row->options.begin(), row->options.end(), bounds) &&
-      scenario.compression_bound.value_or(MethodOptions().compression_bound))
-    for (const std::string& note : bound_notes(scenario)) line("note", note);
+  for (const std::string& note : notes_for(scenario, row.get())) line("note", note);
   for (const std::string& what : left_out(scenario)) line("left out", what);
   std::string fault = fault_at_start(scenario);
   if (row) {
@@ -250,9 +320,7 @@ int check(const CheckFlags& flags) {
     if (trial.left_out.empty()) line("left out", "nothing else in these steps");
     if (!trial.failed.empty()) fault = trial.failed;
   }
-  if (fault.empty()) return finished;
-  print_error(fmt::format("contactbench check: a run of {} does not finish: {}\n", scenario.name, fault));
-  return not_finished;
+  return end_of_check(scenario, fault);
 }
 
 }  // namespace
@@ -282,7 +350,7 @@ void add_check(CLI::App& program, Action& action) {
   add("--variant", flags->variant, "VARIANT", "of --engine [all]");
   add("--setting", flags->setting, "default|tuned", "of --engine [default]");
   add("--step", flags->step, "S", "of --engine: step in s [1e-3]");
-  check_app.add_flag("--json", flags->json, "of --engine: as JSON");
+  check_app.add_flag("--json", flags->json, "as JSON");
   check_app.callback([flags, scene, &action] {
     if (scene->count() == 0 && !flags->engine) throw CLI::RequiredError("scenario");
     action = [flags] {

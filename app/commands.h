@@ -24,7 +24,9 @@ using Action = std::function<int()>;
 /// Subcommands, one a file (run.cpp, ...): each adds its flags to the program and sets the action where it was chosen.
 void add_run(CLI::App& program, Action& action);
 void add_solve(CLI::App& program, Action& action);
+void add_judge(CLI::App& program, Action& action);
 void add_check(CLI::App& program, Action& action);
+void add_completion(CLI::App& program, Action& action);
 void add_list(CLI::App& program, Action& action);
 
 }  // namespace cb

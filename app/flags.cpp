@@ -67,13 +67,6 @@ Overrides set_flags(const std::vector<std::string>& values) {
   return overrides;
 }
 
-const MethodRow& method_flag(const std::string& value) {
-  if (const MethodRow* row = find_method(value)) return *row;
-  std::vector<std::string> known;
-  for (const MethodRow& row : methods()) known.emplace_back(row.name);
-  throw UsageError(fmt::format("--method {}: no such method; {}", value, suggest(value, known, "there are")));
-}
-
 namespace {
 
 std::vector<std::string> command_names(const CLI::App& program) {

@@ -6,7 +6,6 @@
 #include <string_view>
 #include <vector>
 
-#include "methods/registry.h"
 #include "scenario/scenario.h"
 
 namespace cb {
@@ -24,9 +23,6 @@ long whole_flag(std::string_view flag, const std::string& value, long low, long 
 bool on_off_flag(std::string_view flag, const std::string& value);
 /// NAME=VALUE pairs of --set.
 Overrides set_flags(const std::vector<std::string>& values);
-
-/// The method's row; throws UsageError with near matches.
-const MethodRow& method_flag(const std::string& value);
 
 /// Throws UsageError where the first argument is neither a flag nor a command.
 void check_command(const CLI::App& program, const std::string& first);

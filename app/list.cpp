@@ -65,6 +65,24 @@ Json list_solvers() {
   return list;
 }
 
+Json list_laws() {
+  Json list = Json::array();
+  for (const Law& law : laws()) {
+    Json claimed = Json::array();
+    for (const MethodRow& row : methods())
+      if (row.law == law) claimed.push_back(row.name);
+    std::string summary = claimed.empty() ? "claimed by no method" : "claimed by ";
+    for (std::size_t i = 0; i < claimed.size(); ++i) summary += (i ? ", " : "") + claimed[i].get<std::string>();
+    list.push_back({{"name", law.name}, {"summary", summary}, {"methods", claimed}});
+  }
+  return list;
+}
+
+Json list_outside() {
+  const MethodRow row = external_row(laws().front());
+  return {{{"name", row.name}, {"summary", row.summary}}};
+}
+
 Json list_scenarios() {
   Json list = Json::array();
   for (const std::string& file : bundled_scenarios()) {
@@ -153,10 +171,10 @@ struct Topic {
   const char* name;
   Json (*list)();
 };
-constexpr Topic topics[] = {{"methods", list_methods},       {"solvers", list_solvers},
-                            {"scenarios", list_scenarios},   {"controllers", list_controllers},
-                            {"references", list_references}, {"statuses", list_statuses},
-                            {"engines", list_engines}};
+constexpr Topic topics[] = {
+    {"methods", list_methods},       {"outside", list_outside},     {"laws", list_laws},
+    {"solvers", list_solvers},       {"scenarios", list_scenarios}, {"controllers", list_controllers},
+    {"references", list_references}, {"statuses", list_statuses},   {"engines", list_engines}};
 
 /// A line for each entry, the errors of a reference or the gains of a controller below it.
 void print(const Json& list, const char* indent) {
@@ -215,7 +233,7 @@ void add_list(CLI::App& program, Action& action) {
   const auto flags = std::make_shared<Flags>();
   list_app
       .add_option("topic", flags->topic,
-                  "methods, solvers, scenarios, controllers, references, statuses or engines [all]")
+                  "methods, outside, laws, solvers, scenarios, controllers, references, statuses or engines [all]")
       ->type_name("TOPIC");
   list_app.add_flag("--json", flags->json, "as JSON");
   list_app.callback([flags, &action] { action = [flags] { return list(flags->topic, flags->json); }; });

@@ -43,8 +43,10 @@ int run(int argc, char** argv) {
   cb::Action action;
   cb::add_run(program, action);
   cb::add_solve(program, action);
+  cb::add_judge(program, action);
   cb::add_check(program, action);
   cb::add_list(program, action);
+  cb::add_completion(program, action);
 
   std::string command;
   try {

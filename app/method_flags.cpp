@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "commands.h"
+#include "contact/problem_files.h"
+#include "methods/outside.h"
 #include "output/number.h"
 #include "scenario/near_name.h"
 
@@ -28,11 +30,21 @@ bool understands(const MethodRow& method, std::string_view flag) {
   return std::any_of(method.options.begin(), method.options.end(), [&](const auto& o) { return o.flag == flag; });
 }
 
+/// All methods, with what comes from outside.
+const std::vector<MethodRow>& all_methods() {
+  static const std::vector<MethodRow> rows = [] {
+    std::vector<MethodRow> all(methods().begin(), methods().end());
+    all.push_back(external_row(laws().front()));
+    return all;
+  }();
+  return rows;
+}
+
 /// Asking for a flag that the method has no use for is an error.
 void refuse_foreign(const MethodRow& method, std::string_view flag, const std::string& value) {
   if (understands(method, flag)) return;
   std::vector<std::string> others;
-  for (const MethodRow& row : methods())
+  for (const MethodRow& row : all_methods())
     if (understands(row, flag)) others.emplace_back(row.name);
   throw UsageError(fmt::format("--{} {}: --method {} has no use for it, only {} has; leave it out", flag, value,
                                method.name, join(others)));
@@ -54,6 +66,8 @@ void parse(const OptionRow& row, const std::string& value, MethodOptions& option
     options.** real = number(row, value);
   } else if (const auto* optional = std::get_if<std::optional<double> MethodOptions::*>(&row.field)) {
     options.** optional = number(row, value);
+  } else if (const auto* text = std::get_if<std::string MethodOptions::*>(&row.field)) {
+    options.** text = value;
   } else {
     options.*std::get<bool MethodOptions::*>(row.field) = on_off_flag(row.flag, value);
   }
@@ -96,7 +110,88 @@ std::string text_of(const OptionValue& value) {
   if (const int* whole = std::get_if<int>(&value)) return std::to_string(*whole);
   if (const double* real = std::get_if<double>(&value)) return number_text(*real);
   if (const bool* on = std::get_if<bool>(&value)) return *on ? "on" : "off";
+  if (const std::string* words = std::get_if<std::string>(&value)) return *words;
   return "";
+}
+
+namespace {
+
+std::vector<std::string> law_names() {
+  std::vector<std::string> names;
+  for (const Law& law : laws()) names.emplace_back(law.name);
+  return names;
+}
+
+/// A flag of `rows`, with what each of them that has it says of it.
+void add_flag(CLI::App& command, MethodFlags& flags, const OptionRow& option, const std::vector<MethodRow>& rows) {
+  std::string summary;
+  for (const MethodRow& row : rows)
+    for (const OptionRow& same : row.options)
+      if (same.flag == option.flag) summary += fmt::format("{}: {}; ", row.name, same.summary);
+  const auto at = flags.own.try_emplace(std::string(option.flag)).first;
+  command
+      .add_option("--" + at->first, at->second,
+                  fmt::format("{} [{}{}]", summary.substr(0, summary.size() - 2),
+                              option.of_scenario ? "scenario, else " : "", option.default_value))
+      ->type_name(std::string(option.type));
+}
+
+/// A command names its files by {problem} or {text}, and {answer}, or none of them.
+void check_command_text(const std::string& command) {
+  const auto names = [&](const char* what) { return command.find(what) != std::string::npos; };
+  const bool in = names("{problem}") || names("{text}");
+  if (in != names("{answer}"))
+    throw UsageError(
+        fmt::format("--command '{}': names {}; give both, as in --command './mine {{problem}} {{answer}}', "
+                    "or neither, for a program that is talked to (docs/external.md)",
+                    command, in ? "no {answer}" : "an {answer} but no {problem} or {text}"));
+  if (names("{problem}") && !fclib_available())
+    throw UsageError(
+        fmt::format("--command '{}': {}; or give {{text}} for {{problem}}", command, fclib_unavailable_reason()));
+}
+
+}  // namespace
+
+std::shared_ptr<const MethodRow> method_flag(const std::string& value, const MethodFlags& flags) {
+  if (value == "external") {
+    if (!flags.asked("command") || flags.own.find("command")->second->empty())
+      throw UsageError("--command is missing: --method external asks another program, as in --command './mine'");
+    check_command_text(*flags.own.find("command")->second);
+    return std::make_shared<MethodRow>(external_row(law_flag(flags)));
+  }
+  if (const MethodRow* row = find_method(value)) return {std::shared_ptr<void>(), row};
+  std::vector<std::string> known;
+  for (const MethodRow& row : all_methods()) known.emplace_back(row.name);
+  throw UsageError(fmt::format("--method {}: no such method; {}", value, suggest(value, known, "there are")));
+}
+
+const Law& law_flag(const MethodFlags& flags) {
+  const std::string expected = fmt::format("what the answer claims to solve, one of {}", join(law_names()));
+  if (!flags.asked("law")) throw UsageError("--law is missing: " + expected);
+  const std::string& value = *flags.own.find("law")->second;
+  if (const Law* law = find_law(value)) return *law;
+  throw UsageError(
+      fmt::format("--law {}: no such law; {}", value.empty() ? "''" : value, suggest(value, law_names(), "there are")));
+}
+
+MethodOptions law_options(const MethodFlags& flags, const Law& law) {
+  MethodRow row = external_row(law);
+  const std::string name = fmt::format("external --law {}", law.name);
+  row.name = name;
+  return method_options(flags, row, {}, {});
+}
+
+void add_law_flags(CLI::App& command, MethodFlags& flags) {
+  flags.own.try_emplace("law");
+  command
+      .add_option("--law", flags.own["law"],
+                  fmt::format("what the answer claims to solve: {}, or a method whose law it is", join(law_names())))
+      ->type_name("LAW");
+  command.add_option("--variant", flags.variant, "of the law that has several (soft: sap, mujoco) [the first]")
+      ->type_name("NAME");
+  for (const MethodRow& row : all_methods())
+    for (const OptionRow& option : row.options)
+      if (option.of_law && !flags.own.contains(option.flag)) add_flag(command, flags, option, all_methods());
 }
 
 void add_method_flags(CLI::App& command, MethodFlags& flags, bool single_event) {
@@ -105,17 +200,14 @@ void add_method_flags(CLI::App& command, MethodFlags& flags, bool single_event) 
   };
   add("--variant", flags.variant, "NAME", "named reading of a model (newton: uncapped, stick-tested) [the first]");
   add("--solver", flags.solver, "NAME", "see contactbench list solvers [the method's first]");
-  for (const MethodRow& method : methods())
+  for (const MethodRow& method : all_methods())
     for (const OptionRow& option : method.options) {
-      const auto [at, fresh] = flags.own.try_emplace(std::string(option.flag));
-      if (!fresh || (single_event && option.between_events)) continue;
-      std::string summary;  // of all methods that understand it
-      for (const MethodRow& row : methods())
-        for (const OptionRow& same : row.options)
-          if (same.flag == option.flag) summary += fmt::format("{}: {}; ", row.name, same.summary);
-      add("--" + at->first, at->second, option.type,
-          fmt::format("{} [{}{}]", summary.substr(0, summary.size() - 2), option.of_scenario ? "scenario, else " : "",
-                      option.default_value));
+      const bool known = flags.own.contains(option.flag);
+      if (known) continue;
+      if (single_event && option.between_events)
+        flags.own.try_emplace(std::string(option.flag));
+      else
+        add_flag(command, flags, option, all_methods());
     }
 }
 

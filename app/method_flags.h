@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <map>
+#include <memory>
 #include <optional>
 
 #include "flags.h"
@@ -20,6 +21,9 @@ struct MethodFlags {
   }
 };
 
+/// The method's row; `external` as the flags beside it want it. Throws UsageError with near matches.
+std::shared_ptr<const MethodRow> method_flag(const std::string& value, const MethodFlags& flags);
+
 /// `single_event`: without those that are about what one event leaves to the next.
 void add_method_flags(CLI::App& command, MethodFlags& flags, bool single_event);
 
@@ -27,6 +31,13 @@ void add_method_flags(CLI::App& command, MethodFlags& flags, bool single_event);
 /// own). Throws UsageError, also for a flag that the method has no use for.
 MethodOptions method_options(const MethodFlags& flags, const MethodRow& method, std::optional<int> k,
                              std::optional<bool> compression_bound);
+/// --law, and the flags of all laws.
+void add_law_flags(CLI::App& command, MethodFlags& flags);
+/// The law that --law names. Throws UsageError where it is missing or unknown.
+const Law& law_flag(const MethodFlags& flags);
+/// What is asked of an answer under the law. Throws UsageError, also for a flag that the law has no use for.
+MethodOptions law_options(const MethodFlags& flags, const Law& law);
+
 /// A value as its flag takes it; empty where there is none.
 std::string text_of(const OptionValue& value);
 /// Why the chosen solver cannot be used here; empty where it can.

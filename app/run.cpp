@@ -19,6 +19,7 @@
 #include "linalg/stop.h"
 #include "method_flags.h"
 #include "output/contact_file.h"
+#include "output/npz.h"
 #include "output/number.h"
 #include "output/progress.h"
 #include "output/run_files.h"
@@ -42,7 +43,7 @@ struct RunFlags : MethodFlags {
   std::string scenario, method;
   Text restitution, friction, step, duration, record_every, save_problems, save_every, time_limit, memory_limit, out,
       prune, perturb, seed, shuffle, gyroscopic, joint_forces, stepping, accuracy, order, record_interval, engine,
-      setting;
+      setting, format;
   std::vector<std::string> set, knob;
   bool quiet = false, json = false, conditioning = false, record_contacts = false;
 };
@@ -50,7 +51,7 @@ struct RunFlags : MethodFlags {
 /// A run that is known to be possible, but for what the disk and the solvers say.
 struct RunPlan {
   Scenario scenario;
-  const MethodRow* method = nullptr;
+  std::shared_ptr<const MethodRow> method;
   MethodOptions options;
   std::string unavailable;  ///< why the solver cannot be used here; empty where it can
   std::string unsupported;  ///< why the method cannot step in the way that was asked for; empty where it can
@@ -62,6 +63,7 @@ struct RunPlan {
   long save_every = 1;
   std::optional<double> time_limit_s, memory_limit_mb;
   fs::path out;
+  bool npz = false;  ///< the trajectory as arrays in place of rows
   bool quiet = false, json = false;
   bool conditioning = false;  ///< measure rank and condition of the problems met
   RunSummary summary;         ///< what is known before the run
@@ -70,7 +72,9 @@ struct RunPlan {
 /// The part of a directory's name that a value makes.
 std::string file_name_part(const std::string& value) {
   std::string part;
-  for (const char c : value) part += std::isalnum(static_cast<unsigned char>(c)) || std::strchr("+-._", c) ? c : '_';
+  constexpr std::size_t enough = 60;  // of a command line
+  for (const char c : value.substr(0, enough))
+    part += std::isalnum(static_cast<unsigned char>(c)) || std::strchr("+-._", c) ? c : '_';
   return part;
 }
 
@@ -172,10 +176,20 @@ void stepping_flags(const RunFlags& flags, SimulationOptions& simulation) {
   throw UsageError(fmt::format("--stepping {}: must be events or steps; or give --accuracy A", *flags.stepping));
 }
 
+/// --format: is the trajectory to be npz?
+bool npz_flag(const std::string& format, long record_every) {
+  if (format == "parquet")
+    throw UsageError("--format parquet: unavailable: Debian 12 has no library that writes it; there are csv and npz");
+  if (format != "csv" && format != "npz") throw UsageError(fmt::format("--format {}: must be csv or npz", format));
+  if (format == "npz" && record_every == 0)
+    throw UsageError("--format npz: --record-every 0 keeps no trajectory; leave one out");
+  return format == "npz";
+}
+
 /// Flags, then the scenario, then both together: nothing is written before all of it is known to be right.
 RunPlan make_plan(const RunFlags& flags) {
   RunPlan plan;
-  plan.method = &method_flag(flags.method);
+  plan.method = method_flag(flags.method, flags);
   constexpr const char* seconds = "a positive number of seconds";
   const Overrides overrides = set_flags(flags.set);
   std::optional<double> step, duration;
@@ -188,6 +202,7 @@ RunPlan make_plan(const RunFlags& flags) {
   if (flags.record_every)
     plan.record_every = whole_flag("record-every", *flags.record_every, 0, 1L << 60,
                                    "a whole number of steps: 1 keeps every step, 0 none");
+  if (flags.format) plan.npz = npz_flag(*flags.format, plan.record_every);
   plan.record_contacts = flags.record_contacts;
   if (plan.record_contacts && plan.record_every == 0)
     throw UsageError("--record-contacts: --record-every 0 keeps no steps; leave one out");
@@ -324,6 +339,14 @@ Status solve_afresh(const RunPlan& plan, const ContactProblem& problem) {
   return residuals.finite ? Status::inaccurate : Status::not_finite;
 }
 
+/// A word as a shell takes it.
+std::string quoted(const std::string& word) {
+  if (word.find_first_of(" \t\"'{}()<>|&;$`*?~\\") == std::string::npos) return word;
+  std::string out = "'";
+  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
 /// The command that solves the kept problem with the run's options.
 std::string solve_command(const RunPlan& plan) {
   const MethodOptions& options = plan.options;
@@ -335,7 +358,7 @@ std::string solve_command(const RunPlan& plan) {
     const OptionValue value = value_of(row, plan.method->options, options);
     const bool asked = row.always_named || value != value_of(row, plan.method->options, MethodOptions());
     if (asked && !row.between_events && !text_of(value).empty())
-      command += fmt::format(" --{} {}", row.flag, text_of(value));
+      command += fmt::format(" --{} {}", row.flag, quoted(text_of(value)));
   }
   if (plan.prune) command += " --prune on";
   return command;
@@ -440,7 +463,7 @@ void simulate(const RunPlan& plan, RunFiles& files, ContactFile& contacts, Limit
   std::optional<HardProblem> hard;
   bool stopped = false;
   std::error_code nothing_there;
-  fs::remove(plan.out / hard_problem_file, nothing_there);  // an earlier run's
+  for (const char* earlier : {hard_problem_file, "trajectory.npz"}) fs::remove(plan.out / earlier, nothing_there);
   ConditioningEstimate estimate;
   simulation.on_event = [&](const EventRecord& event) {
     if (plan.conditioning) {
@@ -575,6 +598,9 @@ int execute(const RunPlan& plan) {
   files.flush();
   contacts.flush();
   if (!files.ok() && summary_file.ok()) fail_writing(summary, files.failed_path(), files.error());
+  if (int error = 0;
+      plan.npz && files.ok() && !trajectory_as_npz(plan.out.string(), plan.scenario.model.bodies.size(), error))
+    fail_writing(summary, (plan.out / "trajectory.npz").string(), error);
   if (!contacts.ok() && files.ok() && summary_file.ok()) fail_writing(summary, contacts.path(), contacts.error());
   if (summary.finished) {
     code = finished;
@@ -614,7 +640,8 @@ EngineRunFlags engine_flags(const RunFlags& flags) {
       {"prune", flags.prune.has_value()},       {"shuffle-contacts", flags.shuffle.has_value()},
       {"order", flags.order.has_value()},       {"gyroscopic", flags.gyroscopic.has_value()},
       {"stepping", flags.stepping.has_value()}, {"accuracy", flags.accuracy.has_value()},
-      {"conditioning", flags.conditioning},     {"record-interval", flags.record_interval.has_value()}};
+      {"conditioning", flags.conditioning},     {"record-interval", flags.record_interval.has_value()},
+      {"format", flags.format.has_value()}};
   const auto refuse = [&](std::string_view flag) {
     throw UsageError(fmt::format("--{}: belongs to methods; leave it or --engine {} out", flag, *flags.engine));
   };
@@ -676,6 +703,8 @@ void add_run(CLI::App& program, Action& action) {
   add("--prune", flags->prune, "on|off", "leave out what the scene does not need [on]");
   add("--record-every", flags->record_every, "N",
       "keep each N-th step in trajectory.csv and steps.csv; 0: neither file [1]");
+  add("--format", flags->format, "csv|npz",
+      "of the trajectory: trajectory.csv, or trajectory.npz, made of it at the end [csv]");
   run.add_flag("--record-contacts", flags->record_contacts,
                "contacts.csv and shapes.csv besides: each contact of the steps that are kept, for scripts/view.py");
   add("--save-problems", flags->save_problems, "DIR",

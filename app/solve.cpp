@@ -15,10 +15,12 @@
 #include "lcp/lcp.h"
 #include "lcp/lcp_files.h"
 #include "limits.h"
+#include "linalg/matrix_market.h"
 #include "linalg/stop.h"
 #include "method_flags.h"
 #include "methods/lcp_status.h"
 #include "methods/pruned.h"
+#include "print_json.h"
 #include "scenario/near_name.h"
 #include "simulation/simulation.h"
 
@@ -108,8 +110,7 @@ double median(const std::vector<double>& sorted) {
   return n % 2 == 1 ? sorted[n / 2] : (sorted[n / 2 - 1] + sorted[n / 2]) / 2;
 }
 
-Json number(double x) { return std::isfinite(x) ? Json(x) : Json(); }
-Json number(const std::optional<double>& x) { return x ? number(*x) : Json(); }
+Json number(const std::optional<double>& x) { return finite_or_null(x); }
 
 bool answered(Status status) { return status == Status::ok || status == Status::inaccurate; }
 
@@ -221,7 +222,8 @@ Report solve_contact(const SolveFlags& flags) {
   if (!flags.problem)
     throw UsageError("the problem is missing: give an FCLIB HDF5 file or a Siconos friction text file");
   if (!flags.method) throw UsageError("--method is missing; contactbench list methods says what there is");
-  const MethodRow& row = method_flag(*flags.method);
+  const std::shared_ptr<const MethodRow> chosen = method_flag(*flags.method, flags);
+  const MethodRow& row = *chosen;
   const MethodOptions options = method_options(flags, row, {}, {});
   const bool prune = flags.prune && on_off_flag("prune", *flags.prune);
   const double tolerance = common.tolerance.value_or(SimulationOptions().accepted_residual);
@@ -279,15 +281,7 @@ Report solve_contact(const SolveFlags& flags) {
   json["method"] = row.name;
   json["solver"] = options.solver.empty() ? Json() : Json(options.solver);
   json["variant"] = options.variant.empty() ? Json() : Json(options.variant);
-  for (const OptionRow& option : row.options) {
-    if (option.between_events) continue;
-    Json& value = json[key(option)];
-    std::visit(
-        [&](const auto& held) {
-          if constexpr (!std::is_same_v<decltype(held), const std::monostate&>) value = held;
-        },
-        value_of(option, row.options, options));
-  }
+  put_options(json, row.options, options);
   json["status"] = name(report.status);
   json["reason"] = report.reason;
   json["solver_status"] = name(solution.status);
@@ -319,19 +313,6 @@ Report solve_contact(const SolveFlags& flags) {
   return report;
 }
 
-/// key  value, a line each; what is empty is left out.
-void print_text(const Json& json) {
-  for (const auto& item : json.items()) {
-    const Json& value = item.value();
-    if (value.is_null() || (value.is_string() && value.get<std::string>().empty())) continue;
-    if (value.is_array()) {
-      for (const Json& line : value) fmt::print("  {:<20} {}\n", "note", line.get<std::string>());
-      continue;
-    }
-    fmt::print("  {:<20} {}\n", item.key(), value.is_string() ? value.get<std::string>() : value.dump());
-  }
-}
-
 int solve(const SolveFlags& flags) {
   if (!flags.kind) throw UsageError("--kind is missing: give --kind lcp or --kind contact");
   if (*flags.kind != "lcp" && *flags.kind != "contact")
@@ -355,10 +336,7 @@ int solve(const SolveFlags& flags) {
   };
   write("out", flags.out, report.answer);
   write("velocities_out", flags.velocities, report.velocities);
-  if (flags.json)
-    fmt::print("{}\n", report.json.dump(2, ' ', false, Json::error_handler_t::replace));
-  else
-    print_text(report.json);
+  print(report.json, flags.json);
   if (answered(report.status)) return finished;
   print_error(fmt::format("contactbench solve: {}: {}\n", name(report.status),
                           report.reason.empty() ? explanation(report.status) : report.reason));

@@ -18,6 +18,7 @@ optional=(
   libhdf5-dev libfclib-dev           # stored contact problems
   liburdfdom-dev                     # robots from URDF files
   libbenchmark-dev                   # bench/
+  pybind11-dev python3-dev           # the Python module
   git                                # the commit in the manifest
   libjs-three                        # runs to look at (view.py)
   python3-tqdm                       # the time left of a sweep, as a bar

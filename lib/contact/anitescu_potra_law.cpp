@@ -147,29 +147,6 @@ void PolygonCheck::restitution(const ContactProblem& problem, const ContactSolut
   }
 }
 
-void rest(const ContactProblem& problem, const Witness& terms, ContactSolution& solution) {
-  const auto& asked = std::get<PolygonWitness>(terms);
-  const bool elastic =
-      std::any_of(problem.restitution.begin(), problem.restitution.end(), [](double e) { return e != 0; });
-  PolygonWitness& polygon = solution.as<PolygonWitness>();
-  polygon.k = asked.k;
-  polygon.regularisation = asked.regularisation;
-  polygon.z.assign(static_cast<std::size_t>(elastic ? 2 : 1) * (asked.k + 2) * problem.nc(), 0.0);
-}
-
-void join(const ProblemPart& part, const ContactSolution& answer, ContactSolution& whole) {
-  const std::vector<double>& from = answer.as<PolygonWitness>().z;
-  PolygonWitness& to = whole.as<PolygonWitness>();
-  const std::size_t n = part.contacts.size(), nc = part.whole.nc(), k = to.k;
-  for (std::size_t at = 0, to_at = 0; to_at < to.z.size(); at += (k + 2) * n, to_at += (k + 2) * nc) {
-    const bool idle = at + (k + 2) * n > from.size();  // without restitution: nothing but the slips of before
-    if (idle) at = 0;
-    if (!idle) scatter(part.contacts, from, at, 1, to.z, to_at);
-    if (!idle) scatter(part.contacts, from, at + n, k, to.z, to_at + nc);
-    scatter(part.contacts, from, at + n + k * n, 1, to.z, to_at + nc + k * nc);
-  }
-}
-
 // The point of the polygon `reach` conv{d_i} nearest to `wanted` (t1, t2; N s): ca d_first + cb d_second.
 struct OnPolygon {
   int first, second;
@@ -196,6 +173,50 @@ OnPolygon nearest(const FrictionPolygon& d, int k, const Vector2d& wanted, doubl
   on.ca = (1 - along) * reach;
   on.cb = along * reach;
   return on;
+}
+
+void rest(const ContactProblem& problem, const Witness& terms, ContactSolution& solution) {
+  const auto& asked = std::get<PolygonWitness>(terms);
+  const bool elastic =
+      std::any_of(problem.restitution.begin(), problem.restitution.end(), [](double e) { return e != 0; });
+  PolygonWitness& polygon = solution.as<PolygonWitness>();
+  polygon.k = asked.k;
+  polygon.regularisation = asked.regularisation;
+  polygon.z.assign(static_cast<std::size_t>(elastic ? 2 : 1) * (asked.k + 2) * problem.nc(), 0.0);
+}
+
+// c_t on the two directions beside r_t: the least sum that adds up to it, and where a contact slips the only one that
+// satisfies the law. lam is the least that c_t asks for.
+std::string_view prove(const ImpulsesAlone& answer, ContactSolution& solution) {
+  const ContactProblem& problem = answer.problem;
+  for (const double e : problem.restitution)
+    if (e != 0) return "with restitution the impulses of the two phases are needed, each by itself";
+  rest(problem, answer.terms, solution);
+  PolygonWitness& polygon = solution.as<PolygonWitness>();
+  const int nc = problem.nc(), k = polygon.k;
+  const FrictionPolygon direction(k);
+  for (int c = 0; c < nc; ++c) {
+    const double* r = &solution.impulse[3 * c];
+    polygon.z[c] = r[0];
+    const OnPolygon on = nearest(direction, k, Vector2d(r[1], r[2]), HUGE_VAL);
+    polygon.z[nc + k * c + on.first] = on.ca;
+    polygon.z[nc + k * c + on.second] = on.cb;
+    polygon.z[nc + k * nc + c] = direction.least_slip_bound(&answer.u_plus[3 * c]);
+  }
+  return {};
+}
+
+void join(const ProblemPart& part, const ContactSolution& answer, ContactSolution& whole) {
+  const std::vector<double>& from = answer.as<PolygonWitness>().z;
+  PolygonWitness& to = whole.as<PolygonWitness>();
+  const std::size_t n = part.contacts.size(), nc = part.whole.nc(), k = to.k;
+  for (std::size_t at = 0, to_at = 0; to_at < to.z.size(); at += (k + 2) * n, to_at += (k + 2) * nc) {
+    const bool idle = at + (k + 2) * n > from.size();  // without restitution: nothing but the slips of before
+    if (idle) at = 0;
+    if (!idle) scatter(part.contacts, from, at, 1, to.z, to_at);
+    if (!idle) scatter(part.contacts, from, at + n, k, to.z, to_at + nc);
+    scatter(part.contacts, from, at + n + k * n, 1, to.z, to_at + nc + k * nc);
+  }
 }
 
 class PolygonAlone {
@@ -239,6 +260,7 @@ Law anitescu_potra_law() {
           .leave_out = leave_out,
           .rest = rest,
           .join = join,
+          .prove = prove,
           .polygon_edges = [](const ContactSolution& solution) { return solution.as<PolygonWitness>().k; }};
 }
 

@@ -235,6 +235,15 @@ void rest(const ContactProblem& problem, const Witness& terms, ContactSolution& 
   proof.kappa_dual.assign(problem.nv(), 0.0);
 }
 
+// Without the bound u_n >= 0 follows from optimality and eta = 0. With restitution nothing is asked of the witness.
+std::string_view prove(const ImpulsesAlone& answer, ContactSolution& solution) {
+  rest(answer.problem, answer.terms, solution);
+  const auto& e = answer.problem.restitution;
+  const bool elastic = std::any_of(e.begin(), e.end(), [](double x) { return x != 0; });
+  if (elastic || !solution.as<ConvexWitness>().bounded) return {};
+  return "the bound on the sum of normal impulses is known with its proof only from solving the problem";
+}
+
 void join(const ProblemPart& part, const ContactSolution& answer, ContactSolution& whole) {
   const ConvexWitness& from = answer.as<ConvexWitness>();
   ConvexWitness& to = whole.as<ConvexWitness>();
@@ -287,6 +296,8 @@ Law convex_law() {
           .leave_out = leave_out,
           .rest = rest,
           .join = join,
+          .prove = prove,
+          .lends = true,
           .claims_add_up = true,
           .witness_normals = [](const ContactSolution& solution) -> std::span<const double> {
             return solution.as<ConvexWitness>().frictionless;

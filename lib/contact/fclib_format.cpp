@@ -1,7 +1,8 @@
 // What: the HDF5 layout of FCLIB 3.1, read and written through the C library of HDF5.
 // Layout: one of /fclib_global {spacedim, M, H, [G], vectors {f, w, mu, [b]}} and /fclib_local {spacedim, W, [V, R],
 //   vectors {q, mu, [s]}}. A matrix is a group {m, n, nz, nzmax, p, i, x}: nz >= 0 triplets, -1 compressed columns,
-//   -2 compressed rows. /solution and /guesses are never read: a solution is often a placeholder of zeros.
+//   -2 compressed rows. A problem's /solution is never read with it: it is often a placeholder of zeros; an answer is
+//   what read_fclib_impulses() is asked for. /guesses are never read.
 // Source: FCLIB 3.1, fclib.h and its library. Differences from the source's own words: 1. in triplets p holds the
 //   columns and i the rows, as in the files there are. 2. nzmax may exceed what is stored. 3. Entries given twice
 //   add up. 4. /contactbench {v_minus, restitution, first} is ours, beside the problem's group.
@@ -29,6 +30,9 @@ std::string_view fclib_unavailable_reason() {
   return "built without HDF5: install libhdf5-dev and configure again with -DCONTACTBENCH_HDF5=ON";
 }
 FclibContent read_fclib(const std::string& path) {
+  throw FileError(path + ": cannot be read: " + std::string(fclib_unavailable_reason()));
+}
+std::vector<double> read_fclib_impulses(const std::string& path) {
   throw FileError(path + ": cannot be read: " + std::string(fclib_unavailable_reason()));
 }
 void write_fclib(const std::string& path, const FclibContent&, const std::string&, const std::string&) {
@@ -329,6 +333,14 @@ FclibContent read_fclib(const std::string& path) {
     if (global && file.exists("/contactbench/first")) out.first = file.integers("/contactbench/first", 0, out.M.rows());
   }
   return out;
+}
+
+std::vector<double> read_fclib_impulses(const std::string& path) {
+  const Silence silence;
+  const Reader file(path);
+  if (!file.exists("/solution"))
+    throw FileError(path + ": holds no /solution; an answer has its impulses in /solution/r");
+  return file.numbers("/solution/r");
 }
 
 void write_fclib(const std::string& path, const FclibContent& content, const std::string& title,

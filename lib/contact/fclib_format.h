@@ -30,6 +30,8 @@ struct FclibContent {
 
 /// Throws FileError; also where this build has no HDF5.
 FclibContent read_fclib(const std::string& path);
+/// The impulses of /solution (r: n, t1, t2 contact by contact, N s). Throws FileError.
+std::vector<double> read_fclib_impulses(const std::string& path);
 /// Writes a global problem through a file beside it that is renamed at the end. Throws FileError. Same content, same
 /// bytes.
 void write_fclib(const std::string& path, const FclibContent& content, const std::string& title,

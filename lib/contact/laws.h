@@ -49,6 +49,14 @@ struct ProblemPart {
   std::span<const int> contacts, blocks;
 };
 
+/// An answer of which nothing is known but its impulses (from a file, or from a solver that is not ours).
+struct ImpulsesAlone {
+  const ContactProblem& problem;
+  const Islands& islands;
+  const Witness& terms;                        ///< what was asked
+  const std::vector<double>&u_minus, &u_plus;  ///< 3 nc, m/s
+};
+
 /// Everything that is known of a law apart from how it is solved. What is null says: nothing beyond impulses.
 struct Law {
   std::string_view name;
@@ -59,6 +67,13 @@ struct Law {
   void (*rest)(const ContactProblem& problem, const Witness& terms, ContactSolution& solution) = nullptr;
   /// Takes over the witness of a part into that of the whole.
   void (*join)(const ProblemPart& part, const ContactSolution& answer, ContactSolution& whole) = nullptr;
+  /// Sets the witness that proves impulses known alone, which are in `solution`. Returns why they have none that they
+  /// determine; empty where they have. Null beside a witness: they never do.
+  std::string_view (*prove)(const ImpulsesAlone& answer, ContactSolution& solution) = nullptr;
+  /// Does the witness of one answer prove every other one (a certificate of the problem, and no claim of the solver)?
+  bool lends = false;
+  /// What of the law cannot be judged on impulses alone, whatever they are; empty: nothing.
+  std::string_view unseen_in_impulses = {};
   /// Do claimed residuals of parts add up (an energy)? Else the worst is that of the whole.
   bool claims_add_up = false;
   /// Normal impulses of the witness (nc, N s) whose velocities count among the terms of an answer; empty where none.

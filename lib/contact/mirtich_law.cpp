@@ -52,6 +52,23 @@ void join(const ProblemPart& part, const ContactSolution& answer, ContactSolutio
   scatter(part.contacts, from.friction, 0, 1, to.friction, 0);
 }
 
+// Works that belong to impulses are not unique: with all of an island's work called friction the law holds where any
+// works let it hold, as long as contacts take energy.
+std::string_view prove(const ImpulsesAlone& answer, ContactSolution& solution) {
+  rest(answer.problem, answer.terms, solution);
+  std::vector<double> work(answer.islands.count, 0.0), members(answer.islands.count, 0.0);
+  for (int c = 0; c < answer.problem.nc(); ++c) {
+    const int g = answer.islands.of_contact[c];
+    members[g] += 1;
+    for (int i = 3 * c; i < 3 * c + 3; ++i) work[g] += solution.impulse[i] * (answer.u_minus[i] + answer.u_plus[i]) / 2;
+  }
+  for (int c = 0; c < answer.problem.nc(); ++c) {
+    const int g = answer.islands.of_contact[c];
+    solution.as<WorkWitness>().friction[c] = work[g] / members[g];
+  }
+  return {};
+}
+
 }  // namespace
 
 Law mirtich_law() {
@@ -59,6 +76,11 @@ Law mirtich_law() {
           .check = []() -> LawCheck { return MirtichCheck(); },
           .rest = rest,
           .join = join,
+          .prove = prove,
+          .unseen_in_impulses =
+              "restitution: how much work compression stored and what of it was returned is not "
+              "known from impulses; judged is that nothing approaches, that impulses are in their "
+              "cones, and that no island gains energy",
           .no_expansion = one_after_another};
 }
 

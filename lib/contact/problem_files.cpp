@@ -317,6 +317,18 @@ std::string_view name(ProblemFormat format) {
   return "";
 }
 
+StoredProblem to_problem(FclibContent content, const std::string& path, const ProblemFileOptions& options) {
+  StoredProblem out;
+  out.format = content.global ? ProblemFormat::fclib_global : ProblemFormat::fclib_local;
+  if (content.global)
+    from_global(path, content, out);
+  else
+    from_local(path, content.W, content.q, content.mu, options, out);
+  if (!content.global && !content.restitution.empty()) out.problem.restitution = content.restitution;
+  check_laws(path, out.problem);
+  return out;
+}
+
 StoredProblem read_contact_problem(const std::string& path, const ProblemFileOptions& options) {
   char head[8] = {};
   {
@@ -324,19 +336,10 @@ StoredProblem read_contact_problem(const std::string& path, const ProblemFileOpt
     if (!in) throw FileError(path + ": cannot be opened for reading; give the path of an existing file");
     in.read(head, sizeof head);
   }
+  if (std::string_view(head, sizeof head) == "\x89HDF\r\n\x1a\n") return to_problem(read_fclib(path), path, options);
   StoredProblem out;
-  if (std::string_view(head, sizeof head) == "\x89HDF\r\n\x1a\n") {
-    const FclibContent file = read_fclib(path);
-    out.format = file.global ? ProblemFormat::fclib_global : ProblemFormat::fclib_local;
-    if (file.global)
-      from_global(path, file, out);
-    else
-      from_local(path, file.W, file.q, file.mu, options, out);
-    if (!file.global && !file.restitution.empty()) out.problem.restitution = file.restitution;
-  } else {
-    out.format = ProblemFormat::siconos_text;
-    read_siconos(path, options, out);
-  }
+  out.format = ProblemFormat::siconos_text;
+  read_siconos(path, options, out);
   check_laws(path, out.problem);
   return out;
 }

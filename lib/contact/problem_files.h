@@ -47,6 +47,9 @@ struct StoredProblem {
 /// A problem given by W and q becomes one with M = 1 and J J^T = W. Throws FileError.
 StoredProblem read_contact_problem(const std::string& path, const ProblemFileOptions& options = {});
 
+struct FclibContent;
+/// The same from what an FCLIB file holds: sizes fit, numbers are finite. `path` begins the messages.
+StoredProblem to_problem(FclibContent content, const std::string& path, const ProblemFileOptions& options = {});
 /// An answer that goes into a problem's file, FCLIB's /solution.
 struct StoredAnswer {
   std::vector<double> impulse;         ///< 3 nc, N s

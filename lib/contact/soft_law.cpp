@@ -57,6 +57,12 @@ void rest(const ContactProblem&, const Witness& terms, ContactSolution& solution
   solution.as<SoftWitness>() = std::get<SoftWitness>(terms);
 }
 
+/// The terms are all that an answer needs.
+std::string_view prove(const ImpulsesAlone& answer, ContactSolution& solution) {
+  rest(answer.problem, answer.terms, solution);
+  return {};
+}
+
 class SoftAlone {
  public:
   explicit SoftAlone(const Witness& terms) : terms_(terms) {}
@@ -89,6 +95,7 @@ Law soft_law() {
           .check = []() -> LawCheck { return SoftCheck(); },
           .leave_out = leave_out,
           .rest = rest,
+          .prove = prove,
           .no_expansion =
               "what slides is lifted and lands again, so that its error has no expansion in the step that "
               "could be extrapolated"};

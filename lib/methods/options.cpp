@@ -10,7 +10,9 @@ OptionValue held(const OptionField& field, const MethodOptions& options) {
   return std::visit(
       [&](auto member) -> OptionValue {
         const auto& value = options.*member;
-        if constexpr (requires { value.has_value(); })
+        if constexpr (requires { value.empty(); })
+          return value.empty() ? OptionValue() : OptionValue(value);
+        else if constexpr (requires { value.has_value(); })
           return value ? OptionValue(*value) : OptionValue();
         else
           return value;

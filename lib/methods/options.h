@@ -44,14 +44,16 @@ struct MethodOptions {
   double impedance = 0.9;                   ///< soft mujoco: d, R_n = (1 - d) / d W_nn
   double impratio = 1;                      ///< soft mujoco: R_t = R_n / impratio
   bool warm_start = false;                  ///< ap, convex, soft: try the active set of the previous event first
+  std::string command;                      ///< external: what answers, as a shell takes it
+  std::string law;                          ///< external: what its answers claim to solve
   std::shared_ptr<long> warm_starts;        ///< receives how many such starts were accepted, where it is given
   std::shared_ptr<AnsweredBy> answered_by;  ///< receives whose answers were taken, where it is given
 };
 
 /// The field that a flag sets, and what it holds; monostate: nothing was asked for.
 using OptionField = std::variant<int MethodOptions::*, double MethodOptions::*, std::optional<double> MethodOptions::*,
-                                 bool MethodOptions::*>;
-using OptionValue = std::variant<std::monostate, int, double, bool>;
+                                 bool MethodOptions::*, std::string MethodOptions::*>;
+using OptionValue = std::variant<std::monostate, int, double, bool, std::string>;
 
 /// A flag that a method understands, and everything that is done with it: `run`, `solve` and `list`, the summary, the
 /// names of runs and the sweeps read it from here.
@@ -72,6 +74,7 @@ struct OptionRow {
   std::string_view variant = {};      ///< the one that has a use for it; empty: all
   std::string_view replaces = {};     ///< the flag that it takes the place of; asking for both is an error
   bool between_events = false;        ///< about what one event leaves to the next: of no use to `solve`
+  bool of_law = false;                ///< part of what is asked of an answer, whoever gives it (methods/outside.h)
 };
 
 /// Its name in JSON and in sweep files.

@@ -53,7 +53,7 @@ class Pruned {
   void take_over(const ProblemPart& part, ContactSolution& solution) const;
   void call_method(int part, const ContactProblem& problem, ContactSolution& solution);
 
-  ContactMethod (*make_)(const MethodOptions&);
+  std::function<ContactMethod(const MethodOptions&)> make_;
   std::vector<ContactMethod> methods_;  // one; with a warm start one a part, for each to know its own previous event
   Law law_;
   MethodOptions options_;

@@ -30,7 +30,7 @@ struct MethodRow {
   std::vector<SolverRow> solvers;                       ///< first is the default; empty where the method has no choice
   std::vector<std::string_view> variants;               ///< first is the default; empty where there is none
   std::vector<OptionRow> options;                       ///< flags beyond solver and variant that the method understands
-  ContactMethod (*make)(const MethodOptions& options);  ///< options are valid for this row
+  std::function<ContactMethod(const MethodOptions& options)> make;  ///< options are valid for this row
   /// The law's witness with what is asked of the method in it, and no numbers.
   Witness (*terms)(const MethodOptions& options) = [](const MethodOptions&) -> Witness { return NoWitness{}; };
 };
@@ -39,6 +39,10 @@ struct MethodRow {
 std::span<const MethodRow> methods();
 /// nullptr where there is no such method.
 const MethodRow* find_method(std::string_view name);
+
+/// Answers of another program (methods/external.cpp), which claim this law. Not in the table: it answers nothing by
+/// itself.
+MethodRow external_row(const Law& law);
 
 /// Rows, one a file (methods/newton.cpp, ...).
 MethodRow anitescu_potra_row();

@@ -315,7 +315,10 @@ std::vector<OptionRow> options() {
       option("impratio", "mujoco", "-", "1", "R_t = R_n / impratio", &MethodOptions::impratio,
              "a positive number, as in --impratio 10"),
       warm_start_option("start from the velocities that the previous event's impulses give")};
-  for (OptionRow& row : rows) row.positive = row.flag != "compliance" && row.flag != "impedance";
+  for (OptionRow& row : rows) {
+    row.positive = row.flag != "compliance" && row.flag != "impedance";
+    row.of_law = !row.between_events;
+  }
   OptionRow& impedance = rows[3];
   impedance.least = 1e-4;
   impedance.most = 0.9999;

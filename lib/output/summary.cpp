@@ -39,18 +39,23 @@ Json value(const OptionValue& of) {
   if (const int* whole = std::get_if<int>(&of)) return *whole;
   if (const double* real = std::get_if<double>(&of)) return *real;
   if (const bool* on = std::get_if<bool>(&of)) return *on ? "on" : "off";
+  if (const std::string* words = std::get_if<std::string>(&of)) return *words;
   return {};
 }
 
 /// Of every flag of every method; null where this one does not understand it.
 void put_method_options(Json& json, const RunSummary& run) {
-  for (const MethodRow& method : methods())
+  const auto& flags = run.method_flags;
+  const auto put = [&](const MethodRow& method, bool unknown_too) {
     for (const OptionRow& row : method.options) {
-      const auto& flags = run.method_flags;
       const bool understood = std::find(flags.begin(), flags.end(), row.flag) != flags.end();
+      if (!understood && !unknown_too) continue;
       Json& known = json[key(row)];
       if (understood && known.is_null()) known = value(value_of(row, method.options, run.method_options));
     }
+  };
+  for (const MethodRow& method : methods()) put(method, true);
+  put(external_row(laws().front()), false);
 }
 
 Json options(const RunSummary& run) {
@@ -249,6 +254,7 @@ std::string to_text(const RunSummary& run) {
                      tally.times.solve_s, run.write_s);
   if (tally.steps > 0)
     out += fmt::format("; {:.3g} us a step", 1e6 * tally.times.step_s / static_cast<double>(tally.steps));
+  if (tally.times.step_s > 0) out += fmt::format("; {:.3g} times real time", tally.t_reached / tally.times.step_s);
   out += fmt::format("\n  residual    max {}, median {}; {} false claims\n", measured(tally.residual_max),
                      measured(tally.residuals.median()), tally.false_claims);
   if (tally.gap_max)

@@ -9,6 +9,7 @@
 
 #include "contact/problem_files.h"
 #include "lcp/lcp_files.h"
+#include "linalg/matrix_market.h"
 #include "scenario/scenario.h"
 #include "scenario/urdf.h"
 #include "scenario/xml_tree.h"

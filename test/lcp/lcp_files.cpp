@@ -7,6 +7,8 @@
 #include <fstream>
 #include <random>
 
+#include "linalg/matrix_market.h"
+
 using namespace cb;
 
 namespace {

@@ -1,0 +1,43 @@
+// The compiled part of the Python module (docs/python.md).
+#include "answers.h"
+#include "../app/commands.h"
+#include "interrupt.h"
+#include "problem.h"
+#include "run.h"
+#include "scenario/scenario.h"
+#include "../app/versions.h"
+
+namespace cb {
+void print_error(const std::string&) {}
+}  // namespace cb
+
+PYBIND11_MODULE(_core, module) {
+  using namespace cb;
+  namespace py = pybind11;
+  static py::exception<python::ArgumentError> error(module, "Error", PyExc_ValueError);
+  error.attr("__doc__") = "Wrong input, in one line: what, and what would be right.";
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const python::ArgumentError& known) {
+      error(known.what());
+    } catch (const FileError& known) {
+      error(known.what());
+    } catch (const InputError& known) {
+      error(known.what());
+    } catch (const UsageError& known) {
+      error(known.what());
+    }
+  });
+  python::add_interrupt(module);
+  python::add_problem(module);
+  python::add_answers(module);
+  python::add_run(module);
+  module.attr("__version__") = versions().contactbench;
+  module.attr("version_line") = version_line();
+  py::list names, law_names;
+  for (const MethodRow& row : methods()) names.append(std::string(row.name));
+  for (const Law& law : laws()) law_names.append(std::string(law.name));
+  module.attr("methods") = py::tuple(names);
+  module.attr("laws") = py::tuple(law_names);
+}

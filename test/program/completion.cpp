@@ -1,0 +1,73 @@
+// `completion` from outside: what a shell offers is what the program takes.
+
+#include <catch2/catch.hpp>
+#include <set>
+#include <sstream>
+
+#include "program/program.h"
+
+using namespace program;
+
+namespace {
+
+/// What bash completes the last of these words to.
+std::set<std::string> completed(const fs::path& directory, const std::string& script, const std::string& words) {
+  std::ofstream(directory / "ask.sh") << script << "\nCOMP_WORDS=(" << words
+                                      << ")\nCOMP_CWORD=$((${#COMP_WORDS[@]} - 1))\n_contactbench\n"
+                                      << "printf '%s\\n' \"${COMPREPLY[@]}\" > said\n";
+  const std::string command = "cd '" + directory.string() + "' && bash ask.sh";
+  REQUIRE(std::system(command.c_str()) == 0);
+  std::istringstream in(read_file(directory / "said"));
+  std::set<std::string> out;
+  for (std::string word; in >> word;) out.insert(word);
+  return out;
+}
+
+/// Flags as --help lists them.
+std::set<std::string> flags_of_help(const std::string& help) {
+  std::set<std::string> flags;
+  for (const std::string& line : lines(help)) {
+    const std::size_t at = line.find("--");
+    if (at == std::string::npos || line.find_first_not_of(' ') > 10 || at > 10) continue;
+    flags.insert(line.substr(at, line.find_first_of(" ,=", at) - at));
+  }
+  return flags;
+}
+
+std::set<std::string> names_listed(const fs::path& directory, const std::string& topic) {
+  std::set<std::string> names;
+  for (const Json& row : Json::parse(run(directory, {"list", topic, "--json"}).out)) names.insert(row["name"]);
+  return names;
+}
+
+}  // namespace
+
+TEST_CASE("bash completes to what the program has, and to nothing else", "[program]") {
+  TemporaryDirectory directory;
+  const std::string script = run(directory.path(), {"completion", "bash"}).out;
+  for (const std::string command : {"run", "solve", "judge", "check", "list", "completion"}) {
+    INFO(command);
+    const std::set<std::string> flags = flags_of_help(run(directory.path(), {command, "--help"}).out);
+    CHECK(flags.contains("--help"));
+    CHECK(completed(directory.path(), script, "contactbench " + command + " --") == flags);
+  }
+  CHECK(completed(directory.path(), script, "contactbench ju") == std::set<std::string>{"judge"});
+  std::set<std::string> methods = names_listed(directory.path(), "methods");
+  methods.insert("external");
+  CHECK(completed(directory.path(), script, "contactbench run x --method ''") == methods);
+  CHECK(completed(directory.path(), script, "contactbench judge p a --law ''") ==
+        names_listed(directory.path(), "laws"));
+  CHECK(completed(directory.path(), script, "contactbench solve p --kind c") == std::set<std::string>{"contact"});
+  CHECK(completed(directory.path(), script, "contactbench run sta").contains("stack.xml"));
+}
+
+TEST_CASE("zsh is offered the same flags, in a script that it can read", "[program]") {
+  TemporaryDirectory directory;
+  const std::string script = run(directory.path(), {"completion", "zsh"}).out;
+  for (const std::string& flag : flags_of_help(run(directory.path(), {"run", "--help"}).out))
+    CHECK(script.find("'" + flag + ":") != std::string::npos);
+  std::ofstream(directory.path() / "_contactbench") << script;
+  const std::string file = (directory.path() / "_contactbench").string();
+  CHECK(std::system(("! command -v zsh >/dev/null || zsh -n '" + file + "'").c_str()) == 0);
+  refused({"completion", "fish"}, {"bash or zsh"});
+}

@@ -1,0 +1,148 @@
+// `judge` from outside: answers from files, whoever gave them, under every law.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <sstream>
+
+#include "program/program.h"
+
+using namespace program;
+
+namespace {
+
+const std::string data = TEST_DATA;
+const std::string slide = data + "/problems/gen_free_b4_c8_s1.hdf5";
+
+Json judged(const fs::path& directory, std::vector<std::string> arguments, int code) {
+  arguments.insert(arguments.begin(), "judge");
+  arguments.push_back("--json");
+  const Result result = run(directory, arguments);
+  INFO(result.err);
+  REQUIRE(result.code == code);
+  CHECK(lines(result.err).size() == (code == 0 ? 0 : 1));
+  return Json::parse(result.out);
+}
+
+void judge_refused(std::vector<std::string> arguments, const std::vector<std::string>& parts) {
+  arguments.insert(arguments.begin(), "judge");
+  refused(arguments, parts);
+}
+
+/// What `solve` prints, its answer in r.mtx.
+Json solved(const fs::path& directory, const std::string& problem, const std::vector<std::string>& method) {
+  std::vector<std::string> arguments = {"solve", problem, "--kind", "contact", "--out", "r.mtx", "--json", "--method"};
+  arguments.insert(arguments.end(), method.begin(), method.end());
+  const Result result = run(directory, arguments);
+  REQUIRE(result.code == 0);
+  return Json::parse(result.out);
+}
+
+std::vector<double> impulses_of(const fs::path& file) {
+  std::istringstream in(read_file(file));
+  std::string banner;
+  std::getline(in, banner);
+  std::size_t rows = 0, columns = 0;
+  in >> rows >> columns;
+  std::vector<double> x(rows);
+  for (double& value : x) in >> value;
+  return x;
+}
+
+void write_plain(const fs::path& file, const std::vector<double>& x) {
+  std::ofstream out(file);
+  out.precision(17);
+  for (const double value : x) out << value << '\n';
+}
+
+}  // namespace
+
+TEST_CASE("an answer judged from its file holds as it does where it was found", "[program]") {
+  struct Case {
+    std::string problem, law;
+    std::vector<std::string> method, asked;
+  };
+  const std::string boxes = data + "/problems/gen_stack_b4_c16_s1.hdf5";
+  for (const Case& known :
+       {Case{slide, "newton", {"newton"}, {}}, Case{slide, "coulomb", {"coulomb"}, {}},
+        Case{slide, "soft", {"soft"}, {}},
+        Case{slide, "soft", {"soft", "--variant", "mujoco"}, {"--variant", "mujoco"}},
+        Case{slide, "mirtich", {"mirtich"}, {}}, Case{slide, "anitescu_potra", {"ap", "--k", "8"}, {"--k", "8"}},
+        Case{slide, "ap", {"ap"}, {}}, Case{slide, "convex", {"convex"}, {}},
+        Case{slide, "convex", {"convex", "--compression-bound", "off"}, {"--compression-bound", "off"}},
+        Case{boxes, "ap", {"ap", "--k", "16"}, {"--k", "16"}}, Case{boxes, "convex", {"convex"}, {}}}) {
+    TemporaryDirectory directory;
+    INFO(known.problem << ' ' << known.law);
+    const Json found = solved(directory.path(), known.problem, known.method);
+    std::vector<std::string> arguments = {known.problem, "r.mtx", "--law", known.law};
+    arguments.insert(arguments.end(), known.asked.begin(), known.asked.end());
+    const Json json = judged(directory.path(), arguments, 0);
+    CHECK(json["verdict"] == "holds");
+    CHECK(json["residual"].get<double>() <= 1e-9);
+    CHECK(json["energy_change_j"].get<double>() == Approx(found["energy_change_j"].get<double>()).epsilon(1e-9));
+    if (found["law_residual"].is_number())
+      CHECK(json["law_residual"].get<double>() == found["law_residual"].get<double>());
+    CHECK(json["notes"].empty() == (known.law != "mirtich"));
+  }
+}
+
+TEST_CASE("a push too much at one contact is found there", "[program]") {
+  TemporaryDirectory directory;
+  solved(directory.path(), slide, {"newton"});
+  std::vector<double> r = impulses_of(directory.path() / "r.mtx");
+  // Friction beyond its cone: whatever else it does, this contact is where the law is broken.
+  constexpr std::size_t contact = 3;
+  r[3 * contact + 1] += 10 * (1 + std::abs(r[3 * contact]));
+  write_plain(directory.path() / "r.txt", r);
+  for (const std::string law : {"newton", "mirtich"}) {
+    const Json json = judged(directory.path(), {slide, "r.txt", "--law", law}, 3);
+    CHECK(json["verdict"] == "does not hold");
+    CHECK(json["worst"]["contact"] == contact);
+    CHECK(json["worst"]["impulse_n_s"][1] == r[3 * contact + 1]);
+    CHECK(json["residual"].get<double>() > 1e-3);
+    CHECK(json["cone_violation_n_s"].get<double>() > 0.1);
+    CHECK(json["reason"].get<std::string>().find("contact 3 of island") != std::string::npos);
+  }
+  judged(directory.path(), {slide, "r.txt", "--law", "newton", "--tolerance", "1e6"}, 0);
+}
+
+TEST_CASE("the answer of one law is none of another", "[program]") {
+  TemporaryDirectory directory;
+  solved(directory.path(), slide, {"ap", "--k", "4"});
+  CHECK(judged(directory.path(), {slide, "r.mtx", "--law", "ap"}, 0)["k"] == 4);
+  CHECK(judged(directory.path(), {slide, "r.mtx", "--law", "ap", "--k", "8"}, 3)["residual"].get<double>() > 1e-3);
+}
+
+TEST_CASE("what impulses alone do not prove is said, and nothing is said to hold", "[program]") {
+  TemporaryDirectory directory;
+  // Two phases of restitution.
+  const std::string bounce = data + "/events/ap_elastic_stack.hdf5";
+  solved(directory.path(), bounce, {"ap"});
+  const Json json = judged(directory.path(), {bounce, "r.mtx", "--law", "ap"}, 3);
+  CHECK(json["verdict"] == "not judged");
+  CHECK(json["reason"].get<std::string>().find("phases") != std::string::npos);
+  CHECK(json["residual"].is_null());
+}
+
+TEST_CASE("FCLIB's solution is read as an answer", "[program]") {
+  TemporaryDirectory directory;
+  // Libraries keep placeholders of zeros there, which is an answer like any: a wrong one.
+  const std::string file = data + "/problems/fc3d_Rover1039.hdf5";
+  const Result result = run(directory.path(), {"judge", file, file, "--law", "newton", "--json"});
+  if (result.err.find("holds no /solution") != std::string::npos) return;
+  CHECK((result.code == 0 || result.code == 3));
+  CHECK(Json::parse(result.out)["contacts"].get<int>() > 0);
+}
+
+TEST_CASE("judge refuses what it cannot read, in one line", "[program]") {
+  judge_refused({slide, slide}, {"--law is missing", "newton"});
+  judge_refused({slide, slide, "--law", "coulom"}, {"--law coulom", "no such law"});
+  judge_refused({slide, slide + "x", "--law", "newton"}, {"cannot be opened"});
+  judge_refused({slide, slide, "--law", "newton", "--k", "8"}, {"--k 8", "no use"});
+  judge_refused({slide, slide, "--law", "ap", "--k", "7"}, {"--k 7", "even"});
+  judge_refused({slide, data + "/problems/lcp_spd_8.q.mtx", "--law", "newton"}, {"holds 8 impulses", "need 24"});
+  judge_refused({slide, data + "/README.md", "--law", "newton"}, {"README.md"});
+  TemporaryDirectory directory;
+  write_plain(directory.path() / "nan.txt", std::vector<double>(24, std::nan("")));
+  judge_refused({slide, (directory.path() / "nan.txt").string(), "--law", "newton"},
+                {"nan.txt:1", "not a finite number"});
+}

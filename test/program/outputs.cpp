@@ -1,0 +1,53 @@
+// What a run and a check put out besides rows: JSON, arrays, the real-time factor.
+
+#include <catch2/catch.hpp>
+
+#include "program/program.h"
+
+using namespace program;
+
+TEST_CASE("check says what is in a scene as JSON, and what a method leaves out", "[program]") {
+  TemporaryDirectory directory;
+  const Result result = run(directory.path(), {"check", "stack.xml", "--set", "boxes=3", "--json"});
+  REQUIRE(result.code == 0);
+  const Json json = Json::parse(result.out);
+  CHECK(json["name"] == "stack");
+  CHECK(json["bodies"] == 3);
+  CHECK(json["shapes"]["box"] == 3);
+  CHECK(json["parameters"]["boxes"] == "3");
+  CHECK(json["pairs_at_start"] == 3);
+  CHECK(json["contacts_at_start"].get<int>() >= 12);
+  CHECK(json["step_s"].get<double>() > 0);
+  CHECK(json["trial"].is_null());
+  CHECK(json["fault"] == "");
+  const Json tried =
+      Json::parse(run(directory.path(), {"check", "stack.xml", "--method", "ap", "--steps", "5", "--json"}).out);
+  CHECK(tried["trial"]["steps"] == 5);
+  CHECK(tried["method"] == "ap");
+}
+
+TEST_CASE("a trajectory as npz takes the place of the rows, whatever becomes of the run", "[program]") {
+  TemporaryDirectory directory;
+  const fs::path out = directory.path() / "r";
+  const std::vector<std::string> arguments = {"run",  "sliding_box.xml", "--method", "newton",   "--duration",
+                                              "0.05", "--out",           "r",        "--format", "npz"};
+  const Result result = run(directory.path(), arguments);
+  REQUIRE(result.code == 0);
+  CHECK(result.out.find("times real time") != std::string::npos);
+  CHECK_FALSE(fs::exists(out / "trajectory.csv"));
+  const std::string npz = read_file(out / "trajectory.npz");
+  CHECK(npz.starts_with("PK\x03\x04"));
+  for (const char* name : {"t.npy", "bodies.npy", "position.npy", "orientation.npy", "velocity.npy"})
+    CHECK(npz.find(name) != std::string::npos);
+  // The same input, the same bytes; and rows again where they are asked for.
+  REQUIRE(run(directory.path(), arguments).code == 0);
+  CHECK(read_file(out / "trajectory.npz") == npz);
+  REQUIRE(run(directory.path(), {"run", "sliding_box.xml", "--method", "newton", "--duration", "0.05", "--out", "r"})
+              .code == 0);
+  CHECK(fs::exists(out / "trajectory.csv"));
+  CHECK_FALSE(fs::exists(out / "trajectory.npz"));
+  refused({"run", "sliding_box.xml", "--method", "newton", "--format", "parquet"}, {"unavailable", "csv and npz"});
+  refused({"run", "sliding_box.xml", "--method", "newton", "--format", "xml"}, {"csv or npz"});
+  refused({"run", "sliding_box.xml", "--method", "newton", "--format", "npz", "--record-every", "0"},
+          {"no trajectory"});
+}
