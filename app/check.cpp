@@ -224,13 +224,16 @@ Json as_json(const Scenario& scenario, const MethodRow* row, const std::vector<s
     json["robots"].push_back({{"name", tree.name}, {"links", tree.joints.size()}, {"freedoms", tree.nv}});
   json["controllers"] = Json::array();
   for (const ControllerSpec& controller : scenario.controllers) json["controllers"].push_back(controller.row->name);
-  const auto limit = largest_stable_step(scenario);
+  json["joint_forces"] = scenario.implicit_joints ? "implicit" : "explicit";
+  const auto limit =
+      largest_stable_step(scenario, scenario.implicit_joints ? JointForces::implicit : JointForces::explicit_euler);
   json["largest_stable_step_s"] = limit ? Json(*limit) : Json();
   const auto [points, pairs] = contacts_at_start(scenario);
   json["contacts_at_start"] = points;
   json["pairs_at_start"] = pairs;
   json["method"] = row ? Json(row->name) : Json();
   json["notes"] = notes;
+  json["stepping"] = stepping_notes(scenario, row);
   json["left_out"] = left_out(scenario);
   json["trial"] =
       trial ? Json({{"steps", trial->steps}, {"left_out", trial->left_out}, {"failed", trial->failed}}) : Json();
@@ -306,7 +309,7 @@ int check(const CheckFlags& flags) {
          fmt::format("out of contact the {} step of the robots' torques is stable up to h = {:.3g} s{}",
                      scenario.implicit_joints ? "implicit" : "explicit", *limit,
                      scenario.step > *limit ? ": at the scene's own it is not (--joint-forces implicit)" : ""));
-  for (const std::string& note : stepping_notes(scenario, row)) line("stepping", note);
+  for (const std::string& note : stepping_notes(scenario, row.get())) line("stepping", note);
   const auto [points, pairs] = contacts_at_start(scenario);
   line("contacts", fmt::format("{} at the start, on {} pairs of shapes", points, pairs));
   if (row) line("method", fmt::format("{}: {}", row->name, row->summary));

@@ -3,8 +3,8 @@
 #include <optional>
 #include <string>
 
-#include "contact/referee.h"
 #include "../app/method_flags.h"
+#include "contact/referee.h"
 #include "problem.h"
 
 namespace cb::python {

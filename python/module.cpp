@@ -1,11 +1,11 @@
 // The compiled part of the Python module (docs/python.md).
-#include "answers.h"
 #include "../app/commands.h"
+#include "../app/versions.h"
+#include "answers.h"
 #include "interrupt.h"
 #include "problem.h"
 #include "run.h"
 #include "scenario/scenario.h"
-#include "../app/versions.h"
 
 namespace cb {
 void print_error(const std::string&) {}

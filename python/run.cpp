@@ -9,8 +9,9 @@
 #include <deque>
 #include <limits>
 
-#include "answers.h"
 #include "../app/commands.h"
+#include "../app/versions.h"
+#include "answers.h"
 #include "evaluation/scene_errors.h"
 #include "interrupt.h"
 #include "linalg/stop.h"
@@ -18,7 +19,6 @@
 #include "output/summary.h"
 #include "scenario/scenario.h"
 #include "simulation/left_out.h"
-#include "../app/versions.h"
 
 namespace cb::python {
 

@@ -27,9 +27,9 @@ struct MethodRow {
   std::string_view summary;
   std::string_view source;
   Law law;
-  std::vector<SolverRow> solvers;                       ///< first is the default; empty where the method has no choice
-  std::vector<std::string_view> variants;               ///< first is the default; empty where there is none
-  std::vector<OptionRow> options;                       ///< flags beyond solver and variant that the method understands
+  std::vector<SolverRow> solvers;          ///< first is the default; empty where the method has no choice
+  std::vector<std::string_view> variants;  ///< first is the default; empty where there is none
+  std::vector<OptionRow> options;          ///< flags beyond solver and variant that the method understands
   std::function<ContactMethod(const MethodOptions& options)> make;  ///< options are valid for this row
   /// The law's witness with what is asked of the method in it, and no numbers.
   Witness (*terms)(const MethodOptions& options) = [](const MethodOptions&) -> Witness { return NoWitness{}; };

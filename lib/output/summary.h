@@ -24,7 +24,7 @@ struct Choice {
 /// An engine in a method's place (docs/engines.md).
 struct EngineUse {
   std::string name, version, precision, package;
-  std::string setting;  ///< default, tuned, or own where a knob was given
+  std::string setting;                                ///< default, tuned, or own where a knob was given
   std::vector<std::pair<std::string, double>> knobs;  ///< all of them
 };
 
@@ -33,7 +33,7 @@ struct RunSummary {
   // What was asked.
   std::string scenario, file, title;
   std::vector<std::pair<std::string, std::string>> parameters;
-  Choice requested, used;           ///< an engine stands as the method
+  Choice requested, used;  ///< an engine stands as the method
   std::optional<EngineUse> engine;
   MethodOptions method_options;
   std::vector<std::string> method_flags;  ///< those that the method understands; the others are null
