@@ -53,6 +53,7 @@ struct Problem {
 class World {
  public:
   World(const Scene& scene, const Setting& setting);
+  World(World&&) noexcept;
   ~World();
   void load(int body, const double force[3]);  ///< of the next step, N
   void step();

@@ -107,6 +107,7 @@ World::World(const Scene& scene, const Setting& setting) : parts_(std::make_uniq
   }
 }
 
+World::World(World&&) noexcept = default;
 World::~World() = default;
 
 void World::load(int body, const double force[3]) {

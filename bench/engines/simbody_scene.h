@@ -45,6 +45,7 @@ struct Setting {
 class World {
  public:
   World(const Scene& scene, const Setting& setting);
+  World(World&&) noexcept;
   ~World();
   void load(int body, const double force[3]);  ///< of the next step, N
   void step_to(double t);                      ///< s

@@ -104,7 +104,7 @@ def grasp(results):
     def lost_by(c):
         fell = c.error("dropped_s")
         return c.how_it_ended or (f"dropped at {some(fell)} s"
-                                  if fell == fell else f"creeps {some(c.error('creep_linf_m'))} m")
+                                  if not math.isnan(fell) else f"creeps {some(c.error('creep_linf_m'))} m")
 
     lost = [f"{c.name} ({lost_by(c)})" for c in cells if not holds(c)]
     return "The grasped box is held by " + ", ".join(c.name for c in cells if holds(c)) + \

@@ -48,7 +48,7 @@ def wanted(results):
 
 
 def cost(results):
-    """What each order takes on the circle: errors, solves, the slope of their logarithms (the order), and the solves for
+    """What each order takes on the circle: errors, solves, the slope of their logarithms (the order), and solves for
     1e-6 m by it. Order 1 is the scene by events."""
     scene, groups = "circular_sliding", {}
     for cell in results.cells(scene, SWEEP):

@@ -11,6 +11,7 @@
 #include "simulation/simulation.h"
 
 using namespace cb;
+using cb::test::rigid_methods;
 
 namespace {
 
