@@ -26,7 +26,7 @@ std::filesystem::path engine_program(std::string_view name);
 std::string engine_missing(std::string_view name);
 /// What the engine's program says of itself; null where it does not answer, with `fault` saying why.
 nlohmann::json describe_engine(const std::filesystem::path& program, std::string& fault);
-/// Knobs that the search of scripts/engines.py found (scenarios/engines/tuned.json): null where there are none.
+/// Knobs that the search of scripts/engines.py found (tuned.json in scenarios/engines): null where there are none.
 nlohmann::json tuned_knobs(std::string_view engine, std::string_view variant);
 
 /// How a program that was started ended.

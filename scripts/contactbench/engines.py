@@ -2,7 +2,7 @@
 the report says of them.
 
   scripts/engines.py preflight --out results/engines     every engine that is here: preflight.json
-  scripts/engines.py tune [--engine NAME]                scenarios/engines/tuned.json, by the search of tuning.toml
+  scripts/engines.py tune [--engine NAME]                tuned.json in scenarios/engines, by the search of tuning.toml
 """
 import json
 import math

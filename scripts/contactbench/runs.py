@@ -45,9 +45,9 @@ CELL = ["scene", "parameters", "method", "variant", "solver", "k", "epsilon", "k
 LIMITS = ("time_limit", "memory_limit")  # how far a run that they cut comes depends on the machine
 NAMES = {
     "newton": "Newton", "mirtich": "Mirtich", "ap": "A-P", "convex": "convex", "coulomb": "Coulomb",
-    "nsgs": "Gauss-Seidel", "admm": "ADMM", "sap": "SAP", "lemke": "Lemke", "path": "PATH",
-    "ynl": "YNL", "path-lib": "PATH library", "ode": "ODE", "bullet": "Bullet", "bullet-float": "Bullet (float)",
-    "mujoco": "MuJoCo", "dart": "DART", "simbody": "Simbody", "siconos": "Siconos"}
+    "nsgs": "Gauss-Seidel", "admm": "ADMM", "sap": "SAP", "lemke": "Lemke", "path": "PATH", "ynl": "YNL",
+    "path-lib": "PATH library", "ode": "ODE", "bullet": "Bullet", "bullet-float": "Bullet (float)", "mujoco": "MuJoCo",
+    "dart": "DART", "simbody": "Simbody", "siconos": "Siconos"}
 
 
 def lookup(tree, path: str):

@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 
 const fs::path source = SOURCE_ROOT;
-const std::set<std::string> commands = {"run", "solve", "check", "list"};
+const std::set<std::string> commands = {"run", "solve", "check", "list", "judge", "completion"};
 
 /// What the line cites that is not there.
 std::vector<std::string> missing(const std::string& line) {

@@ -43,7 +43,7 @@ constexpr double twice = 2;          // noise scatters
 constexpr double forget = 0.95;      // of the noise, from one macro step to the next
 constexpr double safety = 0.8;       // of the length that would just do
 constexpr double most_growth = 5;    // from one macro step to the next
-constexpr double slow_growth = 1.5;  // the same where the estimate is noise, or a longer try was just refused
+constexpr double slow_growth = 1.5;  // the same where the estimate is noise
 constexpr double least_shrink = 0.1;
 constexpr int most_tries = 200;   // of one macro step; then one of first order
 constexpr std::size_t pile = 12;  // switches and impacts within as many smallest steps pile up
@@ -306,9 +306,7 @@ void AccuracyStepping::take_first_order(BaseStep& base, double h, double edge, A
 
 // Counts a macro step of H that was taken, and finds the next one's length. `nearing`: it ended at a time of contact.
 void AccuracyStepping::go_on_from(const Try& taken, double H, double limit, bool nearing) {
-  // Over what is allowed, noise and rounding not left out: those below it are no reason to grow fast.
-  const double excess = taken.estimate * options_.duration / (options_.accuracy * H);
-  const bool noisy = taken.estimate <= noise_ && excess > 1;
+  const bool noisy = taken.estimate <= noise_ && taken.estimate * options_.duration > options_.accuracy * H;
   ++tally_.taken;
   if (noisy) ++tally_.noisy;
   tally_.shortest = std::min(tally_.shortest, H);
@@ -317,10 +315,8 @@ void AccuracyStepping::go_on_from(const Try& taken, double H, double limit, bool
   taken_.length = H;
   taken_.estimate = taken.estimate;
   noise_ *= forget;
-  double growth = slow_growth;
-  if (excess <= 1) growth = safety * std::pow(std::max(excess, 1e-12), -1.0 / growth_order());
-  const double most = taken_.refused > 0 ? slow_growth : most_growth;
-  next_ = std::max(H, std::min(next_, limit)) * std::clamp(growth, least_shrink, most);
+  const double growth = safety * std::pow(std::max(taken.excess, 1e-12), -1.0 / growth_order());
+  next_ = std::max(H, std::min(next_, limit)) * std::clamp(growth, least_shrink, noisy ? slow_growth : most_growth);
   next_ = std::min(options_.longest, std::max(next_, finest_));
   nearing_ = nearing ? 2 * H : most_growth * nearing_;
 }
