@@ -27,7 +27,7 @@ void ImplicitJoints::begin(double h) {
 }
 
 void ImplicitJoints::saturate(int rate) {
-  if (h_ == 0) return;
+  if (now_.stiffness.empty()) return;  // all explicit
   now_.stiffness[rate] = passive_.stiffness[rate];
   now_.damping[rate] = passive_.damping[rate];
   now_.stiffness_by_mass[rate] = std::sqrt(passive_.stiffness_by_mass[rate]);
