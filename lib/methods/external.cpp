@@ -154,9 +154,9 @@ class Talking {
 class Folder {
  public:
   Folder() {
-    const char* wanted = std::getenv("TMPDIR");
-    std::string path = fmt::format("{}/contactbench-XXXXXX", wanted && *wanted ? wanted : "/tmp");
-    if (mkdtemp(path.data())) path_ = path;
+    std::error_code none;  // what the system names for temporary files; where that is missing, path_ stays empty
+    std::string path = (fs::temp_directory_path(none) / "contactbench-XXXXXX").string();
+    if (!none && mkdtemp(path.data())) path_ = path;
   }
   ~Folder() {
     std::error_code ignored;
