@@ -53,13 +53,14 @@ void eliminate_any(double* table, int columns, int r, int s, const double* pivot
     double* column = table + std::size_t(j) * padded;
     const double f = column[r] * inverse;
     if (f == 0) continue;
-    for (int i = 0; i < padded; i += pack_size) {
-      Pack x, c;
-      load_aligned(column + i, x);
-      load_aligned(pivot_column + i, c);
-      x -= c * f;
-      store_aligned(x, column + i);
-    }
+    for (int i = 0; i < padded; i += granule)
+      for (int k = i; k < i + granule; k += pack_size) {
+        Pack x, c;
+        load_aligned(column + k, x);
+        load_aligned(pivot_column + k, c);
+        x -= c * f;
+        store_aligned(x, column + k);
+      }
     column[r] = -f;
   }
 }

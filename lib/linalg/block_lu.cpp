@@ -28,6 +28,14 @@ void BlockLu::analyse(std::span<const int> sizes, const SymmetricPattern& graph)
   swapped_.assign(most, 0.0);
 }
 
+int BlockLu::sign() const {
+  int sign = 1;
+  for (std::size_t k = 0; k < s_.size.size(); ++k)
+    for (int j = 0; j < s_.size[k]; ++j)
+      if ((pivot_[s_.first[k] + j] != j) != (inverse_pivots_[s_.first[k] + j] < 0)) sign = -sign;
+  return sign;
+}
+
 // L below the diagonal, U on and above it; and U^T, its columns divided by the pivots (for kernels that divide by a
 // unit triangle), in transposed_.
 bool BlockLu::factor_diagonal(int k) {

@@ -25,6 +25,8 @@ class BlockLu {
   std::span<double> upper() { return upper_; }
   /// Factors what is in lower() and upper(). False on a pivot that is zero or not finite.
   bool factor();
+  /// Of the determinant of what was factored: 1 or -1.
+  int sign() const;
   /// Right-hand side of a block before solve(), the answer after; padded(size) numbers, the padding zero.
   double* part(int block) { return x_.data() + s_.x_at[block]; }
   void solve();

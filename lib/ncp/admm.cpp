@@ -15,8 +15,8 @@
 // Source: J. Carpentier, Q. Le Lidec, L. Montaut, From compliant to rigid contact simulation: a unified and efficient
 // approach, RSS 2024, alg. 1 and sec. IV (Pinocchio 3; Kamino has the same iteration).
 // Differences: 1. contacts are scaled (published tolerances are absolute, and with them the answer depends on units);
-// 2. rho is looked at every ten iterations; 3. it ends by the natural residual of (1) on fresh velocities; 4. no
-// compliance.
+// 2. rho is looked at every ten iterations; 3. it ends by the natural residual of (1) on fresh velocities, which may be
+// rounding; 4. no compliance; 5. the power iteration begins with b, so that nothing depends on the order of contacts.
 //
 // Returns: solved; nonconverged (limit of iterations, the best that a check has seen); singular; not_finite.
 
@@ -34,10 +34,13 @@ namespace cb {
 namespace {
 
 struct AdmmOptions : NcpOptions {
-  double eta = 1e-6;          ///< -: proximal term, as a fraction of w. Larger: slower; smaller: worse systems
-  double tau = 0.5;           ///< -: of the penalty rho
-  double power = 0.2;         ///< -: p at first; more: stiffer, better for what sticks
-  double power_step = 0.05;   ///< -: by which p changes
+  double eta = 1e-6;         ///< -: proximal term, as a fraction of w. Larger: slower; smaller: worse systems
+  double tau = 0.5;          ///< -: of the penalty rho
+  double power = 0.2;        ///< -: p at first; more: stiffer, better for what sticks
+  double power_step = 0.05;  ///< -: by which p changes
+  /// -: of p. Below 0: a tall stack at rest wants rho under its least eigenvalue; the least, -0.5, is rho = eta, whose
+  /// systems have half the digits.
+  double least_power = -0.35;
   double ratio = 10;          ///< -: of the two residuals, from which on it does
   int check_every = 10;       ///< iterations between two checks of the residuals
   int limit = 20000;          ///< iterations
@@ -89,9 +92,9 @@ void Admm::begin(const NcpProblem& p) {
     }
   }
   system_.prepare(*p.M, *p.J, o_.least_block);
-  // L from a vector that is no eigenvector as a rule: numbers of no pattern.
-  g_.resize(3 * nc);
-  for (int i = 0; i < 3 * nc; ++i) g_[i] = 1 + std::fmod(0.6180339887498949 * i, 1.0);
+  // L from a vector of the problem's own: where answers are many, which one comes out must not depend on the order of
+  // contacts or on axes.
+  g_ = b_;
   L_ = 1;
   for (int k = 0; k < o_.power_iterations; ++k) {
     multiply_Q(p, g_, scaled_);
@@ -168,7 +171,9 @@ bool Admm::check(NcpSolution& solution) {
     solution.r = r_;
     solution.u = u_;
   }
-  return residual <= o_.tolerance;
+  if (residual <= o_.tolerance) return true;
+  // What is left may be rounding.
+  return residual <= o_.accepted && measure_.residual_beside_rounding(r_, u_) <= o_.tolerance;
 }
 
 // By the ratio of what x and y differ by to what the multipliers are out of balance; true where rho is another.
@@ -183,7 +188,7 @@ bool Admm::change_penalty() {
   if (primal > ratio2 * dual)
     power_ = std::min(1.0, power_ + o_.power_step);
   else if (dual > ratio2 * primal)
-    power_ = std::max(0.0, power_ - o_.power_step);
+    power_ = std::max(o_.least_power, power_ - o_.power_step);
   return power_ != before;
 }
 

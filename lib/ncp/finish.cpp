@@ -56,7 +56,7 @@ void AlartCurnierNewton::linearise(double proximal, double touching) {
     to[0] = -stiff_n * u[0];
     if (mu == 0) continue;
     const double size = std::sqrt(x[1] * x[1] + x[2] * x[2]);
-    if (size <= mu * x[0]) {
+    if (size <= mu * x[0] || size * w <= touching) {
       G[4] = G[8] = stiff;
       to[1] = -stiff * u[1];
       to[2] = -stiff * u[2];

@@ -19,7 +19,9 @@ class AlartCurnierNewton {
     /// -: proximal term of a step, as a fraction of w: where r is not unique it picks the answer next to the iterate,
     /// and perturbs none. Larger: slower; smaller: steps leave where the map is nearly singular.
     double proximal = 1e-8, least = 1e-9;
-    double touching = 0;  ///< m/s: contacts that part more slowly are closed in the first step: what rests, carries
+    /// m/s: contacts that part more slowly are closed in the first step, and stick where they slip more slowly: what
+    /// rests, carries.
+    double touching = 0;
     double falls = 0.1, grows = 100;  ///< of it, after a step that went well, and one that did not
     double fast = 1e-2;               ///< -: residual over the one before below which it stays as it is
   };

@@ -3,47 +3,55 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "ncp/ncp.h"
-#include "ncp/velocity_system.h"
+#include "ncp/interior_system.h"
 
 namespace cb {
 
-/// Interior point steps for (1) of ncp.h, with De Saxce's term in the linearisation (interior.cpp). A guess for what
-/// finishes it: many contacts change between sticking, slipping and open at once. Owns its scratch.
-class InteriorSteps {
+/// Two ways from the start of an InteriorSystem to small products (interior.cpp). One step is one factorisation; false
+/// where a system could not be factored, or numbers overflow, or steps vanish. Own their scratch.
+
+/// Straight on by the longest step. Few steps, where it gets there.
+class LongSteps {
  public:
   struct Options {
     double fraction = 0.98;        ///< -: of the longest step inside the cones
-    double proximal = 1e-9;        ///< -: compliance of a step, as a fraction of w: bounds the scaling matrices
-    double smoothing = 1e-2;       ///< -: of |u_t|, as a fraction of sqrt(w times the mean product)
-    double least_part = 0.1;       ///< -: steps shorter than that: the next leaves the slope of |u_t| out
     double least_centring = 1e-3;  ///< -: share of the mean product that a step aims at, at least
   };
-  /// Of this problem, which must stay alive; `system` is prepared for it; starts afresh. `size`: what the event is
-  /// about, sqrt(J).
-  void begin(const NcpProblem& problem, VelocitySystem& system, NcpMeasure& measure, double size);
-  /// One step (a factorisation). False where a system could not be factored, or numbers overflow.
-  bool step(const Options& options);
-  /// -: the worse of mean product and infeasibility, over the size of the event; 1 is where it starts.
-  double error() const;
-  const std::vector<double>& r() const { return r_; }  ///< 3 nc, inside the cones where mu > 0
+  bool step(const Options& options, InteriorSystem& at);
 
  private:
-  using Vector3 = Eigen::Vector3d;
-  void look(double smoothing);
-  bool factor(const Options& o);
-  void solve(double target, bool corrected);
-  double longest() const;
+  InteriorPoints step_;
+};
 
-  const NcpProblem* problem_ = nullptr;
-  NcpMeasure* measure_ = nullptr;
-  VelocitySystem* system_ = nullptr;
-  double size_ = 0, mean_ = 0, miss_ = 0;
-  double theta_ = 1;  // share of the slope of |u_t| in the linearisation
-  std::vector<double> r_, u_, v_;
-  std::vector<Vector3> x_, z_, p_, dx_, dz_;         // nc: impulse and velocity as cone vectors; misses; step
-  std::vector<Eigen::Matrix3d> H_, Z_, first_, G3_;  // nc: scaling; slope of z(u); (I + a G)^-1; G
-  std::vector<double> G_, c_, du_, h_;
+/// Along the central path itself, wherever it leads: also back to larger products.
+class PathSteps {
+ public:
+  struct Options {
+    double first_reach = 0.5, longest_reach = 3;  ///< -: local length of a step along the path
+    double near = 0.5;                            ///< -: local distance from the path within which steps go along it
+    double wanted = 0.1;                          ///< -: distance after a step that its length aims at
+    double bend = 0.5;                            ///< -: local length of a step's part of second order, at most
+    double fraction = 0.9;                        ///< -: of the longest step inside the cones
+    double shorten = 0.25, least_part = 1e-6;     ///< -: of a step that leads astray, and at which it is given up
+  };
+  /// At the start of `at`.
+  void begin(const Options& options, InteriorSystem& at);
+  bool step();
+
+ private:
+  bool go_back();
+  double find_directions();
+  double go_along();
+
+  Options o_;
+  InteriorSystem* at_ = nullptr;
+  double t_ = 0, reach_ = 0;                     // J, products; -, length of the next step
+  double before_ = 0;                            // -, distance from the path before the last step
+  double part_ = 1, t_before_ = 0, change_ = 0;  // of the last step
+  double along_size_ = 0;
+  std::vector<Eigen::Vector3d> rate_, off_;  // nc: misses over products; misses that a step takes away
+  InteriorPoints step_, along_, bend_;       // nc: step; tangent and its change
+  InteriorPoints last_, from_;               // nc: the step before, and where it began
 };
 
 }  // namespace cb

@@ -71,7 +71,11 @@ void NcpMeasure::begin(const NcpProblem& problem) {
   problem_ = &problem;
   q_.resize(3 * static_cast<std::size_t>(problem.nc()));
   multiply(*problem.J, *problem.M, problem.v0, q_);
-  for (std::size_t i = 0; i < q_.size(); ++i) q_[i] += problem.offset[i];
+  q2_ = 0;
+  for (std::size_t i = 0; i < q_.size(); ++i) {
+    q_[i] += problem.offset[i];
+    q2_ += q_[i] * q_[i] / problem.weight[i / 3];
+  }
 }
 
 void NcpMeasure::velocities(std::span<const double> r, std::vector<double>& v, std::vector<double>& u) {
@@ -92,7 +96,8 @@ double NcpMeasure::residual(std::span<const double> r, std::span<const double> u
     natural_map(&r[3 * c], &u[3 * c], problem_->mu[c], w, e);
     const double size2 = std::max({w * ConstVec3(&r[3 * c]).squaredNorm(), ConstVec3(&u[3 * c]).squaredNorm() / w,
                                    ConstVec3(&q_[3 * c]).squaredNorm() / w});
-    const double ratio = over(w * ConstVec3(e).squaredNorm(), size2);
+    const double approach = std::max(0.0, -u[3 * c]);
+    const double ratio = std::max(over(approach * approach / w, q2_), over(w * ConstVec3(e).squaredNorm(), size2));
     if (!(ratio <= worst)) worst = ratio;  // a NaN stays
   }
   return std::sqrt(worst);
@@ -121,7 +126,7 @@ double NcpMeasure::residual_beside_rounding(std::span<const double> r, std::span
   find_changes(r);
   open_.resize(p.nc());
   terms_.resize(p.nc());
-  double open = 0, fastest = 0, island_r = 0, island_u = 0, island_q = 0;
+  double open = 0, fastest = 0, island_r = 0, island_u = 0;
   for (int c = 0; c < p.nc(); ++c) {
     Vector3d changes = Vector3d::Zero(), before = ConstVec3(&p.offset[3 * c]).cwiseAbs();
     bool limit = true;
@@ -141,9 +146,8 @@ double NcpMeasure::residual_beside_rounding(std::span<const double> r, std::span
     fastest = std::max({fastest, u2, q2});
     island_r += p.weight[c] * ConstVec3(&r[3 * c]).squaredNorm();
     island_u += u2 / p.weight[c];
-    island_q += q2 / p.weight[c];
   }
-  const double island = std::max({island_r, island_u, island_q});
+  const double island = std::max({island_r, island_u, q2_});
   double worst = 0, e[3];
   for (int c = 0; c < p.nc(); ++c) {
     const double w = p.weight[c], rho = open_[c] < 0 ? -open_[c] : open;
@@ -151,7 +155,9 @@ double NcpMeasure::residual_beside_rounding(std::span<const double> r, std::span
     natural_map(&r[3 * c], &u[3 * c], p.mu[c], w, e);
     const double size2 =
         std::max({w * ConstVec3(&r[3 * c]).squaredNorm(), terms_[c], std::min(island, fastest / w), floor * floor / w});
-    const double ratio = over(w * ConstVec3(e).squaredNorm(), size2);
+    const double approach = std::max(0.0, -u[3 * c]);
+    const double ratio = std::max(over(approach * approach / w, std::max(q2_, rho * rho / (accepted * accepted * w))),
+                                  over(w * ConstVec3(e).squaredNorm(), size2));
     if (!(ratio <= worst)) worst = ratio;
   }
   return std::sqrt(worst);

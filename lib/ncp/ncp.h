@@ -70,6 +70,7 @@ void project_on_friction_cone(const double* x, double mu, double* out);
 
 /// Natural residual on the problem's own data, contact by contact (docs/judging.md, law `coulomb`):
 ///   max_c sqrt(w) |natural map| / S_c,    S_c = max(sqrt(w) |r|, |u| / sqrt(w), |q| / sqrt(w)),   q = J v0 + w
+/// and, since impulses may grow without end where there is no answer, -u_n / sqrt(w) over sqrt(sum |q|^2 / w).
 /// Owns its scratch.
 class NcpMeasure {
  public:
@@ -87,6 +88,7 @@ class NcpMeasure {
   void find_changes(std::span<const double> r);
 
   const NcpProblem* problem_ = nullptr;
+  double q2_ = 0;  // J, sum |q|^2 / w
   std::vector<double> q_, changes_, columns_, open_, terms_;
 };
 

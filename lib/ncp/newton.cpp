@@ -1,27 +1,21 @@
-// Exact Coulomb friction by Newton's method: proximal point outside, semismooth Newton inside, finished on Alart and
-// Curnier's map, and believed only by a certificate.
+// Exact Coulomb friction by Newton's method: interior point steps, finished on Alart and Curnier's map, and believed
+// only by a certificate.
 //
-// Problem: (1) of ncp.h, nc contacts, nv velocities. Attempts, the cheap ones first; each is a start (impulses and
-// velocities), and whoever reaches the tolerance ends the rest:
+// Problem: (1) of ncp.h, nc contacts, nv velocities. Attempts, the cheap ones first; whoever reaches the tolerance ends
+// the rest:
 //   guess    Newton's method on Alart and Curnier's map from the event before, or from no impulses (finish.h): what
-//   rests
-//            or slides steadily takes one or two factorisations
-//   interior steps of an interior point method with the slip in their linearisation (interior.h), then the finish: many
-//            contacts change between sticking, slipping and open at once
-//   path     proximal steps around the impulses of the step before (proximal_newton.h) with compliances alpha w_c that
-//            fall by `shrink` a step; where one does not come to its end alpha grows again. From alpha = 1, where
-//            contacts are as soft as bodies are light, to the finish
-//   slow     the same, from softer contacts, by smaller falls
-//   swept    the same after some sweeps of Gauss and Seidel (nsgs.cpp), which rub out what Newton's method turns around
+//            rests or slides steadily takes one or two factorisations
+//   long     long interior point steps (interior.h), and the finish from where products are small. Many contacts change
+//            between sticking, slipping and open at once: some tens of factorisations, whatever their number
+//   path     the central path followed wherever it turns (interior.h), and the finish: hundreds of factorisations where
+//            it turns often
+//   far      the same from a start that is farther out: another path
 // Every impulse that is met is measured on fresh velocities (NcpMeasure); the best is returned, whatever its ending.
 //
-// Source: V. Acary, M. Bremond, O. Huber, On solving contact problems with Coulomb friction: formulations and numerical
-// comparisons (2018), sec. 5: the most robust of their solvers is this pair.
-// Differences: 1. in velocities, banded (proximal_newton.cpp); 2. alpha goes by the endings, not by a power of the
-// error; 3. the finish; 4. several starts.
+// Source: D. Stewart, J. Trinkle (1996) for the problem in the form that interior_system.cpp has; Mehrotra's steps;
+// E. Allgower, K. Georg (2003) for the path; P. Alart, A. Curnier (1991) for the finish.
 //
-// Returns: solved; nonconverged, where no attempt came to the tolerance; singular, where none could factor its first
-// system; not_finite.
+// Returns: solved; nonconverged, where no attempt came to the tolerance; not_finite.
 
 #include <algorithm>
 #include <cmath>
@@ -31,7 +25,6 @@
 #include "ncp/finish.h"
 #include "ncp/interior.h"
 #include "ncp/ncp.h"
-#include "ncp/proximal_newton.h"
 #include "ncp/velocity_system.h"
 
 namespace cb {
@@ -39,27 +32,21 @@ namespace cb {
 namespace {
 
 struct NewtonOptions : NcpOptions {
-  ProximalNewton::Options proximal;
   AlartCurnierNewton::Options finish;
-  /// -: compliances of a path: first, fall a step, growth where a step fails, least.
-  struct Path {
-    double first, shrink, grow, least;
-    int limit;      ///< proximal steps
-    int quick = 6;  ///< Newton steps of one up to which alpha falls by all of it; three times as many: by the root
-  };
-  Path path{1, 0.1, 4, 1e-8, 40}, slow{10, 0.3, 2, 1e-8, 120};
-  double ahead = 1e-2;          ///< -: proximal term of the finish, over alpha or the interior steps' error
+  InteriorSystem::Options interior;
+  LongSteps::Options long_steps;
+  PathSteps::Options path;
+  double far = 100;             ///< -: first impulses and velocities of the second path, over the first's
+  int long_limit = 100;         ///< long steps,
+  int patience = 10;            ///< and of those in a row that do not halve the error
+  int path_limit = 3000;        ///< steps along a path
+  double finish_from = 1e-3;    ///< -: error of the interior point at which the finish is tried,
+  double finish_again = 1e-1;   ///< and again at this fraction of that
+  double least_error = 1e-10;   ///< -: error that is rounding
+  double ahead = 1e-4;          ///< -: proximal term of the finish, over that error
   double near_rounding = 1e-6;  ///< -: natural residual after the finish from which rounding is looked at
-  double finish_from = 1e-1;    ///< -: natural residual below which the finish is tried
   /// -: of the fastest velocity before: contacts that part more slowly carry in the first guess.
   double touching = 1e-10;
-  InteriorSteps::Options interior;
-  int interior_limit = 60;     ///< of its steps,
-  int interior_patience = 15;  ///< and of those in a row that do not take a fifth off its error
-  /// -: its error at which the finish is tried, and again at this fraction of that; what is rounding.
-  double interior_from = 1e-3, interior_again = 1e-1, interior_rounding = 1e-10;
-  double hand_over = 0.1;  ///< -: first compliance of the path after it, over its error
-  int sweeps = 100;        ///< of Gauss and Seidel before the last attempt
 };
 
 class NcpNewton {
@@ -67,33 +54,31 @@ class NcpNewton {
   explicit NcpNewton(const NcpOptions& options) {
     static_cast<NcpOptions&>(o_) = options;
     o_.finish.tolerance = options.tolerance;
-    NcpOptions sweeps;
-    sweeps.sweeps = o_.sweeps;
-    sweeps_ = nsgs_row().make(sweeps);
+    o_.finish.returns = 0;
   }
   void operator()(const NcpProblem& problem, NcpSolution& solution);
 
  private:
   bool attempt(std::string_view who, NcpSolution& solution);
   bool guess(std::string_view who, NcpSolution& solution);
-  bool interior(std::string_view who, NcpSolution& solution);
-  bool path(const NewtonOptions::Path& path, std::string_view who, NcpSolution& solution);
-  bool finish(double proximal, int returns, std::string_view who, NcpSolution& solution);
+  bool go_straight(std::string_view who, NcpSolution& solution);
+  bool follow_path(double start, std::string_view who, NcpSolution& solution);
+  void begin_interior(double start);
+  bool try_finish(std::string_view who, NcpSolution& solution);
+  bool finish(double proximal, std::string_view who, NcpSolution& solution);
   bool offer(double residual, std::string_view who, NcpSolution& solution);
-  void start_from(std::span<const double> r);
 
   NewtonOptions o_;
   NcpMeasure measure_;
   VelocitySystem system_;
-  ProximalNewton proximal_;
-  InteriorSteps interior_;
+  InteriorSystem interior_;
+  LongSteps long_steps_;
+  PathSteps path_;
   AlartCurnierNewton finish_;
-  NcpSolver sweeps_;
-  NcpSolution swept_;
   const NcpProblem* problem_ = nullptr;
-  double size_ = 0;                                  // sqrt(J), of q
-  std::vector<double> r_, u_, v_, tried_, tried_u_;  // iterate; the finish's
-  std::vector<double> kept_, kept_v_, zero_;         // the iterate before a proximal step; no impulses
+  double size_ = 0;         // sqrt(J), of q
+  double next_finish_ = 0;  // -: error from which it is tried
+  std::vector<double> tried_, tried_u_;
 };
 
 // Keeps (tried_, tried_u_) where it is the best so far. Is it good?
@@ -107,11 +92,21 @@ bool NcpNewton::offer(double residual, std::string_view who, NcpSolution& soluti
   return solution.residual <= o_.tolerance;
 }
 
-bool NcpNewton::finish(double proximal, int returns, std::string_view who, NcpSolution& solution) {
-  tried_ = r_;
+// Newton's method from the event before, else with all contacts closed that do not part: what rests takes one step.
+bool NcpNewton::guess(std::string_view who, NcpSolution& solution) {
+  AlartCurnierNewton::Options o = o_.finish;
+  if (problem_->start.size() == solution.r.size()) {
+    tried_.assign(problem_->start.begin(), problem_->start.end());
+  } else {
+    tried_.assign(solution.r.size(), 0.0);
+    for (const double u : measure_.q()) o.touching = std::max(o.touching, o_.touching * std::abs(u));
+  }
+  return offer(finish_.solve(o, tried_, tried_u_, solution.iterations), who, solution);
+}
+
+bool NcpNewton::finish(double proximal, std::string_view who, NcpSolution& solution) {
   AlartCurnierNewton::Options o = o_.finish;
   o.proximal = proximal;
-  o.returns = returns;
   const double residual = finish_.solve(o, tried_, tried_u_, solution.iterations);
   if (offer(residual, who, solution)) return true;
   if (!(residual < o_.near_rounding)) return false;
@@ -120,92 +115,51 @@ bool NcpNewton::finish(double proximal, int returns, std::string_view who, NcpSo
          solution.residual <= o_.accepted;
 }
 
-void NcpNewton::start_from(std::span<const double> r) {
-  r_.assign(r.begin(), r.end());
-  measure_.velocities(r_, v_, u_);
+void NcpNewton::begin_interior(double start) {
+  InteriorSystem::Options o = o_.interior;
+  o.start *= start;
+  interior_.begin(o, *problem_, system_, measure_, size_);
+  next_finish_ = o_.finish_from;
 }
 
-// Its best iterate is where a path begins, where the finish never comes home.
-bool NcpNewton::interior(std::string_view who, NcpSolution& solution) {
-  interior_.begin(*problem_, system_, measure_, size_);
-  double next = o_.interior_from, best = HUGE_VAL;
-  for (int k = 0, without = 0; k < o_.interior_limit && without < o_.interior_patience; ++k) {
+// The finish, where the interior point is another tenth nearer.
+bool NcpNewton::try_finish(std::string_view who, NcpSolution& solution) {
+  const double error = interior_.error();
+  if (error > next_finish_) return false;
+  next_finish_ = error * o_.finish_again;
+  tried_ = interior_.r();
+  return finish(std::max(o_.finish.proximal, o_.ahead * error), who, solution);
+}
+
+bool NcpNewton::go_straight(std::string_view who, NcpSolution& solution) {
+  begin_interior(1);
+  double mark = HUGE_VAL;
+  for (int k = 0, since = 0; k < o_.long_limit && since < o_.patience && interior_.error() > o_.least_error; ++k) {
     ++solution.iterations;
-    if (!interior_.step(o_.interior)) break;
-    const double error = interior_.error();
-    without = error < 0.8 * best ? 0 : without + 1;
-    if (error < best) {
-      best = error;
-      r_ = interior_.r();
-    }
-    if (error > next) continue;
-    if (finish(std::max(o_.finish.proximal, o_.ahead * error), 1, who, solution)) return true;
-    next = error * o_.interior_again;
-    if (error < o_.interior_rounding) return false;
-  }
-  if (!(best < HUGE_VAL)) return false;
-  NewtonOptions::Path on = o_.path;
-  proximal_.begin(*problem_, system_, size_);
-  on.first = o_.hand_over * std::min(1.0, best);
-  measure_.velocities(r_, v_, u_);
-  return path(on, who, solution);
-}
-
-// The loop over proximal steps.
-bool NcpNewton::path(const NewtonOptions::Path& path, std::string_view who, NcpSolution& solution) {
-  double alpha = path.first;
-  for (int k = 0; k < path.limit; ++k) {
-    const int before = solution.iterations;
-    kept_ = r_;
-    kept_v_ = v_;
-    const auto ending = proximal_.solve(o_.proximal, alpha, r_, v_, solution.iterations);
-    const int steps = solution.iterations - before;
-    const bool solved = ending == ProximalNewton::Ending::solved && all_finite(r_) && all_finite(v_);
-    if (!solved) {
-      r_ = kept_;
-      v_ = kept_v_;
-      alpha *= path.grow;
-      continue;
-    }
-    tried_ = r_;
-    measure_.velocities(tried_, v_, tried_u_);
-    const double residual = measure_.residual(tried_, tried_u_);
-    if (offer(residual, who, solution)) return true;
-    if (residual < o_.finish_from &&
-        finish(std::max(o_.finish.proximal, o_.ahead * alpha), o_.finish.returns, who, solution))
-      return true;
-    if (steps <= path.quick)
-      alpha = std::max(path.least, alpha * path.shrink);
-    else if (steps <= 3 * path.quick)
-      alpha = std::max(path.least, alpha * std::sqrt(path.shrink));
+    if (!long_steps_.step(o_.long_steps, interior_)) break;
+    if (try_finish(who, solution)) return true;
+    const bool halved = interior_.error() < 0.5 * mark;
+    since = halved ? 0 : since + 1;
+    if (halved) mark = interior_.error();
   }
   return false;
 }
 
-// Newton's method from the event before, else with all contacts closed that do not part: what rests takes one step.
-bool NcpNewton::guess(std::string_view who, NcpSolution& solution) {
-  const bool known = problem_->start.size() == zero_.size();
-  const std::span<const double> from = known ? problem_->start : std::span<const double>(zero_);
-  tried_.assign(from.begin(), from.end());
-  AlartCurnierNewton::Options o = o_.finish;
-  o.returns = 0;
-  if (!known)
-    for (const double u : measure_.q()) o.touching = std::max(o.touching, o_.touching * std::abs(u));
-  return offer(finish_.solve(o, tried_, tried_u_, solution.iterations), who, solution);
+bool NcpNewton::follow_path(double start, std::string_view who, NcpSolution& solution) {
+  begin_interior(start);
+  path_.begin(o_.path, interior_);
+  for (int k = 0; k < o_.path_limit && interior_.error() > o_.least_error; ++k) {
+    ++solution.iterations;
+    if (!path_.step()) break;
+    if (try_finish(who, solution)) return true;
+  }
+  return false;
 }
 
 bool NcpNewton::attempt(std::string_view who, NcpSolution& solution) {
   if (who == "guess") return guess(who, solution);
-  if (who == "interior") return interior(who, solution);
-  proximal_.begin(*problem_, system_, size_);
-  if (who != "swept") {
-    start_from(zero_);
-    return path(who == "path" ? o_.path : o_.slow, who, solution);
-  }
-  sweeps_(*problem_, swept_);
-  solution.iterations += swept_.iterations;
-  start_from(swept_.r);
-  return finish(o_.finish.proximal, 0, who, solution) || path(o_.slow, who, solution);
+  if (who == "long") return go_straight(who, solution);
+  return follow_path(who == "path" ? 1 : o_.far, who, solution);
 }
 
 void NcpNewton::operator()(const NcpProblem& p, NcpSolution& solution) {
@@ -225,10 +179,9 @@ void NcpNewton::operator()(const NcpProblem& p, NcpSolution& solution) {
   for (int c = 0; c < nc; ++c)
     for (int i = 3 * c; i < 3 * c + 3; ++i) size_ += solution.u[i] * solution.u[i] / p.weight[c];
   size_ = std::sqrt(size_);
-  zero_.assign(3 * nc, 0.0);
   system_.prepare(*p.M, *p.J);
   finish_.begin(p, system_, measure_);
-  for (const std::string_view who : {"guess", "interior", "path", "slow", "swept"}) {
+  for (const std::string_view who : {"guess", "long", "path", "far"}) {
     poll_stop();
     const bool done = attempt(who, solution);
     if (done || solution.residual <= o_.accepted) {
@@ -242,8 +195,10 @@ void NcpNewton::operator()(const NcpProblem& p, NcpSolution& solution) {
 }  // namespace
 
 NcpSolverRow newton_ncp_row() {
-  return {"newton", "proximal point around a semismooth Newton method in velocities, several starts",
-          "Acary, Bremond and Huber 2018, sec. 5", "", [](const NcpOptions& options) -> NcpSolver {
+  return {"newton",
+          "interior point steps along the central path, finished by a semismooth Newton method, in velocities",
+          "D. Stewart, J. Trinkle 1996; P. Alart, A. Curnier 1991; E. Allgower, K. Georg 2003", "",
+          [](const NcpOptions& options) -> NcpSolver {
             return [solver = NcpNewton(options)](const NcpProblem& problem, NcpSolution& solution) mutable {
               solver(problem, solution);
             };

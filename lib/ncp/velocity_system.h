@@ -16,6 +16,8 @@ class VelocitySystem {
   void prepare(const BlockDiagonalMatrix& M, const BandMatrix& J);
   /// G: 9 a contact, column-major, kg. False where a pivot fails.
   bool factor(std::span<const double> G);
+  /// Of the determinant of what was factored: 1 or -1.
+  int sign() const { return lu_.sign(); }
   /// h <- dv
   void solve_in_place(std::span<double> h);
 

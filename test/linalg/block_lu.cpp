@@ -84,6 +84,7 @@ TEST_CASE("a matrix of blocks that is not symmetric times the solution is the ri
       const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(blocks.A.rows(), -1, 2);
       const Eigen::VectorXd x = solve(lu, blocks, b);
       CHECK((blocks.A * x - b).norm() <= 1e-11 * (blocks.A.norm() * x.norm() + b.norm()));
+      CHECK(lu.sign() == (blocks.A.determinant() > 0 ? 1 : -1));
     }
 }
 
