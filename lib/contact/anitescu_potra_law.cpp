@@ -29,6 +29,7 @@ class PolygonCheck {
   void operator()(const ContactProblem& problem, const ContactSolution& solution, const Evidence& at, Residuals& out) {
     Worst worst = natural_map(problem, solution, at);
     if (at.elastic) see_gains(solution.impulse, 0, at, sum_, worst);
+    see_approach(at, worst);
     worst.report(out);
   }
 

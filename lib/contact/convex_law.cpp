@@ -165,6 +165,7 @@ void ConvexCheck::feasibility(const ContactProblem& problem, const ContactSoluti
     at.see(worst, -proof.eta[c] * root_w, size, c);
     if (!limit) sum_[g] += r[3 * c];
   }
+  see_approach(at, worst);
   if (proof.bounded)
     for (int g = 0; g < at.islands.count; ++g) Evidence::see_island(worst, sum_[g] - kappa_[g], kappa_scale_[g], g);
 }

@@ -36,6 +36,7 @@ class CoulombCheck {
       const double error = coulomb_error(ConstVec3(&r[3 * c]), ConstVec3(&at.u_plus[3 * c]), mu, w).norm();
       at.see(worst, std::sqrt(w) * error, std::max(std::sqrt(at.size2[c]), floor), c);
     }
+    if (!at.elastic) see_approach(at, worst);
     worst.report(out);
   }
 

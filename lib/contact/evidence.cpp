@@ -34,7 +34,15 @@ Worst feasible(const ContactProblem& problem, std::span<const double> r, const E
     at.see(worst, -r_n * root_w, size, c);
     at.see(worst, (tangential(r, c) - problem.mu[c] * r_n) * root_w, size, c);
   }
+  see_approach(at, worst);
   return worst;
+}
+
+void see_approach(const Evidence& at, Worst& worst) {
+  for (int c = 0; c < static_cast<int>(at.weight.size()); ++c) {
+    const double root_w = std::sqrt(at.weight[c]), floor = at.open(c) / (Referee::accepted * root_w);
+    at.see(worst, -at.u_plus[3 * c] / root_w, std::max(at.island_size_q[at.islands.of_contact[c]], floor), c);
+  }
 }
 
 // What contacts do to an island as seen from the stops, driven ones too, is gain = sum r.(u+ + u-)/2, held against a

@@ -73,6 +73,9 @@ struct Evidence {
 enum class Scale { contact, island };
 /// Nothing approaches any more, and impulses lie in their cones.
 Worst feasible(const ContactProblem& problem, std::span<const double> r, const Evidence& at, Scale scale);
+/// Where no answer exists impulses may grow until any approach is small beside them. So that nothing approaches is,
+/// with every law whose contacts do not give way, a matter of the island's velocities before any impulse, too.
+void see_approach(const Evidence& at, Worst& worst);
 /// No law of restitution with e <= 1 gains energy. `epsilon`: suboptimality that the solver was allowed, J; `scratch`
 /// is kept by the caller.
 void see_gains(std::span<const double> r, double epsilon, const Evidence& at, std::vector<double>& scratch,

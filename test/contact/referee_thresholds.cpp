@@ -51,9 +51,48 @@ Exact parting_sphere(Law law, double mu) {
   return out;
 }
 
+/// A solid sphere of 2 kg that meets a wall at 1 m/s and is held against it from behind with `grip` (N s); what is in
+/// front may come towards it at `driven` (m/s), and then no answer exists.
+Exact gripped_sphere(Law law, double grip, double driven, double e) {
+  constexpr double m = 2;
+  Exact out{"a gripped sphere", law, {}, {}, {}};
+  add_body(out.problem, m, Vector3d::Constant(0.4 * m), {-1, 0, 0});
+  Matrix3d axes = Matrix3d::Identity();
+  add_contact(out.problem, 0, {-1, 0, 0}, -1, {}, axes, 0.3, e);
+  axes(0, 0) = axes(2, 2) = -1;
+  add_contact(out.problem, 0, {1, 0, 0}, -1, {}, axes, 0.3, 0);
+  out.problem.offset[0] = -driven;
+  out.solution.impulse = {m + grip, 0, 0, grip, 0, 0};
+  if (law == anitescu_potra_law())
+    out.solution.witness =
+        PolygonWitness{.k = 4, .regularisation = 0, .z = {m + grip, grip, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}};
+  if (law == convex_law())  // without the bound
+    out.solution.witness = ConvexWitness{false, 0, {}, {0, 0}, {0, 0}, {0, 0, 0, 0, 0, 0}};
+  return out;
+}
+
+/// Takes `less` (N s) from the first impulse, wherever it stands.
+void loosen(const Law& law, ContactSolution& solution, double less) {
+  solution.impulse[0] -= less;
+  if (law == anitescu_potra_law()) solution.as<PolygonWitness>().z[0] -= less;
+}
+
 }  // namespace
 
-TEST_CASE("an approach that is left counts from 1e-9 of the larger of impulse and velocity, in energy's root") {
+TEST_CASE("an approach counts from 1e-9 of the island's velocities before, however large the impulses") {
+  const auto refused = [](const Law& law, double e) {
+    INFO(law.name << ", e = " << e);
+    CHECK(held(gripped_sphere(law, 1e3, 0, e)));
+    from_both_sides(gripped_sphere(law, 1e3, 0, e), [&](ContactSolution& s, double factor) {
+      loosen(law, s, 2 * factor * accepted * std::sqrt(2));  // both contacts meet the sphere at 1 m/s
+    });
+    for (const double grip : {1e3, 1e6, 1e9, 1e12}) CHECK_FALSE(held(gripped_sphere(law, grip, 0.5, e)));
+  };
+  for (const Law& law : {coulomb_law(), newton_law(), convex_law(), anitescu_potra_law()}) refused(law, 0);
+  for (const Law& law : {coulomb_law(), newton_law(), convex_law()}) refused(law, 0.5);
+}
+
+TEST_CASE("an approach that is left counts from 1e-9 of the velocity before") {
   const double m = 2, v = 3;
   for (const Law& law : {newton_law(), convex_law()}) {
     Exact sphere{"a sphere that stops", law, {}, {}, {}};
@@ -63,8 +102,7 @@ TEST_CASE("an approach that is left counts from 1e-9 of the larger of impulse an
     for (int b = 0; b < 2; ++b) add_contact(sphere.problem, b, {0, -1, 0}, -1, {}, ground_axes(), 0.5, 0.5 * b);
     sphere.solution.impulse = {m * v, 0, 0, 0, 0, 0};
     from_both_sides(sphere, [&](ContactSolution& s, double factor) {
-      // u_n = -d v against sqrt(w) m v: d (v / sqrt(w)) / (sqrt(w) m v) = 3 d / 8
-      s.impulse[0] *= 1 - factor * accepted * 8 / 3;
+      s.impulse[0] *= 1 - factor * accepted;  // u_n = -d v; sqrt(w) m v is 8/3 of v / sqrt(w)
     });
   }
 }

@@ -214,6 +214,9 @@ class Judgement:
         if self.elastic and law in ("ap", "convex", "coulomb", "soft"):
             look.model = largest(look.model, self.gains())
             look.tolerance += self.gain_noise()
+        if law != "soft":
+            look.model = largest(look.model, self.approaching())
+            look.tolerance += self.noise(self.before())
         look.holds = look.model <= ACCEPTED
         look.near = abs(look.model - ACCEPTED) <= look.tolerance
         return look
@@ -261,10 +264,18 @@ class Judgement:
         changed[:, 0] += p.mu * norm(self.u[:, 1:])
         e = self.r - on_cone(self.r - changed / p.weight[:, None], p.mu)
         F = self.rho / (ACCEPTED * self.root)
-        look = Look(model=largest(over(self.root * norm(e), np.maximum(self.S, (1 + p.mu) * F))), tolerance=self.noise(self.S))
+        law = over(self.root * norm(e), np.maximum(self.S, (1 + p.mu) * F))
+        look = Look(model=largest(law, self.approaching()), tolerance=self.noise(self.S, self.before()))
         look.holds = look.model <= ACCEPTED
         look.near = abs(look.model - ACCEPTED) <= look.tolerance
         return look
+
+    def before(self):
+        """Q_g, or what rounding makes of a contact."""
+        return np.maximum(self.Q_g[self.p.island], self.rho / (ACCEPTED * self.root))
+
+    def approaching(self):
+        return over(-self.u[:, 0] / self.root, self.before())
 
     def given_way(self):
         """R of each contact, of n, t1 and t2."""
@@ -336,6 +347,7 @@ class Judgement:
         ratios = [over(-u[:, 0] / root, S), over(-r[:, 0] * root, S), over((norm(r[:, 1:]) - p.mu * r[:, 0]) * root, S), over(-eta * root, S)]
         free = ~p.limit & bounded  # where the bound's multiplier helps
         F = self.rho / (ACCEPTED * root)
+        ratios.append(self.approaching())
         ratios.append(over(np.where(free, 0, short_of / root), np.maximum(S, (1 + p.mu) * F)))
         s = p.most(np.where(free, short_of, 0.0))
         kappa = np.zeros(p.islands)
@@ -354,7 +366,7 @@ class Judgement:
         epsilon = self.answer["epsilon"]
         noise = NEAR * rounding(self.terms_rho)  # of a gap
         look = Look(infeasibility=largest(*ratios), gap=float(np.sum(gaps)), gap_tolerance=float(np.sum(noise)))
-        look.tolerance = self.noise(S, self.Q_g[p.island]) + self.proof_noise() if bounded else self.noise(S)
+        look.tolerance = self.noise(S, self.Q_g[p.island], self.before()) + (self.proof_noise() if bounded else 0)
         look.model = largest(look.infeasibility, over(np.abs(gaps), energy))
         look.model_tolerance = largest(over(noise, energy))
         look.holds = look.infeasibility <= ACCEPTED and beyond <= epsilon
