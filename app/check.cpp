@@ -24,24 +24,10 @@ using Json = nlohmann::ordered_json;
 
 std::string vector_text(const Vec3& v) { return fmt::format("({:g}, {:g}, {:g})", v[0], v[1], v[2]); }
 
-std::string_view kind_name(ShapeKind kind) {
-  switch (kind) {
-    case ShapeKind::sphere:
-      return "sphere";
-    case ShapeKind::box:
-      return "box";
-    case ShapeKind::cylinder:
-      return "cylinder";
-    case ShapeKind::half_space:
-      break;
-  }
-  return "half-space";
-}
-
-/// "2 box, 1 half-space"
+/// "2 box, 1 half_space"
 std::string shapes_text(const std::vector<Shape>& shapes) {
   std::map<std::string_view, int> counts;
-  for (const Shape& shape : shapes) ++counts[kind_name(shape.kind)];
+  for (const Shape& shape : shapes) ++counts[cb::name(shape.kind)];
   std::string text;
   for (const auto& [kind, count] : counts) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, kind);
   return text;
@@ -201,7 +187,7 @@ Json as_json(const Scenario& scenario, const MethodRow* row, const std::vector<s
   json["mass_kg"] = mass;
   json["shapes"] = Json::object();
   for (const Shape& shape : scenario.shapes) {
-    Json& count = json["shapes"][std::string(kind_name(shape.kind))];
+    Json& count = json["shapes"][std::string(cb::name(shape.kind))];
     count = count.is_null() ? 1 : count.get<int>() + 1;
   }
   json["pairs"] = Json::array();

@@ -165,10 +165,7 @@ EnginePlan make_plan(const EngineRunFlags& flags) {
   request.out = flags.out ? *flags.out : default_directory(flags, plan.chosen, scenario.name).string();
 
   RunSummary& summary = plan.summary;
-  summary.scenario = scenario.name;
-  summary.file = scenario.file;
-  summary.title = scenario.title;
-  summary.parameters = scenario.parameters;
+  describe(scenario, summary);
   summary.requested = {flags.engine, "", flags.variant.value_or("")};
   summary.used = {flags.engine, "", plan.chosen.variant};
   summary.engine = plan.chosen.use;
@@ -176,7 +173,6 @@ EnginePlan make_plan(const EngineRunFlags& flags) {
   summary.simulation.duration = request.duration;
   summary.restitution = request.restitution;
   summary.friction = request.friction;
-  summary.rotate_cone = scenario.rotate_cone;
   summary.record_every = request.record_every;
   summary.perturb = request.perturb;
   summary.seed = request.seed;
@@ -184,9 +180,6 @@ EnginePlan make_plan(const EngineRunFlags& flags) {
   summary.time_limit_s = request.time_limit_s;
   summary.memory_limit_mb = plan.memory_limit_mb;
   summary.versions = versions();
-  summary.machine = machine();
-  summary.reference_kind = name(scenario.reference.kind);
-  summary.reference_name = scenario.reference.name;
   summary.status = Status::crash;
   summary.reason = "did not finish: the program was killed, or the machine stopped";
   return plan;

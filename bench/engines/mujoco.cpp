@@ -5,6 +5,9 @@
 // contact/pair), and mjdata.h.
 //   * A pair's friction goes to a <pair>, or where all pairs of shapes have one law to every geom, whose larger one is
 //     taken: then MuJoCo's own search for pairs works, as it does for most users.
+//   * A robot is nested bodies with hinges and slides, by our model of it; its motors' torques come from our
+//   controllers
+//     (qfrc_applied), damping and springs are MuJoCo's, and so are limits, which are soft.
 //   * There is no coefficient of restitution: with one, a scene is unsupported.
 //   * The elliptic cone is Coulomb's. The pyramidal one is spanned by n +- mu t1, n +- mu t2, within Coulomb's cone: at
 //     45 degrees to t1, t2 it has mu / sqrt(2).
@@ -25,6 +28,7 @@
 #include <iterator>
 #include <memory>
 
+#include "dynamics/kinematics.h"
 #include "frame/engine.h"
 #include "frame/own_problem.h"
 
@@ -64,7 +68,11 @@ class Mjcf {
     text_ += "<worldbody>";
     for (std::size_t i = 0; i < scenario.shapes.size(); ++i)
       if (scenario.shapes[i].body < 0) add_geom(i);
-    for (std::size_t b = 0; b < scenario.model.bodies.size(); ++b) add_body(b);
+    for (std::size_t b = 0; b < scenario.model.bodies.size(); ++b)
+      if (scenario.model.bodies[b].tree < 0) add_free(static_cast<int>(b));
+    for (const Tree& tree : scenario.model.trees)
+      for (const Joint& joint : tree.joints)
+        if (joint.parent < 0) add_link(tree, joint);
     text_ += "</worldbody>";
     if (!by_geom_) add_pairs();
     text_ += "</mujoco>";
@@ -85,7 +93,8 @@ class Mjcf {
         knob("tolerance"), static_cast<int>(knob("noslip_iterations")), knob("impratio"));
     // Room for four contacts of each of 8 neighbours of a shape, and the rows of the larger cone.
     const auto contacts = static_cast<int>(64 + 32 * scenario_.shapes.size());
-    text_ += fmt::format("<size nconmax=\"{}\" njmax=\"{}\"/>", contacts, 4 * contacts);
+    const auto limits = static_cast<int>(2 * scenario_.initial.q.size());
+    text_ += fmt::format("<size nconmax=\"{}\" njmax=\"{}\"/>", contacts, 4 * contacts + limits);
     const double timeconst = knob("timeconst") > 0 ? knob("timeconst") : 2 * setting_.step;
     softness_ = fmt::format("solref=\"{:.17g} {:.17g}\" solimp=\"{:.17g} {:.17g} {:.17g} 0.5 2\"", timeconst,
                             knob("dampratio"), knob("solimp_min"), knob("solimp_max"), knob("solimp_width"));
@@ -122,15 +131,50 @@ class Mjcf {
                       : std::string("contype=\"0\" conaffinity=\"0\"/>");
   }
 
-  void add_body(std::size_t index) {
-    const Body& body = scenario_.model.bodies[index];
-    const Pose& pose = scenario_.initial.pose[index];
-    text_ += fmt::format(
-        "<body pos=\"{}\" quat=\"{}\"><freejoint/><inertial pos=\"0 0 0\" mass=\"{:.17g}\" diaginertia=\"{}\"/>",
-        text(pose.p), text(pose.q), body.mass, text(body.inertia));
+  void begin_body(int index, const Pose& pose) {
+    text_ += fmt::format("<body name=\"b{}\" pos=\"{}\" quat=\"{}\">", index, text(pose.p), text(pose.q));
+  }
+  /// What every body has besides its joint.
+  void fill_body(int index) {
+    const Body& body = scenario_.model.bodies[static_cast<std::size_t>(index)];
+    text_ +=
+        fmt::format("<inertial pos=\"0 0 0\" mass=\"{:.17g}\" diaginertia=\"{}\"/>", body.mass, text(body.inertia));
     for (std::size_t i = 0; i < scenario_.shapes.size(); ++i)
-      if (scenario_.shapes[i].body == static_cast<int>(index)) add_geom(i);
+      if (scenario_.shapes[i].body == index) add_geom(i);
+  }
+  void add_free(int index) {
+    begin_body(index, scenario_.initial.pose[static_cast<std::size_t>(index)]);
+    text_ += "<freejoint/>";
+    fill_body(index);
     text_ += "</body>";
+  }
+
+  /// A link where its coordinate is 0, with all that hang on it.
+  void add_link(const Tree& tree, const Joint& joint) {
+    const bool free = joint.kind == JointKind::free;
+    const Pose at = free ? scenario_.initial.pose[static_cast<std::size_t>(joint.body)]
+                         : Pose{joint.anchor_P - joint.turn_PC * joint.anchor_C, joint.turn_PC};
+    begin_body(joint.body, at);
+    if (free) text_ += "<freejoint/>";
+    if (joint.nv() == 1) add_joint(joint);
+    fill_body(joint.body);
+    for (const Joint& other : tree.joints)
+      if (other.parent == joint.body) add_link(tree, other);
+    text_ += "</body>";
+  }
+
+  void add_joint(const Joint& joint) {
+    if (joint.limit_rate != 0)
+      throw Unsupported("limits of the joint " + joint.name + " that move: MuJoCo's stand still");
+    constexpr double none = 1e10;
+    text_ += fmt::format(
+        "<joint type=\"{}\" pos=\"{}\" axis=\"{}\" damping=\"{:.17g}\" stiffness=\"{:.17g}\" springref=\"{:.17g}\" ",
+        joint.kind == JointKind::revolute ? "hinge" : "slide", text(joint.anchor_C), text(joint.axis_C), joint.damping,
+        joint.stiffness, joint.rest);
+    if (joint.limited())
+      text_ += fmt::format("limited=\"true\" range=\"{:.17g} {:.17g}\"", std::max(joint.lower, -none),
+                           std::min(joint.upper, none));
+    text_ += "/>";
   }
 
   void add_pairs() {
@@ -160,8 +204,10 @@ class Mjcf {
 class MujocoScene {
  public:
   MujocoScene(const Scenario& scenario, const EngineSetting& setting)
-      : model_(nullptr, mj_deleteModel), data_(nullptr, mj_deleteData), bodies_(scenario.model.bodies.size()) {
-    refuse_robots(scenario, "MuJoCo");
+      : scene_(scenario.model),
+        model_(nullptr, mj_deleteModel),
+        data_(nullptr, mj_deleteData),
+        bodies_(scenario.model.bodies.size()) {
     mju_user_error = fatal;
     mju_user_warning = [](const char*) {};  // counted in mjData
     const std::string xml = Mjcf(scenario, setting).str();
@@ -174,21 +220,15 @@ class MujocoScene {
     mj_deleteVFS(files.get());
     if (!model_) throw Unsupported(std::string("MuJoCo refuses the scene: ") + error);
     data_.reset(mj_makeData(model_.get()));
-    for (std::size_t b = 0; b < bodies_; ++b) {
-      const double* v = &scenario.initial.v[6 * b];
-      const Vec3 spin = scenario.initial.pose[b].q.conjugate() * Vec3(v[3], v[4], v[5]);
-      for (std::size_t k = 0; k < 3; ++k) {
-        data_->qvel[6 * b + k] = v[k];
-        data_->qvel[6 * b + 3 + k] = spin[static_cast<Eigen::Index>(k)];  // in the body's frame
-      }
-    }
+    start(scenario.initial);
   }
 
   void load(const Loads& loads) {
     for (int k = 0; k < 3; ++k) model_->opt.gravity[k] = loads.gravity[k];
     for (std::size_t b = 0; b < bodies_; ++b)
-      for (int k = 0; k < 3; ++k) data_->xfrc_applied[6 * (b + 1) + k] = loads.force[b][k];
-    v_before_.assign(data_->qvel, data_->qvel + 6 * bodies_);
+      for (int k = 0; k < 3; ++k) data_->xfrc_applied[6 * id_[b] + k] = loads.force[b][k];
+    each_joint([&](const Joint& joint, int, int dof) { data_->qfrc_applied[dof] = loads.torque[joint.v]; });
+    v_before_.assign(data_->qvel, data_->qvel + model_->nv);
   }
   void step(double h) {
     model_->opt.timestep = h;
@@ -201,8 +241,8 @@ class MujocoScene {
       if (data_->warning[kind].number > 0) bad = NAN;
     for (const int kind : {mjWARN_CONTACTFULL, mjWARN_CNSTRFULL})
       if (data_->warning[kind].number > 0) fatal("no room for all contacts");
-    for (std::size_t b = 0; b < bodies_; ++b) {
-      const double *q = data_->qpos + 7 * b, *v = data_->qvel + 6 * b;
+    each_free([&](std::size_t b, int place, int dof) {
+      const double *q = data_->qpos + place, *v = data_->qvel + dof;
       Pose& pose = state.pose[b];
       pose = {Vec3(q[0] + bad, q[1], q[2]), Quat(q[3], q[4], q[5], q[6])};
       const Vec3 spin = pose.q * Vec3(v[3], v[4], v[5]);
@@ -210,6 +250,15 @@ class MujocoScene {
         state.v[6 * b + k] = v[k];
         state.v[6 * b + 3 + k] = spin[static_cast<Eigen::Index>(k)];
       }
+    });
+    each_joint([&](const Joint& joint, int place, int dof) {
+      state.q[joint.q] = data_->qpos[place] + bad;
+      state.qd[joint.v] = data_->qvel[dof];
+    });
+    for (const Tree& tree : scene_.trees) {
+      for (const Joint& joint : tree.joints)
+        if (joint.kind == JointKind::free) std::copy_n(&state.v[6 * joint.body], 6, &state.qd[joint.v]);
+      forward_kinematics(scene_, tree, state);
     }
   }
   int contacts() const { return data_->ncon; }
@@ -221,11 +270,49 @@ class MujocoScene {
   void row(int index, std::vector<double>& out) const;
   void add_contact(const mjContact& contact, OwnProblem& out) const;
 
+  void start(const State& initial);
+  /// see(body, where its place begins, where its velocity begins) of all that move freely, roots of robots too.
+  template <class See>
+  void each_free(const See& see) const {
+    for (std::size_t b = 0; b < bodies_; ++b)
+      if (const int joint = model_->body_jntadr[id_[b]]; joint >= 0 && model_->jnt_type[joint] == mjJNT_FREE)
+        see(b, model_->jnt_qposadr[joint], model_->jnt_dofadr[joint]);
+  }
+  /// see(joint, where its coordinate is, where its rate is) of the robots' hinges and slides.
+  template <class See>
+  void each_joint(const See& see) const {
+    for (const Tree& tree : scene_.trees)
+      for (const Joint& of : tree.joints)
+        if (of.nv() == 1) {
+          const int joint = model_->body_jntadr[id_[static_cast<std::size_t>(of.body)]];
+          see(of, model_->jnt_qposadr[joint], model_->jnt_dofadr[joint]);
+        }
+  }
+
+  Model scene_;
   std::unique_ptr<mjModel, void (*)(mjModel*)> model_;
   std::unique_ptr<mjData, void (*)(mjData*)> data_;
   std::size_t bodies_;
+  std::vector<int> id_;  // MuJoCo's number of each body
   std::vector<double> v_before_;
 };
+
+void MujocoScene::start(const State& initial) {
+  for (std::size_t b = 0; b < bodies_; ++b)
+    id_.push_back(mj_name2id(model_.get(), mjOBJ_BODY, fmt::format("b{}", b).c_str()));
+  each_free([&](std::size_t b, int, int dof) {
+    const double* v = &initial.v[6 * b];
+    const Vec3 spin = initial.pose[b].q.conjugate() * Vec3(v[3], v[4], v[5]);
+    for (int k = 0; k < 3; ++k) {
+      data_->qvel[dof + k] = v[k];
+      data_->qvel[dof + 3 + k] = spin[k];  // in the body's frame
+    }
+  });
+  each_joint([&](const Joint& joint, int place, int dof) {
+    data_->qpos[place] = initial.q[joint.q];
+    data_->qvel[dof] = initial.qd[joint.v];
+  });
+}
 
 void MujocoScene::row(int index, std::vector<double>& out) const {
   const auto nv = static_cast<std::size_t>(model_->nv);
@@ -293,6 +380,7 @@ void MujocoScene::add_contact(const mjContact& contact, OwnProblem& out) const {
 }
 
 bool MujocoScene::problem(OwnProblem& out) const {
+  if (!scene_.trees.empty()) throw Unsupported("--save-problems: of free bodies only, and this scene has a robot");
   const int nv = model_->nv;
   out = {};
   std::vector<double> M(static_cast<std::size_t>(nv) * static_cast<std::size_t>(nv));
@@ -327,7 +415,8 @@ EngineWorld make(const Scenario& scenario, const EngineSetting& setting) {
 
 Engine mujoco() {
   const double diamond = std::sqrt(0.5);
-  const Knobs stiff = {{"timeconst", 0}, {"solimp_min", 0.9999}, {"solimp_max", 0.9999}};
+  // Where contacts are stiff, a gradient within the default tolerance is a momentum that is off by 1e-11.
+  const Knobs stiff = {{"timeconst", 0}, {"solimp_min", 0.9999}, {"solimp_max", 0.9999}, {"tolerance", 1e-15}};
   Engine engine;
   engine.name = "mujoco";
   engine.summary =
@@ -343,7 +432,8 @@ Engine mujoco() {
                    "sleep: 2.2.2 has none; damping: none"};
   engine.apart = {"contacts are soft in the normal direction and in friction (solref, solimp)",
                   "no coefficient of restitution; an impact rebounds by what solref gives it",
-                  "contact points: MuJoCo's own, of overlapping shapes"};
+                  "contact points: MuJoCo's own, of overlapping shapes",
+                  "robots: damping of joints is implicit, their limits are soft"};
   engine.variants = {
       {"newton-elliptic", "Newton's method, friction cone", 1, {}},
       {"newton-pyramidal", "Newton's method, friction pyramid", diamond, {}},

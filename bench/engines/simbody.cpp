@@ -9,84 +9,37 @@
 //     stepper with an impulse solver.
 //   * Neither knows two boxes, or a box and a sphere: such a scene is unsupported.
 
-#include <cmath>
-#include <memory>
-
-#include "frame/engine.h"
+#include "frame/plain_world.h"
 #include "simbody_scene.h"
 
 namespace cb {
 
 namespace {
 
-void put(const Vec3& x, double out[3]) {
-  for (int k = 0; k < 3; ++k) out[k] = x[k];
-}
-simbody::Pose plain(const Pose& pose) {
-  simbody::Pose out{{}, {pose.q.w(), pose.q.x(), pose.q.y(), pose.q.z()}};
-  put(pose.p, out.p);
-  return out;
-}
-
-/// What Simbody can have of a scene; Unsupported for the rest.
-simbody::Scene scene_of(const Scenario& scenario, bool rigid) {
-  simbody::Scene out;
-  for (std::size_t b = 0; b < scenario.model.bodies.size(); ++b) {
-    const Body& body = scenario.model.bodies[b];
-    const double* v = &scenario.initial.v[6 * b];
-    simbody::Body made{body.mass, {}, plain(scenario.initial.pose[b]), {v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
-    put(body.inertia, made.inertia);
-    out.bodies.push_back(made);
+/// What Simbody's contacts cannot express.
+void refuse(const Scenario& scenario, const plain::Scene& scene, bool rigid) {
+  for (const plain::Pair& pair : scene.pairs) {
+    const Shape &a = scenario.shapes[static_cast<std::size_t>(pair.a)],
+                &b = scenario.shapes[static_cast<std::size_t>(pair.b)];
+    const auto on_plane = [](const Shape& plane, const Shape& other) {
+      return plane.kind == ShapeKind::half_space && (other.kind == ShapeKind::sphere || other.kind == ShapeKind::box);
+    };
+    const bool spheres = a.kind == ShapeKind::sphere && b.kind == ShapeKind::sphere && a.body >= 0 && b.body >= 0;
+    if (!spheres && !on_plane(a, b) && !on_plane(b, a))
+      throw Unsupported("contact of " + a.name + " and " + b.name +
+                        ": Simbody knows two spheres, and boxes and spheres on half-spaces");
+    if (!rigid && pair.restitution > 0)
+      throw Unsupported("restitution: Simbody's compliant contact has dissipation in its place");
+    if (!rigid && pair.mu != scene.pairs.front().mu)
+      throw Unsupported("friction: compliant materials have one coefficient here, and this scene's pairs several");
   }
-  std::vector<int> place(scenario.shapes.size(), -1);
-  for (std::size_t i = 0; i < scenario.shapes.size(); ++i) {
-    const Shape& shape = scenario.shapes[i];
-    if (shape.kind == ShapeKind::half_space) {
-      place[i] = static_cast<int>(out.planes.size());
-      const Vec3 normal = shape.local.q * Vec3::UnitY();
-      simbody::Plane plane{{}, normal.dot(shape.local.p)};
-      put(normal, plane.normal);
-      out.planes.push_back(plane);
-    } else if (shape.body >= 0 && shape.kind != ShapeKind::cylinder) {
-      place[i] = static_cast<int>(out.shapes.size());
-      simbody::Shape made{shape.body, shape.kind == ShapeKind::sphere, shape.radius, {}, plain(shape.local)};
-      put(shape.half_extents, made.half);
-      out.shapes.push_back(made);
-    }
-  }
-  const auto n = static_cast<int>(scenario.shapes.size());
-  for (int i = 0; i < n; ++i)
-    for (int j = 0; j < i; ++j) {
-      const Shape &a = scenario.shapes[i], &b = scenario.shapes[j];
-      const PairLaw* law = scenario.pairs.find(i, j);
-      if (law == nullptr || a.body == b.body) continue;
-      const bool first = a.kind == ShapeKind::half_space;
-      const int plane = first ? i : j, moving = first ? j : i;
-      if (scenario.shapes[plane].kind != ShapeKind::half_space || place[moving] < 0)
-        throw Unsupported("contact of " + a.name + " and " + b.name +
-                          ": the adapter of Simbody has boxes and spheres on half-spaces");
-      if (!rigid && law->restitution > 0)
-        throw Unsupported("restitution: Simbody's compliant contact has dissipation in its place");
-      if (!rigid && !out.pairs.empty() && law->mu != out.pairs.front().mu)
-        throw Unsupported("friction: compliant materials have one coefficient here, and this scene's pairs several");
-      out.pairs.push_back({place[moving], place[plane], law->mu, law->restitution});
-    }
-  return out;
 }
-
-/// A world with what it has to remember.
-struct Running {
-  simbody::World world;
-  std::vector<simbody::Body> bodies;
-  std::vector<double> mass;
-  long steps = 0;
-};
 
 EngineWorld make(const Scenario& scenario, const EngineSetting& setting) {
-  refuse_robots(scenario, "Simbody");
+  const plain::Scene scene = plain_scene(scenario, "Simbody");
   const auto knob = [&](const char* name) { return setting.knobs.at(name); };
   const bool rigid = setting.variant.starts_with("rigid");
-  const simbody::Scene scene = scene_of(scenario, rigid);
+  refuse(scenario, scene, rigid);
   const simbody::Setting of{rigid,
                             setting.variant == "rigid-pgs",
                             knob("stiffness"),
@@ -94,30 +47,7 @@ EngineWorld make(const Scenario& scenario, const EngineSetting& setting) {
                             knob("transition_speed"),
                             knob("accuracy"),
                             knob("constraint_tolerance")};
-  const auto running = std::make_shared<Running>(Running{simbody::World(scene, of), scene.bodies, {}});
-  for (const Body& body : scenario.model.bodies) running->mass.push_back(body.mass);
-  EngineWorld world;
-  world.load = [running](const Loads& loads) {
-    for (std::size_t b = 0; b < running->mass.size(); ++b) {
-      const Vec3 force = running->mass[b] * loads.gravity + loads.force[b];
-      running->world.load(static_cast<int>(b), force.data());
-    }
-  };
-  world.step = [running](double h) { running->world.step_to(static_cast<double>(++running->steps) * h); };
-  world.read = [running](State& state) {
-    running->world.read(running->bodies);
-    for (std::size_t b = 0; b < running->bodies.size(); ++b) {
-      const simbody::Body& body = running->bodies[b];
-      const double* q = body.pose.q;
-      state.pose[b] = {Vec3(body.pose.p), Quat(q[0], q[1], q[2], q[3])};
-      for (std::size_t k = 0; k < 3; ++k) {
-        state.v[6 * b + k] = body.v[k];
-        state.v[6 * b + 3 + k] = body.w[k];
-      }
-    }
-  };
-  world.contacts = [] { return -1; };
-  return world;
+  return engine_world(simbody::make_world(scene, of), scene.bodies);
 }
 
 Engine engine() {

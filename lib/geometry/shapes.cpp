@@ -7,6 +7,20 @@
 
 namespace cb {
 
+std::string_view name(ShapeKind kind) {
+  switch (kind) {
+    case ShapeKind::sphere:
+      return "sphere";
+    case ShapeKind::box:
+      return "box";
+    case ShapeKind::cylinder:
+      return "cylinder";
+    case ShapeKind::half_space:
+      break;
+  }
+  return "half_space";
+}
+
 double Shape::bounding_radius() const {
   switch (kind) {
     case ShapeKind::sphere:

@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "dynamics/model.h"
@@ -9,6 +10,8 @@
 namespace cb {
 
 enum class ShapeKind { sphere, box, cylinder, half_space };
+/// The name of its element in a scene.
+std::string_view name(ShapeKind kind);
 
 /// A shape rigidly attached to a body, or to the world (body = -1).
 struct Shape {

@@ -2,6 +2,7 @@
 the report says of them.
 
   scripts/engines.py preflight --out results/engines     every engine that is here: preflight.json
+  scripts/engines.py findings --out results/engines      what others found of engines, measured again: findings.json
   scripts/engines.py tune [--engine NAME]                tuned.json in scenarios/engines, by the search of tuning.toml
 """
 import json
@@ -12,10 +13,8 @@ import tempfile
 import tomllib
 from pathlib import Path
 
-import numpy as np
-
-from . import precision, program
-from .runs import Runs, number, series
+from . import findings, precision, program
+from .runs import Runs, number
 
 SWEEP = "engines"
 SETTINGS = ("default", "tuned")
@@ -130,14 +129,8 @@ def tune(path, listed, wanted):
 
 
 def drift(cell):
-    """Furthest that any body went from its start, m: of scenes in which nothing moves and that have no closed form."""
-    t, *places = series(cell.folder / "trajectory.csv", "t", "px", "py", "pz")
-    if t.size == 0:
-        return math.nan
-    bodies = int((t == t[0]).sum())
-    at = np.array(places).T
-    whole = len(at) // bodies * bodies
-    return float(np.max(np.linalg.norm((at[:whole].reshape(-1, bodies, 3) - at[:bodies]), axis=2)))
+    """Of scenes in which nothing moves and that have no closed form, m."""
+    return findings.furthest(cell.folder)
 
 
 def rows(results):
@@ -195,7 +188,8 @@ def said(folder):
     for row in some:
         scenes.setdefault(f"{row['scene'].replace('_', ' ')} {row['parameters']}".strip(), []).append(row)
     return {
-        "scenes": scenes, "columns": columns(some), "profile": results.profile, "preflight": [
+        "scenes": scenes, "findings": program.read_json(folder / "findings.json")
+        or [], "columns": columns(some), "profile": results.profile, "preflight": [
             c | {"fails": failing(c)} for c in checks], "tuned": tuned(), "ahead": {
                 name: [r["who"] + f", {r['setting']}" for r in of if r["front"] and r["engine"]]
                 for name, of in scenes.items()}}
@@ -203,14 +197,18 @@ def said(folder):
 
 def main():
     parser = program.flags(__doc__)
-    parser.add_argument("command", choices=("preflight", "tune"))
+    parser.add_argument("command", choices=("preflight", "findings", "tune"))
     parser.add_argument("--program", default=program.DEFAULT)
     parser.add_argument("--engine", action="append", default=[], help="of tune: these alone [all that are here]")
-    parser.add_argument("--out", type=Path, default=program.ROOT / "results" / "engines", help="of preflight.json")
+    parser.add_argument("--out", type=Path, default=program.ROOT / "results" / "engines",
+                        help="of preflight.json and findings.json")
     options = parser.parse_args()
     listed = program.listed(options.program)
     if options.command == "tune":
         tune(options.program, listed, options.engine)
+        return
+    if options.command == "findings":
+        findings.write(options.program, listed, options.out)
         return
     found = preflight(options.program, listed)
     options.out.mkdir(parents=True, exist_ok=True)

@@ -20,7 +20,7 @@ from .runs import number, table_of, write_table
 SCENES = (("sliding_box", (), 2.0), ("stack", ("boxes=4", ), 0.5), ("engines/pile.xml", (), 1.0))
 # What keeps a problem, and how.
 ENGINES = (("mujoco", "newton-elliptic"), ("mujoco", "newton-elliptic-stiff"), ("mujoco", "newton-pyramidal"),
-           ("siconos", "nsgs"), ("siconos", "nsgs-tight"))
+           ("dart", "dantzig"), ("siconos", "nsgs"), ("siconos", "nsgs-tight"))
 STEP = 1e-3  # s
 # Solved to the end: M, J, v-, r and v+ agree as far as a solver goes.
 KNOBS = {"mujoco": ("--knob", "tolerance=1e-15")}

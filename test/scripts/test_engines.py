@@ -1,6 +1,7 @@
 """scripts/contactbench/engines.py and what sweeps know of engines: rows asked for, knobs searched, lines that fail."""
 import csv
 import dataclasses
+import math
 import sys
 import tempfile
 import unittest
@@ -8,7 +9,7 @@ from pathlib import Path
 from unittest import mock
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
-from contactbench import engines, plan, program  # noqa: E402
+from contactbench import engines, findings, plan, program  # noqa: E402
 
 LISTED = {
     "methods": [{"name": "ap", "solvers": ["lemke"], "variants": [], "options": [{"flag": "k"}]}],
@@ -66,6 +67,35 @@ class Search(unittest.TestCase):
             for name, some in of.get(engine["name"], {}).items():
                 self.assertIn(name, knobs)
                 self.assertIn(knobs[name], some)
+
+
+class Findings(unittest.TestCase):
+    def of(self, says):
+        return next(f for f in findings.FINDINGS if f.says.startswith(says))
+
+    def test_each_comes_out_by_its_numbers_and_is_contradicted_by_others(self):
+        some = [("the friction pyramid of ode (quick)", (1.0, 0.0), (1.0, 0.7)), ("MuJoCo at its defaults", (3.86e-3, 3.82e-3), (9.5e-3, 9.5e-3)),
+                ("that creep", (1.9e-3, 1.9e-3, 1.9e-3), (4e-3, 2e-3, 1e-3)), ("MuJoCo rebounds", (0.39, ), (1e-9, )),
+                ("ODE's direct", (1e-9, 1e-5, 0.02, 3.0, math.inf), (1e-9, 1e-5, 1e-4, 1e-4, 1e-4)),
+                ("sequential", (1e-5, 3e-4, 0.05, 0.2, 3.0), (1e-5, ) * 5)]
+        for says, again, otherwise in some:
+            finding = self.of(says)
+            self.assertEqual(len(again), len(finding.cases))
+            self.assertTrue(finding.comes_out(*again), says)
+            self.assertFalse(finding.comes_out(*otherwise), says)
+
+    def test_an_engine_that_is_not_here_is_said_to_be_so(self):
+        row = findings.outcome("", self.of("the friction pyramid of dart"), LISTED)
+        self.assertEqual((row["comes_out"], row["unavailable"]), (None, "not installed"))
+        self.assertIn("not measured", findings.said(row))
+
+    def test_a_run_that_does_not_finish_has_no_number(self):
+        ended = mock.Mock(stdout='{"finished": false, "status": "crash"}', stderr="")
+        finding = self.of("ODE's direct")
+        with mock.patch.object(program, "call", return_value=ended):
+            row = findings.outcome("", finding, LISTED)
+        self.assertEqual({(r["number"], r["status"]) for r in row["runs"]}, {(None, "crash")})
+        self.assertFalse(row["comes_out"])
 
 
 class Report(unittest.TestCase):

@@ -37,13 +37,14 @@ struct OwnProblem;
 struct Loads {
   Vec3 gravity = Vec3::Zero();  ///< m/s^2
   std::vector<Vec3> force;      ///< per body, at its centre of mass, N, world
+  std::vector<double> torque;   ///< of the robots' motors, as State::qd, N m or N; without damping and springs
 };
 
 /// A scene inside the engine. Destroyed with the last of its callables.
 struct EngineWorld {
   std::function<void(const Loads&)> load;  ///< takes the loads of the next step; not timed
   std::function<void(double h)> step;      ///< collision, solve and integration over h seconds; what is timed
-  std::function<void(State&)> read;        ///< fills pose and v of every body (State's conventions)
+  std::function<void(State&)> read;        ///< fills pose and v of every body, q and qd (State's conventions)
   std::function<int()> contacts;           ///< points that the last step had; negative where the engine does not say
   /// The contact problem of the last step with the engine's answer; false: it had none. Empty: the engine keeps it.
   std::function<bool(OwnProblem&)> problem = {};
@@ -56,8 +57,9 @@ struct Unsupported : std::runtime_error {
 
 struct EngineSetting {
   std::string variant;
-  Knobs knobs;      ///< all of the engine's
-  double step = 0;  ///< s, of every step
+  Knobs knobs;                 ///< all of the engine's
+  double step = 0;             ///< s, of every step
+  bool keep_problems = false;  ///< will EngineWorld::problem be asked for?
 };
 
 /// An engine: everything that its program knows of it (bench/engines/<name>.cpp).

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -76,8 +77,7 @@ void go(const EngineRequest& request, const Scenario& scenario, const EngineWorl
   const double h = request.step;
   const long steps = std::max(1L, std::lround(request.duration / h));
   State state = scenario.initial, before = state;
-  Loads loads;
-  loads.force.resize(scenario.model.bodies.size());
+  Acting acting(scenario);
   ObservedImpact impacts(scenario);
   Depth depth(scenario);
   const Clock::time_point start = Clock::now();
@@ -85,7 +85,7 @@ void go(const EngineRequest& request, const Scenario& scenario, const EngineWorl
   errors.observe_start(state);
   files.start(state);
   for (long index = 0; index < steps; ++index) {
-    loads_at(scenario, index, h, loads);
+    const Loads& loads = acting.at(state, index, h);
     world.load(loads);
     const Clock::time_point begin = Clock::now();
     world.step(h);
@@ -137,11 +137,24 @@ void go(const EngineRequest& request, const Scenario& scenario, const EngineWorl
 
 }  // namespace
 
-void loads_at(const Scenario& scenario, long index, double h, Loads& loads) {
-  loads.gravity = scenario.gravity.at(static_cast<double>(index) * h);
-  for (Vec3& force : loads.force) force.setZero();
-  for (const Force& force : scenario.forces)
-    if (step_at(force.from, h) <= index && index < step_at(force.to, h)) loads.force[force.body] += force.force;
+Acting::Acting(const Scenario& scenario) : scenario_(scenario) {
+  loads_.force.resize(scenario.model.bodies.size());
+  loads_.torque.resize(scenario.initial.qd.size());
+  for (const ControllerSpec& spec : scenario.controllers) controllers_.push_back(spec.row->make(scenario.model, spec));
+}
+
+const Loads& Acting::at(const State& state, long index, double h) {
+  loads_.gravity = scenario_.gravity.at(static_cast<double>(index) * h);
+  for (Vec3& force : loads_.force) force.setZero();
+  for (const Force& force : scenario_.forces)
+    if (step_at(force.from, h) <= index && index < step_at(force.to, h)) loads_.force[force.body] += force.force;
+  std::fill(loads_.torque.begin(), loads_.torque.end(), 0.0);
+  for (const Controller& controller : controllers_) controller(scenario_.model, state, loads_.gravity, loads_.torque);
+  for (const Tree& tree : scenario_.model.trees)
+    for (const Joint& joint : tree.joints)
+      if (joint.nv() == 1)
+        loads_.torque[joint.v] = std::clamp(loads_.torque[joint.v], -joint.torque_limit, joint.torque_limit);
+  return loads_;
 }
 
 Scenario scene_of(const EngineRequest& request) {
@@ -164,7 +177,7 @@ Json run_scene(const Engine& engine, const EngineRequest& request, Pulse& pulse)
   RunFiles files(request.out, scenario.model, request.record_every, scenario.shapes, scenario.rotate_cone);
   Run run;
   try {
-    const EngineSetting setting{request.variant, request.knobs, request.step};
+    const EngineSetting setting{request.variant, request.knobs, request.step, !request.save_problems.empty()};
     OwnProblems problems(engine, setting, request.save_problems, request.save_every);
     const EngineWorld world = engine.make(scenario, setting);
     go(request, scenario, world, errors, files, problems, pulse, run);
@@ -192,13 +205,11 @@ void step_through(const Engine& engine, const Scenario& scenario, const EngineSe
                   const std::function<void(const State&, int)>& see) {
   const EngineWorld world = engine.make(scenario, setting);
   State state = scenario.initial;
-  Loads loads;
-  loads.force.resize(scenario.model.bodies.size());
+  Acting acting(scenario);
   see(state, 0);
   const long steps = std::lround(duration / setting.step);
   for (long index = 0; index < steps; ++index) {
-    loads_at(scenario, index, setting.step, loads);
-    world.load(loads);
+    world.load(acting.at(state, index, setting.step));
     world.step(setting.step);
     world.read(state);
     state.t = static_cast<double>(index + 1) * setting.step;

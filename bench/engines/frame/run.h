@@ -24,7 +24,17 @@ nlohmann::json preflight(const Engine& engine, const EngineRequest& request);
 /// The row of the engine as JSON.
 nlohmann::json describe(const Engine& engine);
 
-/// Forces and gravity of the step that begins at index * h, as a method's run has them.
-void loads_at(const Scenario& scenario, long index, double h, Loads& loads);
+/// What acts on a scene, as a method's run has it.
+class Acting {
+ public:
+  explicit Acting(const Scenario& scenario);
+  /// Of the step that begins in `state` at index * h.
+  const Loads& at(const State& state, long index, double h);
+
+ private:
+  const Scenario& scenario_;
+  std::vector<Controller> controllers_;
+  Loads loads_;
+};
 
 }  // namespace cb
