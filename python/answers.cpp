@@ -82,16 +82,6 @@ std::vector<std::string> known_flags() {
   return names;
 }
 
-std::string in_words_of_python(std::string message) {
-  // --epsilon-relative -> epsilon_relative, as it is written here
-  for (std::size_t at = message.find("--"); at != std::string::npos; at = message.find("--", at)) {
-    message.erase(at, 2);
-    for (; at < message.size() && (std::isalnum(static_cast<unsigned char>(message[at])) || message[at] == '-'); ++at)
-      if (message[at] == '-') message[at] = '_';
-  }
-  return message;
-}
-
 MethodFlags flags_of(const py::dict& options, const std::vector<std::string>& taken) {
   static const std::vector<std::string> known = known_flags();
   MethodFlags flags;
@@ -142,20 +132,16 @@ Chosen choose(const py::object& method, const py::object& law, const py::dict& o
   const bool outside = !by_name || name == "external";
   if (!law.is_none() && !outside) throw ArgumentError(fmt::format("law: {} has its own; leave it out", name));
   if (!law.is_none()) flags.own["law"] = law.cast<std::string>();
-  try {
-    if (by_name) {
-      chosen.row = method_flag(name, flags);
-      chosen.options = method_options(flags, *chosen.row, k, bound);
-      chosen.unavailable = unavailable_reason(*chosen.row, chosen.options);
-    } else {
-      const Law& claimed = law_flag(flags);
-      chosen.row = std::make_shared<MethodRow>(outside_row(
-          "python", "a Python function", claimed, [method](const MethodOptions&) { return solver_of(method); }));
-      flags.own.erase("law");
-      chosen.options = method_options(flags, *chosen.row, k, bound);
-    }
-  } catch (const UsageError& error) {
-    throw ArgumentError(in_words_of_python(error.what()));
+  if (by_name) {
+    chosen.row = method_flag(name, flags);
+    chosen.options = method_options(flags, *chosen.row, k, bound);
+    chosen.unavailable = unavailable_reason(*chosen.row, chosen.options);
+  } else {
+    const Law& claimed = law_flag(flags);
+    chosen.row = std::make_shared<MethodRow>(outside_row("python", "a Python function", claimed,
+                                                         [method](const MethodOptions&) { return solver_of(method); }));
+    flags.own.erase("law");
+    chosen.options = method_options(flags, *chosen.row, k, bound);
   }
   return chosen;
 }
@@ -225,14 +211,10 @@ Answer judge(const Problem& problem, const py::object& impulses, const std::stri
   answer.nc = problem.get().nc();
   answer.solution.impulse = impulses_of(impulses, answer.nc);
   std::string why;
-  try {
-    const Law& claimed = law_flag(flags);
-    const MethodOptions asked = law_options(flags, claimed);
-    if (all_finite(answer.solution.impulse)) why = WitnessFinder(claimed, asked)(problem.get(), answer.solution);
-    if (why.empty()) check(problem, claimed, accepted, answer);
-  } catch (const UsageError& error) {
-    throw ArgumentError(in_words_of_python(error.what()));
-  }
+  const Law& claimed = law_flag(flags);
+  const MethodOptions asked = law_options(flags, claimed);
+  if (all_finite(answer.solution.impulse)) why = WitnessFinder(claimed, asked)(problem.get(), answer.solution);
+  if (why.empty()) check(problem, claimed, accepted, answer);
   answer.status = answer.holds ? Status::ok : !why.empty() ? Status::unsupported : Status::inaccurate;
   if (why.empty() && !answer.residuals.finite) answer.status = Status::not_finite;
   if (!answer.holds) answer.reason = why.empty() ? Referee::refusal(answer.residuals, accepted) : why;

@@ -1,4 +1,6 @@
 // The compiled part of the Python module (docs/python.md).
+#include <cctype>
+
 #include "../app/commands.h"
 #include "../app/versions.h"
 #include "answers.h"
@@ -11,6 +13,21 @@ namespace cb {
 void print_error(const std::string&) {}
 }  // namespace cb
 
+namespace {
+
+/// What the program says of its flags, as they are written here: --epsilon-relative, epsilon_relative.
+std::string in_words_of_python(std::string message) {
+  for (std::size_t at = message.find("--"); at != std::string::npos; at = message.find("--", at + 1)) {
+    if (at > 0 && message[at - 1] != ' ') continue;  // of a file's name
+    message.erase(at, 2);
+    for (; at < message.size() && (std::isalnum(static_cast<unsigned char>(message[at])) || message[at] == '-'); ++at)
+      if (message[at] == '-') message[at] = '_';
+  }
+  return message;
+}
+
+}  // namespace
+
 PYBIND11_MODULE(_core, module) {
   using namespace cb;
   namespace py = pybind11;
@@ -20,13 +37,13 @@ PYBIND11_MODULE(_core, module) {
     try {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const python::ArgumentError& known) {
-      error(known.what());
+      error(in_words_of_python(known.what()).c_str());
     } catch (const FileError& known) {
-      error(known.what());
+      error(in_words_of_python(known.what()).c_str());
     } catch (const InputError& known) {
-      error(known.what());
+      error(in_words_of_python(known.what()).c_str());
     } catch (const UsageError& known) {
-      error(known.what());
+      error(in_words_of_python(known.what()).c_str());
     }
   });
   python::add_interrupt(module);

@@ -180,26 +180,15 @@ class Recording {
 
 RunSummary summary_of(const Plan& plan) {
   RunSummary summary;
-  const Scenario& scenario = plan.scenario;
-  summary.scenario = scenario.name;
-  summary.file = scenario.file;
-  summary.title = scenario.title;
-  summary.parameters = scenario.parameters;
-  summary.used = {std::string(plan.method.row->name), plan.method.options.solver, plan.method.options.variant};
-  summary.requested = summary.used;
-  summary.method_options = plan.method.options;
-  for (const OptionRow& row : plan.method.row->options) summary.method_flags.emplace_back(row.flag);
+  describe(plan.scenario, summary);
+  describe(*plan.method.row, plan.method.options, summary);
   summary.simulation = plan.simulation;
   summary.friction = plan.friction;
   summary.restitution = plan.restitution;
-  summary.rotate_cone = scenario.rotate_cone;
   summary.record_every = plan.record_every;
   summary.prune = plan.prune;
   summary.time_limit_s = plan.time_limit_s;
   summary.versions = versions();
-  summary.machine = machine();
-  summary.reference_kind = name(scenario.reference.kind);
-  summary.reference_name = scenario.reference.name;
   return summary;
 }
 

@@ -155,7 +155,7 @@ class Folder {
  public:
   Folder() {
     std::error_code none;  // what the system names for temporary files; where that is missing, path_ stays empty
-    std::string path = (fs::temp_directory_path(none) / "contactbench-XXXXXX").string();
+    std::string path = (fs::temp_directory_path(none) / "contactbench-").string() + std::string(6, 'X');
     if (!none && mkdtemp(path.data())) path_ = path;
   }
   ~Folder() {

@@ -1,7 +1,9 @@
 """The Python module from outside: problems from arrays and files, methods and functions of our own on them, runs."""
 import glob
+import importlib
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -16,6 +18,8 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
 PROBLEMS = os.path.join(ROOT, "test", "data", "problems")
 PROGRAM = os.environ.get("PROGRAM")
+sys.path.insert(0, os.path.join(ROOT, "docs", "examples"))
+gauss_seidel = importlib.import_module("judge_your_own").mine  # Coulomb's law contact after contact: no line of ours
 
 
 def ball(mu=0.5, v=(1.0, -2.0, 0.0), e=0.0):
@@ -23,23 +27,6 @@ def ball(mu=0.5, v=(1.0, -2.0, 0.0), e=0.0):
     J = np.zeros((3, 6))
     J[0, 1] = J[1, 0] = J[2, 2] = 1
     return cb.Problem(M=np.eye(6), J=J, v=[*v, 0, 0, 0], mu=mu, e=e)
-
-
-def gauss_seidel(problem):
-    """Coulomb's law contact after contact: shares no line with ours."""
-    W, q, r = problem.W, problem.q, np.zeros((problem.nc, 3))
-    for _ in range(20000):
-        before = r.copy()
-        for c, mu in enumerate(problem.mu):
-            rows = slice(3 * c, 3 * c + 3)
-            u = q[rows] + W[rows] @ r.ravel()
-            x = r[c] - 3 * (u + [mu * np.hypot(*u[1:]), 0, 0]) / np.trace(W[rows, rows])
-            t = np.hypot(*x[1:])
-            n = x[0] if t <= mu * x[0] else max(0.0, (x[0] + mu * t) / (1 + mu * mu))
-            r[c] = [n, *(x[1:] * min(1.0, mu * n / t if t > 0 else 1.0))]
-        if abs(r - before).max() <= 1e-14 * abs(r).max():
-            break
-    return r
 
 
 class Problems(unittest.TestCase):
@@ -266,6 +253,19 @@ class Runs(unittest.TestCase):
         self.assertLessEqual(r.summary["residuals"]["law_max"], 1e-9)
         self.assertEqual(r.summary["method"], "python")
 
+    def test_a_stack_stands_for_its_whole_run_on_impulses_from_a_function(self):
+        # What stops every contact is an answer of a stack at rest; least squares share the load of four corners evenly.
+        r = cb.run("stack.xml", lambda p: np.linalg.lstsq(p.W, -p.q, rcond=1e-12)[0], law="coulomb", set={"boxes": 4})
+        inside = cb.run("stack.xml", "coulomb", set={"boxes": 4})
+        self.assertEqual((r.status, r.reason, len(r.t)), ("ok", None, 1001))
+        for key in ("events", "steps", "t_reached", "contacts_max"):
+            self.assertEqual(r.summary[key], inside.summary[key], key)
+        self.assertEqual(r.summary["residuals"].keys(), inside.summary["residuals"].keys())
+        for residual in ("max", "law_max"):
+            self.assertLessEqual(r.summary["residuals"][residual], 1e-9)
+        self.assertEqual(r.errors.keys(), inside.errors.keys())
+        self.assertLess(r.errors["displacement_linf_m"], 1e-11)
+
     def test_however_a_function_fails_the_run_keeps_what_it_has(self):
         def after(count, then):
             calls = iter(range(10**9))
@@ -293,6 +293,20 @@ class Runs(unittest.TestCase):
     def test_the_scenes_are_found_by_name(self):
         names = [os.path.basename(path) for path in cb.scenes()]
         self.assertIn("stack.xml", names)
+
+    def test_an_installed_module_has_the_scenes_of_its_prefix(self):
+        with tempfile.TemporaryDirectory() as prefix:
+            packages, scenes = (os.path.join(prefix, *of) for of in (("lib", "python3", "dist-packages"),
+                                                                     ("share", "contactbench", "scenarios")))
+            shutil.copytree(os.path.dirname(cb.__file__), os.path.join(packages, "contactbench"))
+            os.makedirs(scenes)
+            shutil.copy(os.path.join(ROOT, "scenarios", "sticking_box.xml"), os.path.join(scenes, "only.xml"))
+            code = ("import contactbench as cb\n"
+                    "print(cb.scenes(), cb.run('only', 'ap', duration=0.01).status, cb.__file__)")
+            done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=prefix,
+                                  env=os.environ | {"PYTHONPATH": packages})
+            self.assertEqual(done.stdout.split(), [f"['{scenes}/only.xml']", "ok", f"{packages}/contactbench/__init__.py"],
+                             done.stderr)
 
 
 class Examples(unittest.TestCase):
