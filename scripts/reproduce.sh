@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, runs the paper's scenes with every method that is built, and writes the report: Table I,
 # figures, claims. A run that fails is a row with its status and stops nothing; what is finished is not done again.
-#   scripts/reproduce.sh                   minutes on two cores: one run a cell
+#   scripts/reproduce.sh                   half an hour on two cores: one run a cell
 #   scripts/reproduce.sh --profile paper   an hour and a half: three repeats, all steps, all stiff cases; again: goes on (docs/sweeps.md)
 #   scripts/reproduce.sh --out DIR         where report, figures and tables go (default: results)
 #   scripts/reproduce.sh --keep            keep finished runs although program or scenes have changed since
@@ -48,13 +48,14 @@ else
 fi
 # Engines that are installed beside our methods, everybody in one interleaved sweep; and what each does with the simplest scenes.
 "$python" "$root/scripts/engines.py" preflight --program "$root/build/bin/contactbench" --out "$out/engines" >/dev/null
+"$python" "$root/scripts/engines.py" findings --program "$root/build/bin/contactbench" --out "$out/engines" >/dev/null
 "$python" "$root/scripts/sweep.py" "$root/scenarios/sweeps/engines.toml" --profile "$profile" --program "$root/build/bin/contactbench" \
   --runs "$out/engines/runs/$profile" --out "$out/engines" --jobs "$jobs" --timed-alone "${keep[@]}" "${budget[@]}"
 # A fault that it finds is in the report and stops nothing.
 quick=()
 [ "$profile" != quick ] || quick=(--quick --time-limit 2)
-"$python" "$root/scripts/stress.py" --program "$root/build/bin/contactbench" --out "$out/stress" --jobs 2 "${quick[@]}" || true
-"$python" "$root/scripts/stress.py" --program "$root/build/bin/contactbench" --out "$out/members/1/stress" --jobs 2 --member 1 "${quick[@]}" || true
+"$python" "$root/scripts/stress.py" --program "$root/build/bin/contactbench" --out "$out/stress" --jobs 2 --engines "${quick[@]}" || true
+"$python" "$root/scripts/stress.py" --program "$root/build/bin/contactbench" --out "$out/members/1/stress" --jobs 2 --engines --member 1 "${quick[@]}" || true
 # Scenes that nobody has tuned for, each family twice tame and twice wild; in the quick profile once, by two methods, in half a minute.
 random=(--random 52 --time-limit 10)
 [ "$profile" != quick ] || random=(--random 26 --method ap/lemke --method convex/bound-on --prune on --time-limit 5)

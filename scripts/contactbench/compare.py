@@ -5,30 +5,32 @@
 
 What is there already is not done again. Exit codes: 0 written; 1 nothing could be run; 2 wrong flags or input.
 """
+import math
 import sys
 from pathlib import Path
 
-from . import precision, program, recommend, report
+from . import program, recommend, report, scenery
 
 
 def rows_of(results):
-    """The settings, those that ended by time: (method, step, how it ended, error or None, s a simulated s)."""
-    rows = []
-    for scene in dict.fromkeys((c["scene"], c["parameters"]) for c in results.cells(sweep=None)):
-        for point in precision.points(results, *scene, name=precision.measure(results, *scene) or "none"):
-            cell = point["cell"]
-            time = cell.seconds / float(cell["duration"]) if cell.finished and cell.times else None
-            rows.append((cell.with_k, point["step"], cell.how_it_ended or "ok", point["error"], time))
-    return sorted(rows, key=lambda row: (row[4] is None, row[4] or 0.0))
+    """What the error is ("moves" without a reference), and the settings, those that ended by time."""
+    tables = [scenery.table(results, *scene) for scene in scenery.scenes(results)]
+    rows = sorted((row for table in tables for row in table["rows"]), key=lambda row:
+                  (math.isnan(row["time"]), row["time"]))
+    return "error, m" if any(table["measure"] for table in tables) else "moves, m", rows
 
 
 def show(results):
-    rows = rows_of(results)
-    wide = max((len(row[0]) for row in rows), default=6)
-    print(f"{'method':{wide}}  {'step, s':>9}  {'error, m':>9}  {'s a simulated s':>15}  ended")
-    for name, step, ended, error, time in rows:
-        print(f"{name:{wide}}  {float(step):>9.3g}  {'' if error is None else f'{error:.3g}':>9}  "
-              f"{'' if time is None else f'{time:.3g}':>15}  {ended}")
+    error, rows = rows_of(results)
+    wide = max((len(row["method"]) for row in rows), default=6)
+    print(f"{'method':{wide}}  {'step, s':>9}  {error:>9}  {'s a simulated s':>15}  {'gain':>9}  ended")
+    for row in rows:
+        numbers = row["error"], row["time"], float(row["gain"] or "nan")
+        moves, time, gain = ("" if math.isnan(number) else f"{number:.3g}" for number in numbers)
+        print(f"{row['method']:{wide}}  {float(row['step']):>9.3g}  {moves:>9}  {time:>15}  {gain:>9}  {row['ended']}")
+    if error != "error, m":
+        print("moves: how far a motion is from that of its method's finest step, and that one from the next")
+    print("gain: the most energy that an event gains, of what it had")
 
 
 def main():

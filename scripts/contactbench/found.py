@@ -24,8 +24,7 @@ def of_the_paper(results):
     parts = [p.verdict for c in answers for p in c.parts]
     return f"Of the paper's {len(answers)} claims {grades.count(claims.YES)} are reproduced whole, " \
            f"{grades.count('in part')} in part, {grades.count('contradicted')} not at all; of their {len(parts)} " \
-           f"parts {parts.count(claims.YES)}. Most of what is contradicted are failures of a code, which a right one " \
-           "does not have.", "claim_table"
+           f"parts {parts.count(claims.YES)}.", "claim_table"
 
 
 def which_method(results):
@@ -62,9 +61,13 @@ def polygon(results):
     if not rows:
         return None
     r = rows[0]
+    cone = [
+        p["error"] for scene in precision.scenes(results) if scene == (r["scene"], r["parameters"])
+        for p in precision.points(results, *scene) if p["cell"]["method"] == "convex" and precision.met(p, math.inf)]
     return f"A friction polygon costs accuracy where bodies slide across its edges: {r['scene'].replace('_', ' ')}, " \
            f"turned by pi/k, errs by {some(r['errors'][0])} m with {r['k'][0]} edges and {some(r['errors'][-1])} m " \
-           f"with {r['k'][-1]}; a cone has none of it.", "convergence"
+           f"with {r['k'][-1]}" + (f"; the least error with a cone is {some(min(cone))} m" if cone else "") + ".", \
+        "convergence"
 
 
 def growth(results):

@@ -7,7 +7,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 
 from .measures import VERDICTS
 
-COLOURS = ["#3b7d4f", "#a8c686", "#d9d9d9", "#e08a3c", "#c0392b", "#000000"]
+COLOURS = ["#3b7d4f", "#a8c686", "#d9d9d9", "#9d8ec7", "#e08a3c", "#c0392b", "#000000"]
 PANELS = [("residual", "checked residual", -16, 0), ("error", "error / bound", -6, 6),
           ("energy_gain", "energy gain of an event", -16, 2), ("penetration", "penetration, m", -16, 0),
           ("solve_s", "time solving, s", -5, 1.5)]

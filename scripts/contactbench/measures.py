@@ -8,7 +8,8 @@ import math
 
 VERDICTS = {
     "right": "within the case's bound", "model": "what the method's model says, for a reason that is named",
-    "typed": "the program says itself that it has no accurate answer", "wrong": "off without a known reason",
+    "typed": "the program says itself that it has no accurate answer",
+    "engine": "an engine is off, which is its own and no fault of the program", "wrong": "off without a known reason",
     "silent": "ok beside a checked residual above 1e-6", "defect": "crash, no return, NaN"}
 BAD = ("wrong", "silent", "defect")
 G = 9.8
@@ -89,6 +90,8 @@ def bounded(run, case, row):
 
 def event_gain(run, case, row):
     gain = run.summary["energy"]["max_gain_relative"]
+    if gain is None and "engine" in run.summary:
+        return None, "an engine's events are not seen"
     rise = total_rise(run)
     return max(0.0, gain or 0.0), "" if rise is None else f"total energy rises by {rise:.3g} J"
 

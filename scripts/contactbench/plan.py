@@ -85,7 +85,8 @@ class Run:
         parts = [self.scene] + [f"{n}-{v}" for n, v in self.sets] + [self.method]
         parts += [p for p in (self.variant, self.solver) if p]
         parts += [f"{SHORT.get(n, n + '-')}{v}" for n, v in self.knobs]
-        return "__".join(parts + [f"m{self.member}" if self.member else f"r{self.repeat}"])
+        parts += [f"m{self.member}" if self.member else f"r{self.repeat}"]
+        return "__".join(parts).replace("/", ":")  # a folder; pi/4 is a value
 
     def as_member(self, number):
         """The run with other last bits at the start and its contacts in another order. Nobody draws it, so that not

@@ -150,14 +150,17 @@ def moments(folder):
     return of
 
 
-def apart(a: Cell, b: Cell) -> float:
-    """Largest distance of a body between two runs of the same scene at the times that both recorded; nan where there is
-    none."""
+def distances(a: Cell, b: Cell) -> dict[float, float]:
+    """{t: largest distance of a body} between two runs of the same scene at the times that both recorded, in order."""
     places = [moments(cell.folder) for cell in (a, b)]
-    common = sorted(set(places[0]) & set(places[1]))
-    if not common:
-        return math.nan
-    return float(max(np.max(np.linalg.norm(np.subtract(places[0][t], places[1][t]), axis=1)) for t in common))
+    return {
+        t: float(np.max(np.linalg.norm(np.subtract(places[0][t], places[1][t]), axis=1)))
+        for t in sorted(set(places[0]) & set(places[1]))}
+
+
+def apart(a: Cell, b: Cell, until: float = math.inf) -> float:
+    """The largest of them up to a time; nan where there is none."""
+    return max((d for t, d in distances(a, b).items() if t <= until), default=math.nan)
 
 
 def twin(cells: list[Cell], cell: Cell) -> Cell | None:

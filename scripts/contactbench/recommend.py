@@ -10,7 +10,7 @@ as long as they do; to how each converges and how far methods are apart; to resi
 step and how far it can be trusted (ladder.py).
 
 Exit codes: 0 there is an answer (and it was confirmed, with --verify); 1 --verify could not confirm it; 2 wrong flags
-or input; 3 no run met the error: the nearest is named.
+or input; 3 no run is known to meet the error: the nearest is named, or the cheapest that solves its contact problems.
 """
 import contextlib
 import json
@@ -20,7 +20,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from . import ladder, precision, program, references, sweep
+from . import engines, ladder, precision, program, references, sweep
 from .plan import Run
 from .runs import Runs, row_of
 from .templates import render
@@ -28,6 +28,7 @@ from .templates import render
 # The small sweep of a user's own scene: multiples of its step, all methods, a few polygons and tolerances.
 STEPS = (4, 1, 0.25)
 DEAR = 1.0  # s that a run at the scene's own step takes, from which on the sweep is the smallest one
+LONG = 0.5  # of the run: how long two methods agree where what is measured is no longer than that
 FRAMES = 200  # moments that are kept of a run that is looked at
 
 
@@ -85,8 +86,9 @@ def sweep_of(options, contacts=False):
     except program.ProgramError as error:
         raise WrongInput(str(error)) from None
     steps = [f"{known['own_step'] * m:.12g}" for m in STEPS]
-    # What is measured is run for as long as it can be, what is looked at to the end.
-    until = known["until"] if known["accepted"] and not contacts else known["duration"]
+    # What is measured is run for as long as it can be, if that says something of the run; what is looked at to the end.
+    until = known["until"] if known["accepted"] and not contacts else 0.0
+    until = until if until >= LONG * known["duration"] else known["duration"]
     toml = options.out / f"{precision.SWEEP}.toml"
     interval = kept_every(known) if contacts else references.INTERVAL
     toml.write_text(
@@ -153,12 +155,11 @@ def show(title, point, measure):
     print(f"  run {point['run']}\n  {point['command']}")
 
 
-def again(point, options, results):
-    """Does the run of a point once more, in a process and a folder of its own: (status, error, s a simulated
-    second)."""
-    run, file = Run.of(point["cell"].row), scene_file(options.program, options.scene)
+def once(run, step, measure, options, results):
+    """Does a run in a process and a folder of its own: (status, error, s a simulated second)."""
+    file = scene_file(options.program, options.scene)
     # Recorded as in the sweep: a certified error needs the moments of its reference.
-    every = max(1, round(references.INTERVAL / float(point["step"]))) if point["step"] else 1
+    every = max(1, round(references.INTERVAL / float(step))) if step else 1
     with tempfile.TemporaryDirectory() as runs:
         scene, statuses = file if Path(options.scene).is_file() else f"{run.scene}.xml", program.statuses_of(
             listed(options.program))
@@ -169,8 +170,62 @@ def again(point, options, results):
         certified = references.read(results.folder / "references", run.scene, parameters,
                                     program.files_of(options.program, file, parameters))
         row = row_of(run, record, program.read_json(folder / "summary.json") or {}, folder, certified)
-    error, took = (row.get(f"error_{point['measure']}") or None), row["processing_s"] or None
+    error, took = (row.get(f"error_{measure}") or None), row["processing_s"] or None
     return row["status"], error and float(error), took and float(took) / float(row["duration"])
+
+
+def again(point, options, results):
+    """Does the run of a point once more, as `once`."""
+    return once(Run.of(point["cell"].row), point["step"], point["measure"], options, results)
+
+
+ROUNDS = 3  # of what is compared with engines, in turns
+
+
+def engine_runs(best, points, options):
+    """The runs of the engines that are asked for: every variant, as it is and tuned where somebody searched for its
+    knobs, at every step of the table and over the seconds of the answer."""
+    said = listed(options.program)["engines"]
+    for name in options.against:
+        if name not in [engine["name"] for engine in said]:
+            raise WrongInput(f"--against {name}: no such engine; there are {', '.join(e['name'] for e in said)}")
+    own = Run.of(best["cell"].row)
+    kept = tuple((knob, value) for knob, value in own.knobs if knob in ("duration", "restitution", "friction"))
+    steps = dict.fromkeys(p["step"] for p in points if p["step"])
+    for engine in said:
+        if engine["name"] not in options.against or engine["unavailable"]:
+            continue
+        for variant in engine["variants"]:
+            for setting in engines.SETTINGS:
+                if setting == "default" or engines.known(engine["name"], variant["name"]):
+                    for step in steps:
+                        knobs = (("step", step), *kept, ("setting", setting))
+                        yield Run(own.scene, own.sets, engine["name"], variant["name"], "", knobs, 1, engine=True), step
+
+
+def against(best, points, options, results):
+    """The answer and the engines, run here in turns: the least time of each, and who is the cheapest to meet the
+    error."""
+    measure = best["measure"]
+    todo = [("", Run.of(best["cell"].row), best["step"]),
+            *((r.method, r, s) for r, s in engine_runs(best, points, options))]
+    rows = [{
+        "engine": engine, "run": run.name, "variant": run.variant, "knobs": run.asked()["knobs"], "status": "",
+        "error": None, "time_per_simulated_second": None, "meets": False} for engine, run, _ in todo]
+    for turn in range(ROUNDS):
+        for row, (_, run, step) in zip(rows, todo):
+            if turn and not row["meets"]:
+                continue  # what misses the error is not timed again
+            row["status"], row["error"], took = once(run, step, measure, options, results)
+            met = row["status"] == "ok" and row["error"] is not None and took is not None
+            row["meets"] = met and row["error"] + best["uncertainty"] <= options.error
+            if took is not None:
+                row["time_per_simulated_second"] = min(took, row["time_per_simulated_second"] or took)
+    good = [row for row in rows if row["meets"]]
+    return {
+        "rows": rows, "cheapest": min(good, key=lambda row: row["time_per_simulated_second"], default=None),
+        "unavailable": [
+            e["name"] for e in listed(options.program)["engines"] if e["name"] in options.against and e["unavailable"]]}
 
 
 def verify(best, cheaper, options, results):
@@ -203,16 +258,22 @@ def answer(options):
     measure = made["measure"] = options.measure or precision.measure(results, scene, parameters)
     made["measured_on"] = measured_on(results)
     about = results.manifest.get("references", {}).get(references.name_of(scene, parameters)) or {}
-    if not measure:
-        basis, trust, best, second, near = ladder.step_down(results, scene, parameters, options.error,
-                                                            options.time_per_step)
-        made |= {
-            "basis": basis, "trust": trust, "measure": basis, "reference": "missing", "why": about.get("reason", "")}
-        made |= {"furthest": "" if near else ladder.furthest(results, scene, parameters)}
-        made |= {"runs": len(results.cells(scene, precision.SWEEP, parameters=parameters)), "best": said(best)}
-        return made | {
-            "runner_up": said(second), "nearest": said(near), "told_apart": best and second
-            and precision.told_apart(best, second)}
+    # A reference that is known no better than the wanted error cannot say who meets it.
+    unsure = precision.uncertainty(results, scene, parameters) if measure == references.ERROR else 0.0
+    if not measure or unsure >= options.error:
+        if options.against:
+            raise WrongInput(
+                "--against compares errors, and where the bodies of this scene should be is not known so well")
+        rows = ladder.steps_down(results, scene, parameters, options.error, options.time_per_step)
+        row = next((r for r in rows if r["best"]), rows[0])
+        made |= {key: row[key] for key in ("basis", "trust")} | {
+            "measure": row["basis"], "reference": precision.reference_of(results, scene, parameters, measure)
+            if measure else "missing", "why": about.get("reason", "")}
+        made |= {"runs": len(results.cells(scene, precision.SWEEP, parameters=parameters))}
+        made |= {key: said(row[key]) for key in ("best", "runner_up")} | {"nearest": said(rows[0]["nearest"])}
+        made |= {"told_apart": precision.told_apart(row["best"], row["runner_up"]) if row["runner_up"] else None}
+        made |= {"steps": [{key: r[key] if key in ("basis", "trust") else said(r[key]) for key in r} for r in rows]}
+        return made | {"furthest": ladder.furthest(results, scene, parameters) if not rows[-1]["nearest"] else ""}
     points = precision.points(results, scene, parameters, measure)
     made["reference"], made["basis"] = precision.reference_of(results, scene, parameters, measure), ladder.basis_of(
         measure, about, options.duration)
@@ -220,20 +281,30 @@ def answer(options):
     made["runs"] = len(points)
     best, second, cheaper = precision.choose(points, options.error, options.time_per_step)
     if best is None:
-        return made | {"nearest": said(precision.nearest(points))}
+        near = precision.nearest(points)
+        beside = {"against": against(near, points, options, results)} if near and options.against else {}
+        return made | {"nearest": said(near)} | beside
     made |= {
         "best": said(best), "runner_up": said(second), "cheaper_that_missed": len(cheaper),
         "told_apart": precision.told_apart(best, second) if second else None}
     if options.verify:
         made["verified"] = verify(best, cheaper, options, results)
+    if options.against:
+        made["against"] = against(best, points, options, results)
     return made
 
 
 def show_all(made):
     late = f" and at most {made['time_per_step']:g} s a step" if made["time_per_step"] else ""
-    wanted = f"{made['measure']} <= {made['wanted']:g}{late}"
     scene = f"{made['scene']} {made['parameters']}".strip()
-    print(f"{scene}, {wanted} (reference {made['reference']}, {made['runs']} settings in the table)")
+    wanted = "" if made["basis"] == ladder.RESIDUAL else f" <= {made['wanted']:g}"
+    print(f"{scene}, {made['measure']}{wanted}{late} "
+          f"(reference {made['reference']}, {made['runs']} settings in the table)")
+    for row in made.get("steps", ()):  # those above the one that answers
+        if row["basis"] == made["basis"]:
+            break
+        near = row["nearest"]
+        print(f"not by {row['basis']}: the least is {near['error']:.3g} m, by {near['label']}; {row['trust']}")
     print(f"by what: {made['basis']}: {made['trust']}" + (f" ({made['why']})" if made.get("why") else ""))
     on = made["measured_on"]
     print(f"times are those of {on['cpu'] or 'an unnamed CPU'}, {on['cores']} cores, " +
@@ -243,12 +314,14 @@ def show_all(made):
         print("none did" if made["nearest"] else f"no run of it came to the end; furthest: {made.get('furthest')}")
         if made["nearest"]:
             show("least error", made["nearest"], made["measure"])
+        if "against" in made:
+            show_against(made["against"])
         return
     show("cheapest", made["best"], made["measure"])
     if made["runner_up"]:
-        unsure = {None: " (too few repeats to tell them apart)", False: " (times overlap: not told apart)",
-                  True: ""}[made["told_apart"]]
-        show(f"runner-up{unsure}", made["runner_up"], made["measure"])
+        apart = {None: " (too few repeats to tell them apart)", False: " (times overlap: not told apart)",
+                 True: ""}[made["told_apart"]]
+        show(f"runner-up{apart}", made["runner_up"], made["measure"])
     else:
         print("runner-up: no other method or solver met it")
     if "verified" in made:
@@ -259,6 +332,23 @@ def show_all(made):
             others = f"the {missed} cheaper in the table do not, run again"
             others = others if missed else "nothing in the table is cheaper"
             print(f"confirmed: run again, it meets the error; {others}")
+    if "against" in made:
+        show_against(made["against"])
+
+
+def show_against(made):
+    print("here, in turns, the answer and the engines (docs/engines.md: what each does with the simplest scenes):")
+    for row in made["rows"]:
+        who = " ".join(filter(None, (row["engine"] or "the answer", row["variant"], row["knobs"])))
+        error = "no error" if row["error"] is None else f"{row['error']:.3g}"
+        time = "" if row[
+            "time_per_simulated_second"] is None else f", {row['time_per_simulated_second']:.3g} s a simulated second"
+        print(f"  {who}: {row['status']}, {error}{' (meets it)' if row['meets'] else ''}{time}")
+    for name in made["unavailable"]:
+        print(f"  {name}: unavailable")
+    best = made["cheapest"]
+    print("cheapest of them: " +
+          ("none met it here" if best is None else f"{best['engine'] or 'the answer'} ({best['run']})"))
 
 
 def main():
@@ -271,6 +361,8 @@ def main():
     parser.add_argument("--time-per-step", type=float, metavar="S", help="processing time that a step may take, s")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="a parameter of the scene")
     parser.add_argument("--verify", action="store_true", help="run the answer and all that is cheaper again")
+    parser.add_argument("--against", action="append", default=[], metavar="ENGINE",
+                        help="an engine to run beside the answer (`contactbench list engines`); more by more of these")
     parser.add_argument("--json", action="store_true", help="the answer as JSON")
     parser.add_argument("--results", type=Path, default=program.ROOT / "results", help="folder of runs.csv [results]")
     parser.add_argument("--program", default=program.DEFAULT)
@@ -291,4 +383,6 @@ def main():
         print(json.dumps(made, indent=1))
     else:
         show_all(made)
-    return 3 if made["best"] is None else 1 if made.get("verified", {}).get("faults") else 0
+    if made["best"] is None or made["basis"] == ladder.RESIDUAL:
+        return 3
+    return 1 if made.get("verified", {}).get("faults") else 0

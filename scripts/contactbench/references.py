@@ -26,7 +26,7 @@ WANTED = (1e-8, 1e-6)  # m: accuracies, the next where the one before comes to n
 COARSER = 10  # times the accuracy: what a run with that is off by is more than what the reference is
 SHARE = 0.1  # of the error that the scene's own step makes: what two methods may differ by at most
 FIRST = ("--method", "convex")
-SECOND = (("--method", "ap", "--solver", "lemke"), ("--method", "ap", "--solver", "path"))
+SECOND = (("--method", "coulomb"), ("--method", "ap", "--solver", "lemke"), ("--method", "ap", "--solver", "path"))
 
 
 def digest(*paths):
@@ -105,7 +105,7 @@ def read(folder, scene, parameters, files):
     name = name_of(scene, parameters)
     try:
         about = json.loads((Path(folder) / f"{name}.json").read_text())
-        if about["scene_digest"] != digest(*files):
+        if about["scene_digest"] != digest(*files) or "until" not in about:  # of other files, or of an older program
             return None
         return Reference(about, places(Path(folder) / f"{name}.csv") if about["accepted"] else None)
     except (OSError, ValueError, KeyError):

@@ -1,7 +1,7 @@
 """Scenes in the report: their pictures, the page of their motion, and how far methods differ on them."""
 import math
 
-from . import precision, program, still, view
+from . import ladder, precision, program, still, view
 
 FRAMES, ROOM = 120, 350_000  # of a scene on the page of all motions
 LIKED = ("convex", "ap")  # whose run is drawn, in this order
@@ -16,7 +16,7 @@ def to_look_at(results, scene, parameters):
     """Up to two runs of different methods that kept their contacts; those that came to the end first."""
     def liked(cell):
         rank = LIKED.index(cell["method"]) if cell["method"] in LIKED else len(LIKED)
-        return not cell.finished, rank, float(cell["step"] or 0)
+        return not cell.finished, rank, float(cell["step"] or 0), float(cell["epsilon"] or 0), -int(cell["k"] or 0)
 
     cells = [c for c in results.cells(scene, None, parameters=parameters) if (c.folder / "shapes.csv").exists()]
     cells = sorted(cells, key=liked)
@@ -74,11 +74,13 @@ def apart(results, scene, parameters):
 
 
 def table(results, scene, parameters):
-    """A row a setting: how it ended, time, error, residual, energy."""
+    """A row a setting: how it ended, time, error (without a reference how far it is from its method's finest step),
+    residual, energy."""
     name = precision.measure(results, scene, parameters, None)
+    steps = {} if name else ladder.own_steps(results, scene, parameters, sweep=None)
     rows = []
     for cell in results.cells(scene, None, parameters=parameters):
-        error = cell.error(name) if name else math.nan
+        error = cell.error(name) if name else steps.get(cell["run"], math.nan)
         time = cell.seconds / float(cell["duration"]) if cell.finished and cell.times else math.nan
         rows.append({
             "method": cell.with_k, "step": cell.step_or_accuracy, "ended": cell.how_it_ended or "ok", "error": error,

@@ -283,7 +283,7 @@ def ways_of_stepping(results):
     """Steps to a wanted accuracy: wanted against reached, what each order costs, the steps over time."""
     picture, about, digest = figure(results, stepping.FIGURE, stepping.SWEEP)
     rows, cost = stepping.wanted(results), stepping.cost(results)
-    fixed = ("scene", "parameters", "method", "wanted", "status", "reached", "switches", "impacts", "first_order",
+    fixed = ("scene", "parameters", "method", "wanted", "status", "reached", "switches", "impacts", "first_order_steps",
              "solves")
     data = {"figure": about, "wanted": {r["run"]: picked(r, fixed) for r in rows}, "cost": cost}
     return Section("Steps to a wanted accuracy", {"picture": picture, "rows": rows, "cost": cost}, data,
@@ -348,10 +348,12 @@ def stiff_cases(results):
         return Section(title, {"cells": None})
     methods = list(dict.fromkeys(cells["method"]))
     count = {v: {m: int(((cells["verdict"] == v) & (cells["method"] == m)).sum()) for m in methods} for v in VERDICTS}
-    rows, places = cells.to_dict("records"), {}
-    for number, row in enumerate(rows):
+    rows, places = {}, {}  # by names: by number they would be others' in an ensemble with other columns
+    for row in cells.to_dict("records"):
         case = f"{row['id']} {row['scene']}: {row['row']}"
-        places.setdefault(case, dict.fromkeys(methods))[row["method"]] = number
+        place = "".join(c if c.isalnum() or c in "+-.=/" else "_" for c in f"{case} {row['method']}")
+        rows[place] = row
+        places.setdefault(case, dict.fromkeys(methods))[row["method"]] = place
     # Which cells end at their limit of time depends on the machine; none of these may.
     return Section(title, {"cells": rows, "meaning": VERDICTS, "methods": methods, "count": count, "map": places},
                    {"cells": len(cells), "faults": picked(count, BAD)}, {"verdicts": count})
@@ -369,7 +371,7 @@ def engines(results):
     timing = {
         name: {r["run"]: picked(r, ("us_a_step", "front", "busy", "status")) for r in some}
         for name, some in said["scenes"].items()}
-    return Section(title, said, {"scenes": data, "preflight": said["preflight"]},
+    return Section(title, said, {"scenes": data, "preflight": said["preflight"], "findings": said["findings"]},
                    {"scenes": timing, "ahead": said["ahead"]})
 
 

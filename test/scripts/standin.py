@@ -20,6 +20,8 @@ if words[0] == "list":
                     {{"method": "convex", "name": "ipm", "unavailable": None}}],
         "scenarios": [{{"name": s + ".xml", "file": sys.argv[0], "parameters": p}} for s, p in SCENES.items()],
         "references": [],
+        "engines": [{{"name": "ode", "unavailable": None, "variants": [{{"name": "quick"}}]}},
+                    {{"name": "dart", "unavailable": "not installed"}}],
         "statuses": [{{"name": s, "summary": s}} for s in ("ok", "inaccurate", "nonconverged", "ray", "interrupted", "time_limit",
                                                             "memory_limit", "crash", "input_error")]}}))
     sys.exit()
@@ -40,7 +42,9 @@ with open(out + "/trajectory.csv", "w") as f:
     f.write("t,body,px,py,pz,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\\n")
     # mode "apart": every method goes its own way, and every step besides.
     way = 1e-8
-    if mode == "apart": way = ["newton", "mirtich", "ap", "convex"].index(flag("--method", "")) + float(flag("--step", "0.001"))
+    # mode "alike": ap and convex, 1 mm a second apart, go another way than the others.
+    ways = {{"newton": 0, "mirtich": 1, "ap": 2, "convex": 3 if mode == "apart" else 2.001}}
+    if mode in ("apart", "alike"): way = ways[flag("--method", "")] + float(flag("--step", "0.001"))
     for i in range(n + 1): f.write(f"{{i / 10}},box,{{i / 10 * way}},0.5,0,1,0,0,0,0,0,0,0,0,0\\n")
     f.write("10.1,box,0.")  # what a killed program leaves
 with open(out + "/steps.csv", "w") as f:
@@ -60,14 +64,14 @@ if mode == "eat":
 early = (mode == "early" or not mode and scene == "stack" and flag("--set", "").endswith("16")) and "ap" in words
 status = "ray" if early else mode if mode in ("inaccurate", "interrupted") else "ok"
 finished = status in ("ok", "inaccurate")
-summary = {{"scenario": scene, "method": flag("--method", ""), "status": status, "reason": "no way on" if early else None,
+summary = {{"scenario": scene, "method": flag("--method", flag("--engine", "")), "status": status, "reason": "no way on" if early else None,
             "finished": finished, "t_reached": 0.25,
             "options": {{"step": float(flag("--step", "0.001")), "duration": 10.0}}, "errors": {{"final_m": 1e-9}},
             "time": {{"total_s": 1, "dynamics_s": 0.25, "collision_s": 0.125, "assembly_s": 0.0625, "solve_s": 0.0625}},
             "peak_memory_mb": 12.0, "residuals": {{"max": None, "law_max": None}}, "versions": {{"git": "abc"}}, "machine": {{"cores": 2}}}}
 if mode == "error":
     # The error falls with the step; what is dearer errs less.
-    cost, share = {{"newton": (0.1, 10), "mirtich": (0.2, 5), "ap": (0.3, 2), "convex": (0.4, 1)}}[summary["method"]]
+    cost, share = {{"newton": (0.1, 10), "mirtich": (0.2, 5), "ap": (0.3, 2), "convex": (0.4, 1), "ode": (0.05, 4)}}[summary["method"]]
     step = summary["options"]["step"]
     summary["errors"]["position_linf_m"], summary["time"]["dynamics_s"] = share * step, cost * 1e-3 / step
     summary["reference"] = {{"kind": "analytic"}}
@@ -78,7 +82,7 @@ if mode == "chaos":
     summary["errors"]["position_linf_m"] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6][seed]
     summary["errors"]["energy_rise_relative"] = 0.1 * (seed % 2)
     summary["reference"], summary["steps"], summary["residuals"] = {{"kind": "analytic"}}, 100, {{"false_claims": 0, "law_max": 0.0}}
-if mode == "apart": summary["residuals"], summary["steps"] = {{"false_claims": 0, "law_max": 0.0}}, 100
+if mode in ("apart", "alike"): summary["residuals"], summary["steps"] = {{"false_claims": 0, "law_max": 0.0}}, 100
 if mode == "nan": summary["errors"]["final_m"] = float("nan")
 if mode == "liar": summary["finished"] = False
 text = json.dumps(summary)

@@ -63,6 +63,22 @@ class Recommend(unittest.TestCase):
         self.assertEqual(len(made["verified"]["runs"]), 4)
         self.assertEqual(made["best"]["repeats"], 2)
 
+    def test_an_engine_is_run_beside_the_answer_and_may_be_cheaper(self):
+        self.sweep()
+        # At 1e-2 s ode errs by 0.04 m and costs a sixth of ap.
+        made = self.ask("sliding_box", "--error", 0.05, "--against", "ode")["against"]
+        self.assertEqual((made["cheapest"]["engine"], made["cheapest"]["knobs"]), ("ode", "step=0.01 setting=default"))
+        rows = {row["knobs"]: row for row in made["rows"] if row["engine"]}
+        self.assertEqual({knobs: row["error"] for knobs, row in rows.items()},
+                         {"step=0.01 setting=default": 0.04, "step=0.001 setting=default": 0.004})
+        made = self.ask("sliding_box", "--error", 0.03, "--against", "ode", "--against", "dart")["against"]
+        self.assertEqual((made["cheapest"]["engine"], made["cheapest"]["error"], made["unavailable"]), ("", 0.02, ["dart"]))
+        self.assertFalse(next(row for row in made["rows"] if row["error"] == 0.04)["meets"])
+        self.assertIn("no such engine", self.ask("sliding_box", "--error", 0.03, "--against", "od", code=2))
+        # None of ours came so near; an engine that did not either is no answer.
+        made = self.ask("sliding_box", "--error", 1e-6, "--against", "ode", code=3)
+        self.assertIsNone(made["against"]["cheapest"])
+
     def test_none_did_where_none_did_and_the_nearest_is_said(self):
         self.sweep()
         made = self.ask("sliding_box", "--error", 1e-6, code=3)
@@ -122,6 +138,10 @@ class Recommend(unittest.TestCase):
         self.assertIn("certified", again["reference"])
         self.assertEqual(again["best"]["error"], 0.0)  # the stand-in's bodies move the same, whatever the method
         self.assertEqual(again["best"]["method"], "newton")
+        # A reference that is known no better than the wanted error cannot say who meets it.
+        stored = out / "references/my.json"
+        stored.write_text(json.dumps(json.loads(stored.read_text()) | {"uncertainty_m": 0.03}))
+        self.assertEqual(self.ask(scene, "--error", 0.03, "--out", out, "--measure", references.ERROR)["basis"], "alike")
 
 
     def test_where_no_two_methods_agree_the_answer_is_by_how_a_method_converges(self):
@@ -136,8 +156,26 @@ class Recommend(unittest.TestCase):
         # Methods are 1 m a second apart from each other, up to 3 m a second.
         far = float(made["trust"].split("up to ")[1].split()[0])
         self.assertTrue(10 <= far <= 30, made["trust"])
-        nearest = self.ask(scene, "--error", 1e-9, "--out", self.top / "mine", code=3)["nearest"]
-        self.assertAlmostEqual(nearest["error"], made["best"]["error"], 9)
+        # Where none converges either, what solves its contact problems is named, and that nothing is known of its error.
+        none = self.ask(scene, "--error", 1e-9, "--out", self.top / "mine", code=3)
+        self.assertAlmostEqual(none["nearest"]["error"], made["best"]["error"], 9)
+        self.assertEqual((none["basis"], [s["basis"] for s in none["steps"]]), ("residual", ["converging", "residual"]))
+        self.assertEqual(none["best"]["run"], none["steps"][1]["best"]["run"])
+        with contextlib.redirect_stdout(io.StringIO()) as said:
+            recommend.show_all(none)
+        self.assertIn("not by converging: the least is 0.0075 m", said.getvalue())
+
+    def test_for_as_long_as_two_methods_are_alike_they_say_who_meets_the_error(self):
+        scene = self.top / "my.xml"
+        scene.write_text("<scenario/>")
+        self.environment = standin.environment(FAKE=json.dumps({"my": "alike"}))
+        made = self.ask(scene, "--error", 5.55e-3, "--out", self.top / "mine")
+        # ap and convex are 1 mm a second apart, which is less than the error for 5.5 s. Up to then ap at 1e-3 s is
+        # 0.75 mm a second off its finest step, and less off convex's; convex at that step is 1.75 mm a second off ap's.
+        self.assertEqual(made["basis"], "alike")
+        self.assertIn("the first 5.5 s, and part then", made["trust"])
+        self.assertEqual((made["best"]["method"], made["best"]["knobs"].split()[0]), ("ap", "step=0.001"))
+        self.assertAlmostEqual(made["best"]["error"], 0.75e-3 * 5.5, 9)
 
     def test_where_nothing_is_right_the_least_wrong_is_named(self):
         scene = self.top / "my.xml"

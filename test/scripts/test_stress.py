@@ -48,7 +48,7 @@ class Arch(unittest.TestCase):
 
 class Verdicts(unittest.TestCase):
     case = {"bound": 1e-9, "departs": {"convex/bound-off": "a reason"}}
-    good = {"status": "ok", "hung": False, "nan": False, "residual": 1e-12, "false_claims": 0, "error": 0.0}
+    good = {"status": "ok", "hung": False, "nan": False, "residual": 1e-12, "false_claims": 0, "error": 0.0, "engine": False}
 
     def judge(self, method="ap/lemke", **changed):
         return stress.judge({**self.good, **changed}, self.case, method)
@@ -64,6 +64,34 @@ class Verdicts(unittest.TestCase):
         self.assertEqual(self.judge(false_claims=1), "silent")
         for fault in ({"status": "crash"}, {"hung": True}, {"nan": True}):
             self.assertEqual(self.judge(**fault), "defect")
+
+
+    def test_an_engine_that_is_off_is_no_fault_of_the_program(self):
+        self.assertEqual(self.judge("ode/quick", engine=True, residual=None), "right")
+        self.assertEqual(self.judge("ode/quick", engine=True, residual=None, error=1.0), "engine")
+        for end in ({"status": "crash"}, {"status": "unsupported"}, {"nan": True}, {"error": None}):
+            self.assertEqual(self.judge("ode/quick", engine=True, **end), "typed")
+        self.assertNotIn("engine", measures.BAD)
+
+
+class Engines(unittest.TestCase):
+    listed = {"engines": [{"name": "ode", "unavailable": None, "variants": [{"name": "quick"}, {"name": "world"}]},
+                          {"name": "dart", "unavailable": "not installed"}]}
+
+    def test_each_that_is_here_is_a_column_of_rows_whose_flags_it_has(self):
+        columns = [("ap/lemke", ["--method", "ap"]), *stress.engines_of(self.listed)]
+        self.assertEqual(columns[1:], [("ode/quick", ["--engine", "ode", "--variant", "quick"])])
+        cases = {"case": [{"id": "A", "rows": [{"n": 1}, {"n": 1, "--prune": "off"}, {"--step": 1e-3}]},
+                          {"id": "B", "methods": ["ap/lemke"], "rows": [{}]}]}
+        options = mock.Mock(quick=False, only=[], other_program=None, member=1, program="")
+        jobs = stress.plan(cases, columns, options)
+        self.assertEqual([(j["case"], j["row"]) for j in jobs if j["method"] == "ode/quick"], [(0, "n=1"), (0, "--step 0.001")])
+        self.assertEqual(sum(j["method"] == "ap/lemke" for j in jobs), 4)
+        self.assertTrue(all("--shuffle-contacts" not in j["flags"] for j in jobs if j["method"] == "ode/quick"))
+
+    def test_a_gain_of_energy_in_events_that_are_not_seen_is_no_zero(self):
+        run = mock.Mock(summary={"energy": {"max_gain_relative": None}, "engine": {"name": "ode"}})
+        self.assertIsNone(measures.event_gain(run, {}, {})[0])
 
 
 class Ensembles(unittest.TestCase):

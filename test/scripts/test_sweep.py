@@ -95,6 +95,11 @@ class Sweep(unittest.TestCase):
                          ["step=1e-2", "step=1e-3"])
         self.assertEqual({r["sweeps"] for r in rows}, {"small"})
 
+    def test_a_value_with_a_slash_is_a_run_of_its_own(self):
+        self.sweep.write_text(SMALL.replace("set.boxes = [1, 2]", 'set.boxes = ["4/2", "2*2/1"]'))
+        self.run_sweep()
+        self.assertEqual({row["parameters"] for row in self.table() if row["scene"] == "stack"}, {"boxes=4/2", "boxes=2*2/1"})
+
     def test_repeats_are_interleaved_and_lie_together_in_the_table(self):
         self.run_sweep("--profile", "full")
         done = self.log.read_text().splitlines()

@@ -6,9 +6,11 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import types
 import unittest
 from pathlib import Path
 
+import pandas
 import standin
 from contactbench import claims, precision, sections, worth
 from contactbench.runs import Runs
@@ -99,6 +101,19 @@ class Classes(unittest.TestCase):
         self.assertEqual(str(shown["c"]), "ok in 2 of 3, ray in 1 of 3")
         self.assertEqual(shown["c"], "ok")
         self.assertEqual(json.dumps([worth.published(v) for v in shown.values()]), '[9.0, 0.5, "ok"]')
+
+    def test_cells_of_stiff_cases_are_compared_with_their_own_whatever_columns_the_others_have(self):
+        def suite(*methods):
+            table = pandas.DataFrame([{"id": "M1", "scene": "mass_ratio", "row": row, "method": method, "verdict": "right"}
+                                      for row in ("ratio=1e-3", "ratio=1e+3") for method in methods])
+            return sections.stiff_cases(types.SimpleNamespace(read=lambda _: table)).shown
+
+        shown = worth.carried(suite("ode/quick", "convex"), [suite("ode/quick", "convex"), suite("convex")])
+        for places in shown["map"].values():
+            cell = shown["cells"][places["convex"]]
+            self.assertEqual([str(cell[key]) for key in ("id", "method", "verdict")], ["M1", "convex", "right"])
+            self.assertIn("absent in 1 of 2", str(shown["cells"][places["ode/quick"]]["verdict"]))
+        self.assertEqual(len(shown["cells"]), 4)
 
 
 class Ensemble(unittest.TestCase):

@@ -3,7 +3,7 @@ const byId = id => document.getElementById(id), DATA = JSON.parse(byId("data").t
 const START = new URLSearchParams(location.hash.slice(1));
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const words = { speed: [0.1, 0.25, 0.5, 1, 2, 5, 10] };
-let scene, group, camera, controls, renderer, current, t = 0, playing = false, last = 0, stale = true;
+let scene, group, camera, controls, renderer, current, t = 0, playing = false, last = 0, stale = true, turned = false;
 
 function bytes(text) { const s = atob(text), b = new Uint8Array(s.length); for (let i = 0; i < s.length; ++i) b[i] = s.charCodeAt(i); return b.buffer; }
 function unpack(run) {
@@ -28,13 +28,13 @@ function surface(shape, size) {
 const TONES = ["#4f86b0", "#c98a4b", "#6d9f6d", "#a87ba3", "#b0a14f", "#5f9ea0"];
 function place(object, x, at) { object.position.set(x[at], x[at + 1], x[at + 2]); object.quaternion.set(x[at + 3], x[at + 4], x[at + 5], x[at + 6]); }
 function build(run, number, size) {
-  const root = new THREE.Group(); run.root = root; run.nodes = run.bodies.map(() => { const g = new THREE.Group(); root.add(g); return g; });
+  const root = new THREE.Group(); run.root = root; run.planes = []; run.nodes = run.bodies.map(() => { const g = new THREE.Group(); root.add(g); return g; });
   for (const shape of run.shapes) {
     const pose = [shape.px, shape.py, shape.pz, shape.qx, shape.qy, shape.qz, shape.qw], body = run.bodies.indexOf(shape.body);
     const geometry = surface(shape, size);
-    if (!geometry) {  // the ground: a grid in its plane, which all runs share
+    if (!geometry) {  // a half-space: a grid in its plane
       const grid = new THREE.GridHelper(Math.max(8 * size, 2.5 * current.across), 40, css("--soft"), css("--line")); const holder = new THREE.Group();
-      place(holder, pose, 0); holder.add(grid); (number ? new THREE.Group() : root).add(holder); run.ground = holder; continue;
+      place(holder, pose, 0); holder.add(grid); root.add(holder); run.planes.push(holder); continue;
     }
     const over = number && mode() === "over";
     const colour = mode() === "over" ? css(number ? "--b" : "--a") : body < 0 ? "#9a9a96" : TONES[body % TONES.length];
@@ -98,7 +98,8 @@ function draw() {
   const parts = mode() === "side" ? current.runs.length : 1, down = w < h;  // on a phone one above the other
   for (let p = 0; p < parts; ++p) {
     current.runs.forEach((run, i) => { run.root.visible = parts === 1 || i === p; });
-    if (current.runs[0].ground && parts > 1) { const g = current.runs[0].ground; (p ? current.runs[p].root : current.runs[0].root).add(g); }
+    // From behind, a plane would stand before what it bounds; of runs laid over each other one has them.
+    current.runs.forEach((run, i) => run.planes.forEach(plane => { plane.visible = (parts > 1 || i === 0) && A.d.copy(camera.position).sub(plane.position).dot(A.x.set(0, 1, 0).applyQuaternion(plane.quaternion)) > 0; }));
     const [x, y, pw, ph] = down ? [0, (parts - 1 - p) * h / parts, w, h / parts] : [p * w / parts, 0, w / parts, h];
     renderer.setViewport(x, y, pw, ph); renderer.setScissor(x, y, pw, ph);
     camera.aspect = pw / ph; camera.updateProjectionMatrix();
@@ -164,10 +165,23 @@ function look() {
   const sizes = current.runs[0].shapes.filter(s => s.body).map(s => 2 * Math.max(s.hx, s.hy, s.hz, s.radius)).sort((a, b) => a - b);
   current.across = across; current.size = Math.min(across, 4 * (sizes[sizes.length >> 1] || across)); current.impulse = Math.max(...current.runs.map(run => run.impulse));
   camera = new THREE.PerspectiveCamera(40, 1, across / 500, across * 50);
-  const stage = byId("stage"), wide = stage.clientWidth / stage.clientHeight, parts = mode() === "side" ? current.runs.length : 1;
-  const narrow = Math.min(1, wide < 1 ? wide * parts : wide / parts);
-  camera.position.copy(middle).add(new THREE.Vector3(0.55, 0.4, 1).normalize().multiplyScalar(1.25 * across / Math.sqrt(narrow)));
+  camera.position.copy(middle).add(new THREE.Vector3(0.55, 0.4, 1));
   controls = new THREE.OrbitControls(camera, byId("canvas")); controls.target.copy(middle); controls.enableDamping = false; controls.addEventListener("change", () => { stale = true; });
+  controls.addEventListener("start", () => { turned = true; }); turned = false;
+  current.box = box; fit();
+}
+function fit() {  // as near as all of the motion is still seen, from where one looks
+  const stage = byId("stage"), wide = stage.clientWidth / stage.clientHeight, parts = mode() === "side" ? current.runs.length : 1;
+  const middle = controls.target, back = camera.position.clone().sub(middle).normalize(), far = new THREE.Vector3();
+  const right = new THREE.Vector3().crossVectors(camera.up, back).normalize(), up = new THREE.Vector3().crossVectors(back, right);
+  const high = Math.tan(camera.fov * Math.PI / 360), across = high * (wide < 1 ? wide * parts : wide / parts);
+  let distance = 0;
+  for (let corner = 0; corner < 8; ++corner) {
+    far.set(...["x", "y", "z"].map((axis, i) => (corner >> i & 1 ? current.box.max : current.box.min)[axis])).sub(middle);
+    distance = Math.max(distance, far.dot(back) + Math.max(Math.abs(far.dot(up)) / high, Math.abs(far.dot(right)) / across));
+  }
+  if (distance > 0) camera.position.copy(middle).addScaledVector(back, 1.12 * distance);
+  controls.update(); stale = true;
 }
 function choose(number) {
   current = DATA.scenes[number]; current.runs.forEach(unpack); t = 0; play(false);
@@ -189,7 +203,7 @@ function begin() {
   if (START.get("t")) { t = Math.min(end(), +START.get("t")); show(); }
   byId("scene").onchange = event => choose(+event.target.value); byId("play").onclick = () => play(!playing);
   byId("time").oninput = event => { t = +event.target.value; show(); }; byId("curve").onchange = chart; byId("arrows").onchange = byId("length").oninput = () => { stale = true; };
-  byId("mode").onchange = () => { rebuild(); }; window.onresize = () => { stale = true; chart(); };
+  byId("mode").onchange = () => { fit(); rebuild(); }; window.onresize = () => { if (!turned) fit(); stale = true; chart(); };
   byId("theme").onclick = () => { const dark = css("--page") === "#17191c"; document.documentElement.dataset.theme = dark ? "light" : "dark"; colours(); };
   matchMedia("(prefers-color-scheme: dark)").addListener(colours);
   const drag = event => { if (event.buttons) { t = chart.back(event.clientX - byId("chart").getBoundingClientRect().left); show(); } };
