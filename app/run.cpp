@@ -110,25 +110,15 @@ fs::path default_directory(const RunFlags& flags, const RunPlan& plan) {
 /// What is true of the run before it starts, and of one that is killed.
 RunSummary provisional_summary(const RunFlags& flags, const RunPlan& plan) {
   RunSummary summary = plan.summary;
-  const Scenario& scenario = plan.scenario;
-  summary.scenario = scenario.name;
-  summary.file = scenario.file;
-  summary.title = scenario.title;
-  summary.parameters = scenario.parameters;
+  describe(plan.scenario, summary);
+  describe(*plan.method, plan.options, summary);
   summary.requested = {flags.method, flags.solver.value_or(""), flags.variant.value_or("")};
-  summary.used = {std::string(plan.method->name), plan.options.solver, plan.options.variant};
-  summary.method_options = plan.options;
-  for (const OptionRow& row : plan.method->options) summary.method_flags.emplace_back(row.flag);
   summary.simulation = plan.simulation;
-  summary.rotate_cone = scenario.rotate_cone;
   summary.record_every = plan.record_every;
   summary.prune = plan.prune;
   summary.time_limit_s = plan.time_limit_s;
   summary.memory_limit_mb = plan.memory_limit_mb;
   summary.versions = versions();
-  summary.machine = machine();
-  summary.reference_kind = name(scenario.reference.kind);
-  summary.reference_name = scenario.reference.name;
   summary.status = Status::crash;
   summary.reason = "did not finish: the program was killed, or the machine stopped";
   return summary;

@@ -9,20 +9,6 @@ namespace cb {
 
 namespace {
 
-std::string_view name(ShapeKind kind) {
-  switch (kind) {
-    case ShapeKind::sphere:
-      return "sphere";
-    case ShapeKind::box:
-      return "box";
-    case ShapeKind::cylinder:
-      return "cylinder";
-    case ShapeKind::half_space:
-      break;
-  }
-  return "half_space";
-}
-
 char* cells(char* out, const Vec3& v) {
   for (int i = 0; i < 3; ++i) {
     out = print_number(out, v[i]);

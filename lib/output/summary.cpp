@@ -153,6 +153,23 @@ std::string_view name(ReferenceKind kind) {
   return "missing";
 }
 
+void describe(const Scenario& scenario, RunSummary& summary) {
+  summary.scenario = scenario.name;
+  summary.file = scenario.file;
+  summary.title = scenario.title;
+  summary.parameters = scenario.parameters;
+  summary.rotate_cone = scenario.rotate_cone;
+  summary.reference_kind = name(scenario.reference.kind);
+  summary.reference_name = scenario.reference.name;
+  summary.machine = machine();
+}
+
+void describe(const MethodRow& method, const MethodOptions& options, RunSummary& summary) {
+  summary.used = summary.requested = {std::string(method.name), options.solver, options.variant};
+  summary.method_options = options;
+  for (const OptionRow& row : method.options) summary.method_flags.emplace_back(row.flag);
+}
+
 std::string to_json(const RunSummary& run) {
   const RunTally& tally = run.tally;
   Json parameters = Json::object(), errors = Json::object();

@@ -71,6 +71,10 @@ struct RunSummary {
 
 std::string_view name(ReferenceKind kind);
 
+/// What is known of a run before it starts: its scene and the machine; its method.
+void describe(const Scenario& scenario, RunSummary& summary);
+void describe(const MethodRow& method, const MethodOptions& options, RunSummary& summary);
+
 /// The text of summary.json. Non-finite numbers are null.
 std::string to_json(const RunSummary& summary);
 /// A few lines for people.

@@ -12,8 +12,13 @@ using namespace program;
 
 namespace {
 
-/// Engines that are here and give their contact problems away.
-constexpr const char* givers[] = {"mujoco", "siconos"};
+/// Engines that give their contact problems away, and how well they know a normal, rad: Siconos has its contacts from
+/// Bullet in single precision.
+struct Giver {
+  const char* name;
+  double normal;
+};
+constexpr Giver givers[] = {{"mujoco", 1e-10}, {"dart", 1e-10}, {"siconos", 1e-3}};
 
 bool is_here(const fs::path& directory, const std::string& name) {
   const Json all = Json::parse(run(directory, {"list", "engines", "--json"}).out);
@@ -41,7 +46,8 @@ std::vector<fs::path> own_problems(const fs::path& directory, const std::string&
 
 TEST_CASE("the momentum that an engine's own impulses give is that of its step", "[program][engines]") {
   if (!cb::fclib_available()) return;
-  for (const std::string engine : givers) {
+  for (const Giver& giver : givers) {
+    const std::string engine = giver.name;
     TemporaryDirectory directory;
     if (!is_here(directory.path(), engine)) continue;
     const auto stems = own_problems(directory.path(), engine, 3, "0.02");
@@ -59,7 +65,7 @@ TEST_CASE("the momentum that an engine's own impulses give is that of its step",
 TEST_CASE("the first contact problem of a box that an engine meets is that of a fall", "[program][engines]") {
   if (!cb::fclib_available()) return;
   constexpr double h = 1e-3, g = 9.8;
-  for (const std::string engine : givers) {
+  for (const auto& [engine, normal] : givers) {
     TemporaryDirectory directory;
     if (!is_here(directory.path(), engine)) continue;
     const auto stems = own_problems(directory.path(), engine, 1, "0.01");
@@ -73,8 +79,10 @@ TEST_CASE("the first contact problem of a box that an engine meets is that of a 
     std::vector<double> u(3 * static_cast<std::size_t>(problem.nc()));
     cb::multiply(problem.J, problem.M, problem.v_minus, u);
     for (int c = 0; c < problem.nc(); ++c) {
-      CHECK(std::abs(u[3 * c] + speed) <= 1e-12);
-      CHECK(std::hypot(u[3 * c + 1], u[3 * c + 2]) <= 1e-12);
+      const double along = std::hypot(u[3 * c + 1], u[3 * c + 2]);
+      CHECK(std::abs(std::hypot(u[3 * c], along) - speed) <= 1e-12);  // whatever the frame
+      CHECK(u[3 * c] < 0);
+      CHECK(along <= normal * speed);
     }
   }
 }
