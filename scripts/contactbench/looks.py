@@ -202,7 +202,7 @@ def floor_line(axes, floor, text, **place):
 
 
 def save(figure, folder, name):
-    """As PNG and SVG, the same bytes for the same picture. 256 colours are enough for lines, and a third of the file."""
+    """As PNG and SVG, the same bytes for the same picture. 256 colours are enough for lines, in a third of the file."""
     folder.mkdir(parents=True, exist_ok=True)
     place = folder / f"{name}.png"
     figure.savefig(place, bbox_inches="tight", metadata={"Software": None})

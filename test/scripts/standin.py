@@ -43,7 +43,7 @@ with open(out + "/trajectory.csv", "w") as f:
     # mode "apart": every method goes its own way, and every step besides.
     way = 1e-8
     # mode "alike": ap and convex, 1 mm a second apart, go another way than the others.
-    ways = {{"newton": 0, "mirtich": 1, "ap": 2, "convex": 3 if mode == "apart" else 2.001}}
+    ways = {{"newton": 0, "mirtich": 1, "ap": 2, "convex": 3 if mode == "apart" else 2.001, "coulomb": 4}}
     if mode in ("apart", "alike"): way = ways[flag("--method", "")] + float(flag("--step", "0.001"))
     for i in range(n + 1): f.write(f"{{i / 10}},box,{{i / 10 * way}},0.5,0,1,0,0,0,0,0,0,0,0,0\\n")
     f.write("10.1,box,0.")  # what a killed program leaves
@@ -71,7 +71,7 @@ summary = {{"scenario": scene, "method": flag("--method", flag("--engine", "")),
             "peak_memory_mb": 12.0, "residuals": {{"max": None, "law_max": None}}, "versions": {{"git": "abc"}}, "machine": {{"cores": 2}}}}
 if mode == "error":
     # The error falls with the step; what is dearer errs less.
-    cost, share = {{"newton": (0.1, 10), "mirtich": (0.2, 5), "ap": (0.3, 2), "convex": (0.4, 1), "ode": (0.05, 4)}}[summary["method"]]
+    cost, share = {{"newton": (0.1, 10), "mirtich": (0.2, 5), "ap": (0.3, 2), "convex": (0.4, 1), "coulomb": (0.5, 1), "ode": (0.05, 4)}}[summary["method"]]
     step = summary["options"]["step"]
     summary["errors"]["position_linf_m"], summary["time"]["dynamics_s"] = share * step, cost * 1e-3 / step
     summary["reference"] = {{"kind": "analytic"}}
