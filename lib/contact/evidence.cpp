@@ -13,6 +13,9 @@ namespace {
 using Eigen::Vector3d;
 using ConstVec3 = Eigen::Map<const Vector3d>;
 
+// What is wrong by x > 0, as the root of a square like every size: what has none is no error of nothing either.
+double error_of(double x) { return x > 0 ? std::sqrt(x * x) : 0; }
+
 }  // namespace
 
 double Evidence::open_work(const Vector3d& r, const Vector3d& u, const Vector3d& q, int contact) const {
@@ -30,9 +33,9 @@ Worst feasible(const ContactProblem& problem, std::span<const double> r, const E
   for (int c = 0; c < problem.nc(); ++c) {
     const double size = scale == Scale::contact ? std::sqrt(at.size2[c]) : at.island_size[at.islands.of_contact[c]];
     const double root_w = std::sqrt(at.weight[c]), r_n = r[3 * c];
-    at.see(worst, -at.u_plus[3 * c] / root_w, size, c);
-    at.see(worst, -r_n * root_w, size, c);
-    at.see(worst, (tangential(r, c) - problem.mu[c] * r_n) * root_w, size, c);
+    at.see(worst, error_of(-at.u_plus[3 * c] / root_w), size, c);
+    at.see(worst, error_of(-r_n * root_w), size, c);
+    at.see(worst, error_of((tangential(r, c) - problem.mu[c] * r_n) * root_w), size, c);
   }
   see_approach(at, worst);
   return worst;
@@ -41,7 +44,7 @@ Worst feasible(const ContactProblem& problem, std::span<const double> r, const E
 void see_approach(const Evidence& at, Worst& worst) {
   for (int c = 0; c < static_cast<int>(at.weight.size()); ++c) {
     const double root_w = std::sqrt(at.weight[c]), floor = at.open(c) / (Referee::accepted * root_w);
-    at.see(worst, -at.u_plus[3 * c] / root_w, std::max(at.island_size_q[at.islands.of_contact[c]], floor), c);
+    at.see(worst, error_of(-at.u_plus[3 * c] / root_w), std::max(at.island_size_q[at.islands.of_contact[c]], floor), c);
   }
 }
 
