@@ -42,10 +42,18 @@ Worst feasible(const ContactProblem& problem, std::span<const double> r, const E
 }
 
 void see_approach(const Evidence& at, Worst& worst) {
+  Worst approach;
   for (int c = 0; c < static_cast<int>(at.weight.size()); ++c) {
     const double root_w = std::sqrt(at.weight[c]), floor = at.open(c) / (Referee::accepted * root_w);
-    at.see(worst, error_of(-at.u_plus[3 * c] / root_w), std::max(at.island_size_q[at.islands.of_contact[c]], floor), c);
+    at.see(approach, error_of(-at.u_plus[3 * c] / root_w), std::max(at.island_size_q[at.islands.of_contact[c]], floor),
+           c);
   }
+  if (approach.ratio <= worst.ratio) return;
+  // Where the law is broken says more than what approaches because of it.
+  if (worst.ratio > Referee::accepted)
+    worst.ratio = approach.ratio;
+  else
+    worst = approach;
 }
 
 // What contacts do to an island as seen from the stops, driven ones too, is gain = sum r.(u+ + u-)/2, held against a
