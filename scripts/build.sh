@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what is missing and builds the program: build/bin/contactbench, and the engines beside it that are installed.
+# Installs what is missing and builds the program: build/bin/contactbench, the engines beside it and the Python module for what is installed.
 #   scripts/build.sh              the program
 #   scripts/build.sh --tests      besides, the tests (scripts/test.sh runs them)
 #   scripts/build.sh --sanitize   both under the address and undefined-behaviour sanitizers (build-sanitize/)
@@ -7,7 +7,7 @@
 set -euo pipefail
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-preset=release targets=(contactbench engines) packages=() setup=yes
+preset=release targets=(contactbench engines contactbench_python) packages=() setup=yes
 for flag in "$@"; do
   case "$flag" in
     --tests) targets=() packages=(--tests) ;;

@@ -19,7 +19,7 @@ struct Residuals {
   std::optional<double> gap;            ///< convex: checked duality gap, J: over all islands
   std::optional<double> infeasibility;  ///< convex: worst scaled violation of a constraint, -
   double island_gap = 0;                ///< convex: of the island whose gap is the worst of what it is allowed, J,
-  double allowed_gap = 0;               ///< and that: its share of epsilon and what its data's last bits leave open, J
+  double allowed_gap = 0;               ///< and that: what the others leave of epsilon, and its data's last bits, J
   int worst_contact = -1;               ///< where the model's residual is, or the worst gap; -1: nowhere in particular
   int worst_island = -1;                ///< numbered by first contact (islands.h)
   double approach = 0;                  ///< max(0, -u_n+), m/s

@@ -7,7 +7,7 @@
 // Sizes. An error is a fraction of what the contact it is made at is about,
 //   size_c = max(sqrt(w) |r_c|, |u_c+| / sqrt(w), |u_c-| / sqrt(w))                                  sqrt(J)
 // so that nothing light or slow hides beside what is heavy or fast, be it joined to it or not. The convex program binds
-// an island as a whole: its size is that of the norms over its contacts, its gap is held against its own share.
+// an island as a whole: its size is that of the norms over its contacts, its gap is held against what the others leave.
 //
 // Terms. Where an answer does not pass by these sizes at 1e-12 (a gap: as it is allowed), it may be that velocities are
 // small sums of large terms. By absolute values, entry by entry, impulses change u_c by terms of d_c, and the last bits

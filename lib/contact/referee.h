@@ -21,7 +21,7 @@ class Referee {
   /// The impulses as an unambiguous verdict: does the claim hold to `tolerance`?
   /// Laws without a gap: model <= tolerance, where at every contact
   ///   model = error / max(size, terms, rounding / accepted), all in sqrt(J) (referee.cpp).
-  /// With one: |gap| <= epsilon / islands that carry impulses + rounding (J) on every island, infeasibility <=
+  /// With one: what |gap| is beyond rounding (J) adds up to epsilon over the islands at most, infeasibility <=
   /// accepted.
   static bool holds(const Residuals& residuals, double tolerance);
   /// Why it does not, in one line.

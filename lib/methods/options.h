@@ -43,7 +43,7 @@ struct MethodOptions {
   double compliance = 0;                    ///< soft sap: R_n is at least this, 1/kg
   double impedance = 0.9;                   ///< soft mujoco: d, R_n = (1 - d) / d W_nn
   double impratio = 1;                      ///< soft mujoco: R_t = R_n / impratio
-  bool warm_start = false;                  ///< ap, convex, soft: try the active set of the previous event first
+  bool warm_start = false;                  ///< ap, convex, coulomb, soft: try from the previous event's answer first
   std::string command;                      ///< external: what answers, as a shell takes it
   std::string law;                          ///< external: what its answers claim to solve
   std::shared_ptr<long> warm_starts;        ///< receives how many such starts were accepted, where it is given

@@ -31,7 +31,7 @@ std::vector<LeftOutItem> items(const LeftOut& left_out);
 /// The method of `row` with `options`, handed only what an event needs:
 ///  1. islands of bodies joined by contacts are solved apart (`convex` does so in any case: its bound is per island);
 ///  2. a contact alone on its island whose normal and tangential directions do not couple (a sphere on the ground) has
-///     a closed form: ap, convex;
+///     a closed form: ap, convex, coulomb, soft;
 ///  3. ap gets no unknowns for the friction of contacts with mu = 0 (convex has none in any case, but tries its
 ///     frictionless answer first).
 /// Events with restitution: 1 only.

@@ -12,8 +12,8 @@
 // fixed point. Genesis latches s over one time step in place of a round. Differences: 1. rounds after the first begin
 // with Newton's method from the last answer; 2. theta; 3. it ends by the natural residual of (1).
 //
-// Returns: solved; nonconverged (limit of rounds, or s no longer comes nearer; the best round's impulses); singular (no
-// round had an answer); not_finite.
+// Returns: solved; nonconverged (limit of rounds, or s no longer comes nearer; the best round's impulses); singular (a
+// round's program had no answer); not_finite.
 
 #include <algorithm>
 #include <cmath>
@@ -139,7 +139,7 @@ void Cascade::end(NcpSolution& solution) {
     solution.residual = std::min(solution.residual, measure_.residual_beside_rounding(solution.r, solution.u));
   if (solution.residual <= o_.accepted)
     solution.status = NcpStatus::solved;
-  else
+  else if (solution.status == NcpStatus::nonconverged)
     solution.reason =
         since_better_ > o_.patience ? "the slip of one round does not come again in the next" : "limit of rounds";
 }

@@ -11,8 +11,8 @@
 //              one sign
 //   bend       F' c = -(products of b with itself), F's second order
 //   y <- y + a + k b + k^2 c,   t <- (1 - k') t, k' = k less the part of a along b
-// lengths and parts in the metric of the cones at y, the largest contact's. k goes by the distance from the path after
-// the step before it, |a|; where that is too much the step is taken back and made shorter.
+// in the metric of the cones at y: lengths are the largest contact's, parts are by the sum over contacts. k goes by the
+// distance from the path after the step before it, |a|; where that is too much the step is taken back and made shorter.
 //
 // Source: L. Vandenberghe, The CVXOPT linear and quadratic cone program solvers (2010), for LongSteps. E. Allgower, K.
 // Georg, Introduction to Numerical Continuation Methods (2003), ch. 2 (orientation by the determinant) and 6.

@@ -4,9 +4,10 @@
 //   0 <= r_n _|_ s >= 0,    x = (r_n, r_t / mu),  z = (lambda, z_t) in the second-order cone, x.z = 0,
 //   s = u_n,  z_t = u_t                                                                         (1)
 // in which nothing but products is not linear: there is no |u_t|. Inside the cones products are r_n s = t and x o z =
-// t e, from s = lambda = the size of the event; there lambda = (s + sqrt(s^2 + 4 |u_t|^2)) / 2: the slip of a contact
-// is smoothed by as much as it is open. What (s, z_t) miss u by falls by 1 - a with each step of length a, and stays
-// zero. A step, in Nesterov and Todd's scaling (W z = W^-1 x, H = W^2), with a proximal term a of u:
+// t e, from s = lambda = ten times a contact's part of the size of the event; there lambda = (s + sqrt(s^2 + 4
+// |u_t|^2)) / 2: the slip of a contact is smoothed by as much as it is open. What (s, z_t) miss u by falls by 1 - a
+// with each step of length a, and stays zero. A step, in Nesterov and Todd's scaling (W z = W^-1 x, H = W^2), with a
+// proximal term a of u:
 //   dr_n = c_n - (r_n / s) ds,   dx = c - H dz,   dx_0 = dr_n,   (ds, dz_t) = du + a dr - misses,
 //   M dv = J^T dr,  du = J dv
 // With dlambda eliminated, h = H_t0 / H_00 and S = H_tt - h H_0t, dr = c_r - G (du + a dr) and one system is left,

@@ -21,7 +21,8 @@ using InteriorPoints = std::vector<InteriorPoint3>;  ///< nc
 class InteriorSystem {
  public:
   struct Options {
-    double start = 10;  ///< -: first impulses and velocities, over the size of the event. Larger: a few more steps
+    double start = 10;  ///< -: first impulses and velocities, over a contact's part of the size of the event. Larger: a
+                        ///< few more steps
     /// -: compliance of a step, as a fraction of w: bounds the scaling matrices. It does not move the answer.
     double proximal = 1e-9;
     /// -: products of a contact with mu > 1 are mu^-share of the others': impulses of both directions are in scale.

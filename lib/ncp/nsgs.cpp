@@ -11,7 +11,8 @@
 // friction (2018), alg. 3 (NSGS). Bisection: Hwangbo, Lee and Hutter, IEEE RA-L 3 (2018).
 //
 // Differences from the sources:
-//  1. It ends by the residual of the whole on fresh velocities, not by changes within a sweep.
+//  1. Solved is told by the residual of the whole on fresh velocities; where a sweep changes nothing any more it ends,
+//  too.
 //  2. Where that is asked for it ends after a number of sweeps, as games do, and says `inaccurate` where it is not
 //  done.
 //
@@ -39,8 +40,8 @@ struct NsgsOptions : NcpOptions {
   int check_every = 10;  ///< sweeps between two checks; more: cheaper sweeps, later endings
   int limit = 10000;     ///< sweeps, where nothing else is asked for
   bool bisection = false;
-  /// -: largest change of an impulse within a sweep, over the largest impulse, at which bisection rests. Larger: less
-  /// of its own law.
+  /// -: largest change of an impulse within a sweep, over the largest impulse, at which it rests. Larger: less of
+  /// the law.
   double rest = 1e-14;
 };
 
@@ -138,7 +139,7 @@ void Nsgs::end(bool at_rest, NcpSolution& solution) {
     solution.status = NcpStatus::inaccurate;
     solution.reason = "the sweeps that were asked for are done";
   } else {
-    solution.reason = "limit of sweeps";
+    solution.reason = at_rest ? "a sweep changes nothing any more" : "limit of sweeps";
   }
 }
 

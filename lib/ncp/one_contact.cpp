@@ -12,8 +12,8 @@
 // Source: O. Bonnefon, G. Daviet, Quartic formulation of Coulomb 3D frictional contact, INRIA RT-400 (2011), for (1);
 // J. Hwangbo, J. Lee, M. Hutter, Per-contact iteration method for solving contact dynamics, IEEE RA-L 3 (2018), sec.
 // III for bisect_one_contact. Differences: 1. a bracketed Newton step in place of the roots of the quartic. 2. In the
-// second the bracket is found by steps of an eighth of a turn from the direction of the sticking impulse. Where W_tt is
-// singular (a joint's contact) what cannot stick slips. Cannot fail on finite data with W_nn > 0.
+// second the bracket is found by steps of an eighth of a turn from the direction against the slip without friction.
+// Where W_tt is singular (a joint's contact) what cannot stick slips. Cannot fail on finite data with W_nn > 0.
 
 #include "ncp/one_contact.h"
 

@@ -3,6 +3,7 @@ import os
 import re
 import shutil
 import subprocess
+import tomllib
 import unittest
 from pathlib import Path
 
@@ -53,6 +54,11 @@ class Shape(unittest.TestCase):
         links = {path.stem: path.resolve() for path in (ROOT / "scripts/plots").iterdir()}
         self.assertEqual(set(links), set(re.findall(r"^(\w+) = ", words, re.MULTILINE)))
         self.assertEqual(set(links.values()), {ROOT / "scripts/figure.py"})
+
+    def test_every_planted_fault_stands_once_in_its_file(self):
+        for fault in tomllib.loads((ROOT / "test/mutation/mutants.toml").read_text())["mutant"]:
+            with self.subTest(fault["id"]):
+                self.assertEqual((ROOT / fault["file"]).read_text().count(fault["from"]), 1)
 
 
 if __name__ == "__main__":
