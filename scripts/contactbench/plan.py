@@ -39,6 +39,13 @@ def member_flags(number: int, given=()) -> list[str]:
     return flags if number else []
 
 
+def without_member(command: str, number: int) -> str:
+    """The command of the run that this one is a member of: what member_flags put at its end taken away."""
+    for flags in (member_flags(number, ["--perturb"]), member_flags(number, ["--shuffle-contacts"])):
+        command = command.removesuffix(" " + " ".join(flags)) if flags else command
+    return command
+
+
 class SweepError(ProgramError):
     """A sweep file that is wrong: says which file and block, and what would be right."""
 

@@ -12,6 +12,7 @@ from . import engines as engines_beside
 from . import found as found_out
 from .figures import FIGURES, SAYS
 from .measures import BAD, VERDICTS
+from .plan import without_member
 from .runs import LIMITS
 from .templates import TEMPLATES
 
@@ -352,7 +353,7 @@ def stiff_cases(results):
     for row in cells.to_dict("records"):
         case = f"{row['id']} {row['scene']}: {row['row']}"
         place = "".join(c if c.isalnum() or c in "+-.=/" else "_" for c in f"{case} {row['method']}")
-        rows[place] = row
+        rows[place] = row | {"command": without_member(row["command"], results.aside)}
         places.setdefault(case, dict.fromkeys(methods))[row["method"]] = place
     # Which cells end at their limit of time depends on the machine; none of these may.
     return Section(title, {"cells": rows, "meaning": VERDICTS, "methods": methods, "count": count, "map": places},

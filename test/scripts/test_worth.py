@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pandas
 import standin
-from contactbench import claims, precision, sections, worth
+from contactbench import claims, plan, precision, sections, worth
 from contactbench.runs import Runs
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -103,15 +103,18 @@ class Classes(unittest.TestCase):
         self.assertEqual(json.dumps([worth.published(v) for v in shown.values()]), '[9.0, 0.5, "ok"]')
 
     def test_cells_of_stiff_cases_are_compared_with_their_own_whatever_columns_the_others_have(self):
-        def suite(*methods):
-            table = pandas.DataFrame([{"id": "M1", "scene": "mass_ratio", "row": row, "method": method, "verdict": "right"}
+        def suite(number, *methods):
+            of_member = " ".join(["", *plan.member_flags(number)])
+            table = pandas.DataFrame([{"id": "M1", "scene": "mass_ratio", "row": row, "method": method, "verdict": "right",
+                                       "command": f"contactbench run --set {row} --shuffle-contacts 2{of_member}"}
                                       for row in ("ratio=1e-3", "ratio=1e+3") for method in methods])
-            return sections.stiff_cases(types.SimpleNamespace(read=lambda _: table)).shown
+            return sections.stiff_cases(types.SimpleNamespace(read=lambda _: table, aside=number)).shown
 
-        shown = worth.carried(suite("ode/quick", "convex"), [suite("ode/quick", "convex"), suite("convex")])
+        shown = worth.carried(suite(0, "ode/quick", "convex"), [suite(0, "ode/quick", "convex"), suite(1, "convex")])
         for places in shown["map"].values():
             cell = shown["cells"][places["convex"]]
             self.assertEqual([str(cell[key]) for key in ("id", "method", "verdict")], ["M1", "convex", "right"])
+            self.assertEqual(str(cell["command"]), f"contactbench run --set {cell['row']} --shuffle-contacts 2")
             self.assertIn("absent in 1 of 2", str(shown["cells"][places["ode/quick"]]["verdict"]))
         self.assertEqual(len(shown["cells"]), 4)
 
