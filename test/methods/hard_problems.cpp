@@ -1,4 +1,5 @@
 // Stored problems that a solver once could not do.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
@@ -56,6 +57,27 @@ TEST_CASE("what rounding leaves of a velocity is no error, and what is more is n
       CHECK(s.status == Status::ok);
       CHECK(Referee::holds(referee.check(stored.problem, s, convex_law(), v_plus), 1e-9));
     }
+}
+
+// A box that falls down a slope, with restitution: in the second phase the central path leads nowhere, and Gauss and
+// Seidel's sweeps come to an answer.
+TEST_CASE("newton takes sweeps where its paths lead nowhere", "[coulomb]") {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problem is not read");
+    return;
+  }
+  const ContactProblem p = read_contact_problem(TEST_DATA "/events/newton_slope.hdf5").problem;
+  MethodOptions options;
+  options.solver = "newton";
+  options.answered_by = std::make_shared<AnsweredBy>();
+  ContactSolution s;
+  find_method("coulomb")->make(options)(p, s);
+  CHECK(s.status == Status::ok);
+  std::vector<double> v_plus;
+  Referee referee;
+  CHECK(Referee::holds(referee.check(p, s, coulomb_law(), v_plus), 1e-9));
+  CHECK(std::count(options.answered_by->counts.begin(), options.answered_by->counts.end(),
+                   std::pair<std::string_view, long>("sweeps", 1)) == 1);
 }
 
 namespace {
