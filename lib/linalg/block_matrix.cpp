@@ -280,6 +280,19 @@ void multiply(const BandMatrix& J, const BlockDiagonalMatrix& columns, std::span
   }
 }
 
+void sizes_of_terms(const BandMatrix& J, const BlockDiagonalMatrix& columns, std::span<const double> v,
+                    std::span<const double> w, std::span<double> terms) {
+  for (int c = 0; c < J.bands(); ++c) {
+    double sum[] = {std::abs(w[3 * c]), std::abs(w[3 * c + 1]), std::abs(w[3 * c + 2])};
+    for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
+      const double* x = v.data() + columns.first[J.block[e]];
+      const double* values = J.values.data() + J.offset[e];
+      for (int k = 0; k < J.offset[e + 1] - J.offset[e]; ++k) sum[k % 3] += std::abs(values[k] * x[k / 3]);
+    }
+    terms[c] = std::hypot(sum[0], sum[1], sum[2]);
+  }
+}
+
 void multiply_transposed_add(const BandMatrix& J, const BlockDiagonalMatrix& columns, std::span<const double> r,
                              std::span<double> y) {
   for (int c = 0; c < J.bands(); ++c) {

@@ -78,6 +78,9 @@ struct BandMatrix {
 
 /// u = J v (overwrites u, length 3 bands). `columns` gives the block layout of v.
 void multiply(const BandMatrix& J, const BlockDiagonalMatrix& columns, std::span<const double> v, std::span<double> u);
+/// terms <- | |J| |v| + |w| |, of each band (overwrites, length bands): what J v + w is a sum of, entry by entry.
+void sizes_of_terms(const BandMatrix& J, const BlockDiagonalMatrix& columns, std::span<const double> v,
+                    std::span<const double> w, std::span<double> terms);
 /// y += J^T r. `columns` gives the block layout of y.
 void multiply_transposed_add(const BandMatrix& J, const BlockDiagonalMatrix& columns, std::span<const double> r,
                              std::span<double> y);

@@ -47,12 +47,13 @@ struct SoftOptions {
   /// -: residual, contact by contact, at which an answer is one; and up to which the best one is where none is better.
   double tolerance = 1e-13, accepted = 1e-10;
   int iteration_limit = 200;
-  int stalled = 3;           ///< steps in turn that do not halve the residual
-  double slope = 1e-8;       ///< -: of the start's, at which the search along a step ends
-  double whole_step = 1e-3;  ///< -: of the start's slope, up to which a whole Newton step is taken as it is
-  double touching = 1e-12;   ///< -: of the fastest contact before: slower ones count as sticking in H
-  int search_limit = 100;    ///< evaluations of a slope
-  double least_block = 3;    ///< mean size of a block of M from which on H is factored by blocks
+  double rounding = 0x1p-45;  ///< -: of what a velocity is a sum of, what its last bits leave open (docs/judging.md)
+  int stalled = 3;            ///< steps in turn that do not halve the residual
+  double slope = 1e-8;        ///< -: of the start's, at which the search along a step ends
+  double whole_step = 1e-3;   ///< -: of the start's slope, up to which a whole Newton step is taken as it is
+  double touching = 1e-12;    ///< -: of the fastest contact before: slower ones count as sticking in H
+  int search_limit = 100;     ///< evaluations of a slope
+  double least_block = 3;     ///< mean size of a block of M from which on H is factored by blocks
 };
 
 class Soft {
@@ -64,22 +65,26 @@ class Soft {
   bool begin(const ContactProblem& problem, ContactSolution& solution);
   bool solve(const ContactProblem& problem, const std::vector<double>& v0, ContactSolution& solution);
   void start(const ContactProblem& problem);
-  void velocity_after(const ContactProblem& problem, const std::vector<double>& r);
+  void change_after(const ContactProblem& problem, const std::vector<double>& r);
+  void velocity_at(const ContactProblem& problem, const std::vector<double>& d, std::vector<double>& u) const;
   Status descend(const ContactProblem& problem, ContactSolution& solution);
   double look(const ContactProblem& problem);
   double beside_others(const ContactProblem& problem);
   bool find_step(const ContactProblem& problem);
   double length_of_step(const ContactProblem& problem);
-  double cost(const ContactProblem& problem, const std::vector<double>& v);
+  double cost(const ContactProblem& problem, const std::vector<double>& d);
 
   SoftOptions options_;
   BlockCholesky factor_;
   SoftContacts contacts_;
   KktSystem system_;
-  std::vector<double> v0_, v_, dv_, v_plus_, momentum_;  // nv
-  std::vector<double> u_, du_, u_minus_, u_plus_, r_;    // 3 nc
-  std::vector<double> G_;                                // 9 nc
-  std::vector<double> best_, previous_;                  // 3 nc, N s
+  // nv. d = v - v0 and not v: near rigid contacts make forty times the error of a velocity of it, and what an event
+  // changes is small beside what moves.
+  std::vector<double> v0_, d_, dv_, d_plus_, momentum_;
+  std::vector<double> u_, du_, u_minus_, u_plus_, r_;  // 3 nc
+  std::vector<double> G_;                              // 9 nc
+  std::vector<double> best_, previous_;                // 3 nc, N s
+  std::vector<double> open_;                           // nc, m/s
   int previous_nv_ = -1;
 
   // Of restitution.
@@ -133,13 +138,18 @@ bool Soft::solve(const ContactProblem& problem, const std::vector<double>& v0, C
   return false;
 }
 
-// v0 + M^-1 J^T r, and u of it.
-void Soft::velocity_after(const ContactProblem& problem, const std::vector<double>& r) {
-  v_plus_.assign(problem.nv(), 0.0);
-  multiply_transposed_add(problem.J, problem.M, r, v_plus_);
-  factor_.solve_in_place(v_plus_);
-  for (int i = 0; i < problem.nv(); ++i) v_plus_[i] += v0_[i];
-  contact_velocity(problem, v_plus_, u_plus_);
+void Soft::velocity_at(const ContactProblem& problem, const std::vector<double>& d, std::vector<double>& u) const {
+  u.resize(u_minus_.size());
+  multiply(problem.J, problem.M, d, u);
+  for (std::size_t i = 0; i < u.size(); ++i) u[i] += u_minus_[i];
+}
+
+// M^-1 J^T r, and u after it.
+void Soft::change_after(const ContactProblem& problem, const std::vector<double>& r) {
+  d_plus_.assign(problem.nv(), 0.0);
+  multiply_transposed_add(problem.J, problem.M, r, d_plus_);
+  factor_.solve_in_place(d_plus_);
+  velocity_at(problem, d_plus_, u_plus_);
 }
 
 bool Soft::begin(const ContactProblem& problem, ContactSolution& solution) {
@@ -161,29 +171,27 @@ bool Soft::begin(const ContactProblem& problem, ContactSolution& solution) {
   return true;
 }
 
-// J, of (1); leaves u and r at v behind.
-double Soft::cost(const ContactProblem& problem, const std::vector<double>& v) {
-  contact_velocity(problem, v, u_);
-  momentum_.resize(problem.nv());
-  for (int i = 0; i < problem.nv(); ++i) momentum_[i] = v[i] - v0_[i];
-  return contacts_.impulses(u_, r_) + 0.5 * quadratic_form(problem.M, momentum_);
+// J, of (1); leaves u and r at v0 + d behind.
+double Soft::cost(const ContactProblem& problem, const std::vector<double>& d) {
+  velocity_at(problem, d, u_);
+  return contacts_.impulses(u_, r_) + 0.5 * quadratic_form(problem.M, d);
 }
 
 void Soft::start(const ContactProblem& problem) {
-  v_ = v0_;
+  d_.assign(problem.nv(), 0.0);
   if (!options_.warm_start || previous_nv_ != problem.nv() || previous_.size() != u_minus_.size()) return;
-  velocity_after(problem, previous_);
-  if (!(cost(problem, v_plus_) < cost(problem, v_))) return;
-  v_ = v_plus_;
+  change_after(problem, previous_);
+  if (!(cost(problem, d_plus_) < cost(problem, d_))) return;
+  d_ = d_plus_;
   if (options_.warm_starts) ++*options_.warm_starts;
 }
 
-// Impulses at v_, and what they are worth with the velocities that they themselves give.
+// Impulses at v0 + d_, and what they are worth with the velocities that they themselves give.
 double Soft::look(const ContactProblem& problem) {
-  contact_velocity(problem, v_, u_);
+  velocity_at(problem, d_, u_);
   contacts_.impulses(u_, r_);
-  velocity_after(problem, r_);
-  return contacts_.residual(r_, u_plus_, u_minus_, true);
+  change_after(problem, r_);
+  return contacts_.residual(r_, u_plus_, u_minus_);
 }
 
 Status Soft::descend(const ContactProblem& problem, ContactSolution& solution) {
@@ -201,7 +209,7 @@ Status Soft::descend(const ContactProblem& problem, ContactSolution& solution) {
     if (!find_step(problem)) return all_finite(G_) ? Status::singular : Status::not_finite;
     const double length = length_of_step(problem);
     if (length == 0) break;
-    for (int i = 0; i < problem.nv(); ++i) v_[i] += length * dv_[i];
+    for (int i = 0; i < problem.nv(); ++i) d_[i] += length * dv_[i];
   }
   if (!std::isfinite(least)) return Status::not_finite;
   if (least > options_.accepted) least = beside_others(problem);
@@ -209,27 +217,30 @@ Status Soft::descend(const ContactProblem& problem, ContactSolution& solution) {
   return least <= options_.accepted ? Status::ok : Status::nonconverged;
 }
 
-// What the best impulses are worth beside all that moves: light contacts next to heavy ones, slow ones next to fast
-// ones.
+// What the best impulses are worth beside all that moves, and beside what the last bits of the data leave open: light
+// contacts next to heavy ones, slow ones next to fast ones.
 double Soft::beside_others(const ContactProblem& problem) {
-  std::swap(v_plus_, momentum_);  // the present ones are needed for the next step
+  std::swap(d_plus_, momentum_);  // the present ones are needed for the next step
   std::swap(u_plus_, du_);
-  velocity_after(problem, best_);
-  const double residual = contacts_.residual(best_, u_plus_, u_minus_, false);
-  std::swap(v_plus_, momentum_);
+  change_after(problem, best_);
+  open_.resize(problem.nc());
+  sizes_of_terms(problem.J, problem.M, v0_, problem.offset, open_);
+  for (double& x : open_) x *= options_.rounding;
+  const double residual = contacts_.residual(best_, u_plus_, u_minus_, open_);
+  std::swap(d_plus_, momentum_);
   std::swap(u_plus_, du_);
   return residual;
 }
 
-// dv_ = -H^-1 (M (v - v-) - J^T r); du_ = J dv_.
+// dv_ = -H^-1 (M d - J^T r); du_ = J dv_.
 bool Soft::find_step(const ContactProblem& problem) {
   double fastest = 0;
   for (const double u : u_minus_) fastest = std::max(fastest, std::abs(u));
   contacts_.curvatures(u_, options_.touching * fastest, G_);
   if (!system_.factor(G_, {})) return false;
-  for (int i = 0; i < problem.nv(); ++i) v_plus_[i] -= v_[i];  // M^-1 of the negative gradient
+  for (int i = 0; i < problem.nv(); ++i) d_plus_[i] -= d_[i];  // M^-1 of the negative gradient
   dv_.resize(problem.nv());
-  multiply(problem.M, v_plus_, dv_);
+  multiply(problem.M, d_plus_, dv_);
   system_.solve_in_place(dv_);
   du_.resize(u_.size());
   multiply(problem.J, problem.M, dv_, du_);
@@ -243,7 +254,7 @@ double Soft::length_of_step(const ContactProblem& problem) {
   double square = 0, linear = 0;  // of the quadratic part
   for (int i = 0; i < problem.nv(); ++i) {
     square += dv_[i] * momentum_[i];
-    linear += (v_[i] - v0_[i]) * momentum_[i];
+    linear += d_[i] * momentum_[i];
   }
   const auto slope_at = [&](double alpha) {
     SoftContacts::Along at = contacts_.along(u_, du_, alpha);

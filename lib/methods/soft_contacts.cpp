@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "contact/friction_cone.h"
+#include "contact/referee.h"
 
 namespace cb {
 
@@ -99,10 +100,10 @@ SoftContacts::Along SoftContacts::along(const std::vector<double>& u, const std:
 }
 
 double SoftContacts::residual(const std::vector<double>& r, const std::vector<double>& u_plus,
-                              const std::vector<double>& u_minus, bool own) const {
+                              const std::vector<double>& u_minus, std::span<const double> open) const {
   const int nc = static_cast<int>(contacts_.size());
   double speed = 0, impulse2 = 0, plus2 = 0, minus2 = 0, worst = 0;
-  for (int c = 0; c < nc && !own; ++c) {
+  for (int c = 0; c < nc && !open.empty(); ++c) {
     const double w = weight_[c];
     const double plus = at(u_plus, c).squaredNorm(), minus = at(u_minus, c).squaredNorm();
     speed = std::max({speed, plus, minus});
@@ -117,8 +118,11 @@ double SoftContacts::residual(const std::vector<double>& r, const std::vector<do
     const ConstVec3 rc = at(r, c), u = at(u_plus, c), q = at(u_minus, c);
     const Vector3d y = u + Vector3d(contact.R.n, contact.R.t, contact.R.t).cwiseProduct(rc);
     const double error2 = w * (rc - project_on_cone(rc - y / w, contact.mu)).squaredNorm();
-    const double size2 = std::max(
-        {w * rc.squaredNorm(), u.squaredNorm() / w, q.squaredNorm() / w, own ? 0 : std::min(island, speed / w)});
+    double size2 = std::max({w * rc.squaredNorm(), u.squaredNorm() / w, q.squaredNorm() / w});
+    if (!open.empty()) {
+      const double floor = open[c] / Referee::accepted;
+      size2 = std::max({size2, std::min(island, speed / w), floor * floor / w});
+    }
     if (!(error2 <= worst * size2)) worst = size2 > 0 ? error2 / size2 : HUGE_VAL;
   }
   return std::sqrt(worst);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -31,9 +32,10 @@ class SoftContacts {
   };
   Along along(const std::vector<double>& u, const std::vector<double>& du, double alpha) const;
   /// -: the worst natural map of the law at impulses r after which contacts move with u_plus, contact by contact over
-  /// its size; `own`: what the contact itself is about, otherwise no less than the island moves.
+  /// its size: what the contact itself is about; where `open` says what rounding leaves of velocities (m/s, nc), no
+  /// less than the island moves, and than `open` is the accepted 1e-9 of.
   double residual(const std::vector<double>& r, const std::vector<double>& u_plus, const std::vector<double>& u_minus,
-                  bool own) const;
+                  std::span<const double> open = {}) const;
 
  private:
   struct Contact {

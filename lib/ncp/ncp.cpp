@@ -13,7 +13,7 @@ using ConstVec3 = Eigen::Map<const Vector3d>;
 
 /// As the referee has them (contact/referee.cpp): roundings of each term of a velocity that an error may have and still
 /// be none, and what such an error then counts as.
-constexpr double rounding_units = 128, accepted = 1e-9;
+constexpr double rounding_units = 128, accepted = 1e-9, at_rounding = 1e-12;
 
 /// Without size nothing can be wrong but in a claim of it.
 double over(double error, double size) { return error == 0 ? 0 : size > 0 ? error / size : HUGE_VAL; }
@@ -69,6 +69,7 @@ void natural_map(const double* r, const double* u, double mu, double weight, dou
 
 void NcpMeasure::begin(const NcpProblem& problem) {
   problem_ = &problem;
+  floor2_.clear();
   q_.resize(3 * static_cast<std::size_t>(problem.nc()));
   multiply(*problem.J, *problem.M, problem.v0, q_);
   q2_ = 0;
@@ -89,18 +90,43 @@ void NcpMeasure::velocities(std::span<const double> r, std::vector<double>& v, s
   for (std::size_t i = 0; i < u.size(); ++i) u[i] += p.offset[i];
 }
 
-double NcpMeasure::residual(std::span<const double> r, std::span<const double> u) const {
+// What rests beside what moves has velocities of rounding alone, whose error would be all of them: looked at where
+// without it the answer is not at rounding.
+double NcpMeasure::residual(std::span<const double> r, std::span<const double> u) {
+  double worst = worst_of(r, u);
+  if (floor2_.empty() && !(worst <= at_rounding * at_rounding)) {
+    find_floors();
+    worst = worst_of(r, u);
+  }
+  return std::sqrt(worst);
+}
+
+void NcpMeasure::find_floors() {
+  constexpr double unit = rounding_units * std::numeric_limits<double>::epsilon();
+  const NcpProblem& p = *problem_;
+  open_.resize(p.nc());
+  sizes_of_terms(*p.J, *p.M, p.v0, p.offset, open_);
+  floor2_.resize(p.nc());
+  for (int c = 0; c < p.nc(); ++c) {
+    const double floor = unit * open_[c] / accepted;
+    floor2_[c] = floor * floor / p.weight[c];
+  }
+}
+
+// Square of the worst contact's residual.
+double NcpMeasure::worst_of(std::span<const double> r, std::span<const double> u) const {
   double worst = 0, e[3];
   for (int c = 0; c < problem_->nc(); ++c) {
     const double w = problem_->weight[c];
     natural_map(&r[3 * c], &u[3 * c], problem_->mu[c], w, e);
     const double size2 = std::max({w * ConstVec3(&r[3 * c]).squaredNorm(), ConstVec3(&u[3 * c]).squaredNorm() / w,
                                    ConstVec3(&q_[3 * c]).squaredNorm() / w});
-    const double approach = std::max(0.0, -u[3 * c]);
-    const double ratio = std::max(over(approach * approach / w, q2_), over(w * ConstVec3(e).squaredNorm(), size2));
+    const double approach = std::max(0.0, -u[3 * c]), floor2 = floor2_.empty() ? 0 : floor2_[c];
+    const double ratio = std::max(over(approach * approach / w, std::max(q2_, floor2)),
+                                  over(w * ConstVec3(e).squaredNorm(), std::max(size2, floor2)));
     if (!(ratio <= worst)) worst = ratio;  // a NaN stays
   }
-  return std::sqrt(worst);
+  return worst;
 }
 
 // |M^-1 J^T| |r|, entry by entry.

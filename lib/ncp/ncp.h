@@ -70,7 +70,8 @@ void project_on_friction_cone(const double* x, double mu, double* out);
 
 /// Natural residual on the problem's own data, contact by contact (docs/judging.md, law `coulomb`):
 ///   max_c sqrt(w) |natural map| / S_c,    S_c = max(sqrt(w) |r|, |u| / sqrt(w), |q| / sqrt(w)),   q = J v0 + w
-/// and, since impulses may grow without end where there is no answer, -u_n / sqrt(w) over sqrt(sum |q|^2 / w).
+/// and, since impulses may grow without end where there is no answer, -u_n / sqrt(w) over sqrt(sum |q|^2 / w). Neither
+/// is less than rounding of J v0 + w by itself makes a size of, where the residual is not at rounding without.
 /// Owns its scratch.
 class NcpMeasure {
  public:
@@ -78,7 +79,7 @@ class NcpMeasure {
   void begin(const NcpProblem& problem);
   /// u = J (v0 + M^-1 J^T r) + w, afresh.
   void velocities(std::span<const double> r, std::vector<double>& v, std::vector<double>& u);
-  double residual(std::span<const double> r, std::span<const double> u) const;
+  double residual(std::span<const double> r, std::span<const double> u);
   /// The same with the sizes of the referee's second look: what velocities are small sums of counts, and what the
   /// last bits of the data leave open is no error.
   double residual_beside_rounding(std::span<const double> r, std::span<const double> u);
@@ -86,9 +87,12 @@ class NcpMeasure {
 
  private:
   void find_changes(std::span<const double> r);
+  void find_floors();
+  double worst_of(std::span<const double> r, std::span<const double> u) const;
 
   const NcpProblem* problem_ = nullptr;
-  double q2_ = 0;  // J, sum |q|^2 / w
+  double q2_ = 0;               // J, sum |q|^2 / w
+  std::vector<double> floor2_;  // nc, J: what rounding of the data makes of a contact's size; empty: not asked for yet
   std::vector<double> q_, changes_, columns_, open_, terms_;
 };
 

@@ -10,7 +10,6 @@
 //   path     the central path followed wherever it turns (interior.h), and the finish: hundreds of factorisations where
 //            it turns often
 //   far      the same from a start that is farther out: another path
-//   sweeps   Gauss and Seidel (nsgs.cpp), and the finish from where that got to: it knows nothing of paths
 // Every impulse that is met is measured on fresh velocities (NcpMeasure); the best is returned, whatever its ending.
 //
 // Source: D. Stewart, J. Trinkle (1996) for the problem in the form that interior_system.cpp has; Mehrotra's steps;
@@ -41,7 +40,6 @@ struct NewtonOptions : NcpOptions {
   int long_limit = 100;         ///< long steps,
   int patience = 10;            ///< and of those in a row that do not halve the error
   int path_limit = 3000;        ///< steps along a path
-  int sweep_limit = 1000;       ///< sweeps of Gauss and Seidel
   double finish_from = 1e-3;    ///< -: error of the interior point at which the finish is tried,
   double finish_again = 1e-1;   ///< and again at this fraction of that
   double least_error = 1e-10;   ///< -: error that is rounding
@@ -57,8 +55,6 @@ class NcpNewton {
     static_cast<NcpOptions&>(o_) = options;
     o_.finish.tolerance = options.tolerance;
     o_.finish.returns = 0;
-    sweeps_ = nsgs_row().make(
-        {.tolerance = options.tolerance, .accepted = options.accepted, .iteration_limit = o_.sweep_limit});
   }
   void operator()(const NcpProblem& problem, NcpSolution& solution);
 
@@ -67,7 +63,6 @@ class NcpNewton {
   bool guess(std::string_view who, NcpSolution& solution);
   bool go_straight(std::string_view who, NcpSolution& solution);
   bool follow_path(double start, std::string_view who, NcpSolution& solution);
-  bool sweep(std::string_view who, NcpSolution& solution);
   void begin_interior(double start);
   bool try_finish(std::string_view who, NcpSolution& solution);
   bool finish(double proximal, std::string_view who, NcpSolution& solution);
@@ -80,8 +75,6 @@ class NcpNewton {
   LongSteps long_steps_;
   PathSteps path_;
   AlartCurnierNewton finish_;
-  NcpSolver sweeps_;
-  NcpSolution swept_;
   const NcpProblem* problem_ = nullptr;
   double size_ = 0;         // sqrt(J), of q
   double next_finish_ = 0;  // -: error from which it is tried
@@ -163,19 +156,9 @@ bool NcpNewton::follow_path(double start, std::string_view who, NcpSolution& sol
   return false;
 }
 
-bool NcpNewton::sweep(std::string_view who, NcpSolution& solution) {
-  sweeps_(*problem_, swept_);
-  solution.iterations += swept_.iterations;
-  if (!std::isfinite(swept_.residual)) return false;
-  tried_ = swept_.r;
-  tried_u_ = swept_.u;
-  return offer(swept_.residual, who, solution) || finish(o_.ahead * swept_.residual, who, solution);
-}
-
 bool NcpNewton::attempt(std::string_view who, NcpSolution& solution) {
   if (who == "guess") return guess(who, solution);
   if (who == "long") return go_straight(who, solution);
-  if (who == "sweeps") return sweep(who, solution);
   return follow_path(who == "path" ? 1 : o_.far, who, solution);
 }
 
@@ -198,7 +181,7 @@ void NcpNewton::operator()(const NcpProblem& p, NcpSolution& solution) {
   size_ = std::sqrt(size_);
   system_.prepare(*p.M, *p.J);
   finish_.begin(p, system_, measure_);
-  for (const std::string_view who : {"guess", "long", "path", "far", "sweeps"}) {
+  for (const std::string_view who : {"guess", "long", "path", "far"}) {
     poll_stop();
     const bool done = attempt(who, solution);
     if (done || solution.residual <= o_.accepted) {

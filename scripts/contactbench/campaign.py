@@ -29,12 +29,18 @@ METHODS = {
         "ap/ynl": "--method ap --solver ynl", "convex/bound-on": "--method convex --compression-bound on",
         "convex/bound-off": "--method convex --compression-bound off",
         "newton/uncapped": "--method newton --variant uncapped",
-        "newton/stick-tested": "--method newton --variant stick-tested", "mirtich": "--method mirtich"}.items()}
+        "newton/stick-tested": "--method newton --variant stick-tested", "mirtich": "--method mirtich",
+        "coulomb/newton": "--method coulomb --solver newton", "coulomb/nsgs": "--method coulomb --solver nsgs",
+        "coulomb/admm": "--method coulomb --solver admm", "coulomb/cascade": "--method coulomb --solver cascade",
+        "soft/sap": "--method soft --variant sap", "soft/mujoco": "--method soft --variant mujoco"}.items()}
 MEMORY_MB = 2000
 SOLVE_LIMIT = 60  # s that a kept problem may take
 TIME_LIMIT = 10.0  # s of waiting that a run may take
 # What a method's own law allows, and its page says: found, counted, and no defect of the program.
-DEPARTS = {"newton/uncapped": {"energy": "its friction is not capped (docs/methods/newton.md)"}}
+GIVES_WAY = {"limits": "its contacts and stops give way (docs/methods/soft.md)"}
+DEPARTS = {
+    "newton/uncapped": {"energy": "its friction is not capped (docs/methods/newton.md)"}, "soft/sap": GIVES_WAY,
+    "soft/mujoco": GIVES_WAY}
 LATE = 2.0  # s after its limit of time that a run may come back, on a machine with other work
 COLUMNS = [
     "scene", "family", "kind", "method", "prune", "verdict", "status", "faults", "departures", "penetration_m",
