@@ -10,6 +10,7 @@
 //   path     the central path followed wherever it turns (interior.h), and the finish: hundreds of factorisations where
 //            it turns often
 //   far      the same from a start that is farther out: another path
+//   patient  the guess, and then the finish from the best so far, that go back and take smaller steps where they fail
 // Every impulse that is met is measured on fresh velocities (NcpMeasure); the best is returned, whatever its ending.
 //
 // Source: D. Stewart, J. Trinkle (1996) for the problem in the form that interior_system.cpp has; Mehrotra's steps;
@@ -36,6 +37,7 @@ struct NewtonOptions : NcpOptions {
   InteriorSystem::Options interior;
   LongSteps::Options long_steps;
   PathSteps::Options path;
+  int returns = 3;              ///< of the finish in the last attempt; before it, none
   double far = 100;             ///< -: first impulses and velocities of the second path, over the first's
   int long_limit = 100;         ///< long steps,
   int patience = 10;            ///< and of those in a row that do not halve the error
@@ -54,7 +56,6 @@ class NcpNewton {
   explicit NcpNewton(const NcpOptions& options) {
     static_cast<NcpOptions&>(o_) = options;
     o_.finish.tolerance = options.tolerance;
-    o_.finish.returns = 0;
   }
   void operator()(const NcpProblem& problem, NcpSolution& solution);
 
@@ -62,6 +63,7 @@ class NcpNewton {
   bool attempt(std::string_view who, NcpSolution& solution);
   bool guess(std::string_view who, NcpSolution& solution);
   bool go_straight(std::string_view who, NcpSolution& solution);
+  bool be_patient(std::string_view who, NcpSolution& solution);
   bool follow_path(double start, std::string_view who, NcpSolution& solution);
   void begin_interior(double start);
   bool try_finish(std::string_view who, NcpSolution& solution);
@@ -145,6 +147,12 @@ bool NcpNewton::go_straight(std::string_view who, NcpSolution& solution) {
   return false;
 }
 
+bool NcpNewton::be_patient(std::string_view who, NcpSolution& solution) {
+  if (guess(who, solution)) return true;
+  tried_ = solution.r;
+  return finish(o_.finish.proximal, who, solution);
+}
+
 bool NcpNewton::follow_path(double start, std::string_view who, NcpSolution& solution) {
   begin_interior(start);
   path_.begin(o_.path, interior_);
@@ -157,8 +165,10 @@ bool NcpNewton::follow_path(double start, std::string_view who, NcpSolution& sol
 }
 
 bool NcpNewton::attempt(std::string_view who, NcpSolution& solution) {
+  o_.finish.returns = who == "patient" ? o_.returns : 0;
   if (who == "guess") return guess(who, solution);
   if (who == "long") return go_straight(who, solution);
+  if (who == "patient") return be_patient(who, solution);
   return follow_path(who == "path" ? 1 : o_.far, who, solution);
 }
 
@@ -181,7 +191,7 @@ void NcpNewton::operator()(const NcpProblem& p, NcpSolution& solution) {
   size_ = std::sqrt(size_);
   system_.prepare(*p.M, *p.J);
   finish_.begin(p, system_, measure_);
-  for (const std::string_view who : {"guess", "long", "path", "far"}) {
+  for (const std::string_view who : {"guess", "long", "path", "far", "patient"}) {
     poll_stop();
     const bool done = attempt(who, solution);
     if (done || solution.residual <= o_.accepted) {

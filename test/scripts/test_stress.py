@@ -1,4 +1,5 @@
 """What scripts/stress.py measures with: bisection, the arch's statics, verdicts of cells. Without the program."""
+import io
 import json
 import math
 import tempfile
@@ -24,6 +25,18 @@ class Bisection(unittest.TestCase):
     def test_a_trial_that_fails_ends_it_with_its_status(self):
         found = limits.bisect(lambda x: ("ray", None, False) if 1.2 < x < 1.9 else ("ok", 0, x > 1.5), 1, 2, 1e-6)
         self.assertEqual((found.status, found.value), ("ray", None))
+
+
+class Names(unittest.TestCase):
+    def test_a_method_that_is_not_there_ends_with_2_and_runs_nothing(self):
+        listed = {"methods": [], "engines": [], "solvers": [], "statuses": []}
+        with mock.patch("sys.stderr", io.StringIO()) as said, mock.patch("contactbench.program.listed", lambda _: listed):
+            for words in (["--only", "A1"], ["--random", "1"]):
+                with mock.patch("sys.argv", ["stress.py", "--method", "ap/lemk", *words]):
+                    with self.assertRaises(SystemExit) as ended:
+                        stress.main()
+                self.assertEqual(ended.exception.code, 2)
+        self.assertIn("--method ap/lemk: no such; there are ap/lemke, ", said.getvalue())
 
 
 class Arch(unittest.TestCase):

@@ -195,7 +195,8 @@ class Ensemble(unittest.TestCase):
         self.assertIsNotNone(precision.choose(points, 0.7)[0])
 
     def test_what_was_made_once_beside_the_runs_is_a_sample_of_one_but_for_what_was_asked(self):
-        table = "id,scene,row,method,verdict,error,note\nA1,box,,ap,right,0,\nA2,box,,ap,model,2.5,\n"
+        table = ("id,scene,row,method,verdict,error,note,command\n"
+                 "A1,box,,ap,right,0,,contactbench run a1\nA2,box,,ap,model,2.5,,contactbench run a2\n")
         folder = Path(tempfile.mkdtemp(dir=MADE))
         for file in ("runs.csv", "ensemble.csv", "manifest.json"):
             shutil.copy(MADE / file, folder)
