@@ -85,7 +85,7 @@ double Polish::linearise() {
   return std::sqrt(sum_);
 }
 
-void Polish::linearise_contact(int c) {
+[[gnu::always_inline]] inline void Polish::linearise_contact(int c) {
   const double w = w_.scales.w_r[c], mu = (*p_.mu)[c], stiff = 1 / (proximal_ * w);
   const auto r = vec3(&x_.r[3 * c]);
   const Vector3d y = vec3(&w_.velocities.u_hat[3 * c]) + x_.s * Vector3d(p_.share_of(c), 0, 0);
@@ -134,7 +134,7 @@ void Polish::linearise_slip(int c, const Vector3d& y, const Vector3d& z, double 
   sum_ += y_a * y_a / w + w * (r_b * r_b + r_p * r_p);
 }
 
-void Polish::linearise_multiplier(int c) {
+[[gnu::always_inline]] inline void Polish::linearise_multiplier(int c) {
   const double u_n = w_.velocities.u[3 * c] + p_.slack_of(c), w_eta = w_.scales.w_eta[c], eta = x_.eta[c];
   products_ += std::abs(eta * u_n);
   if (p_.is_fixed(c) || eta - u_n / w_eta > 0) {

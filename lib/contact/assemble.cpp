@@ -92,6 +92,18 @@ int Assembler::block_of(const Scene& scene, int body) const {
   return tree < 0 ? block_of_body_[body] : block_of_tree_[tree];
 }
 
+[[gnu::always_inline]] inline void Assembler::add_rows(const Scene& scene, int body, int block, const Vec3& position,
+                                                       double sign, const Mat3& axes, ContactProblem& problem) {
+  auto J = problem.J.entry(problem.J.add_entry(block, problem.M.block_size(block)));
+  if (scene.model.bodies[body].tree >= 0) return add_tree_rows(scene, body, position, sign, axes, J);
+  const Vec3 arm = position - scene.state.pose[body].p;
+  J.leftCols<3>() = sign * axes;
+  // d.(w x arm) = w.(arm x d), a column of all three directions at a time.
+  J.col(3) = sign * (arm[1] * axes.col(2) - arm[2] * axes.col(1));
+  J.col(4) = sign * (arm[2] * axes.col(0) - arm[0] * axes.col(2));
+  J.col(5) = sign * (arm[0] * axes.col(1) - arm[1] * axes.col(0));
+}
+
 void Assembler::add_contact(const Scene& scene, const ContactPoint& contact, double turn, double* offset,
                             ContactProblem& problem) {
   Mat3 axes;  // rows n, t1, t2
@@ -117,16 +129,6 @@ void Assembler::add_contact(const Scene& scene, const ContactPoint& contact, dou
   if (b_first) add_rows(scene, b, block_b, p, -1, axes, problem);
   if (block_a >= 0) add_rows(scene, a, block_a, p, 1, axes, problem);
   if (block_b >= 0 && !b_first) add_rows(scene, b, block_b, p, -1, axes, problem);
-}
-
-void Assembler::add_rows(const Scene& scene, int body, int block, const Vec3& position, double sign, const Mat3& axes,
-                         ContactProblem& problem) {
-  auto J = problem.J.entry(problem.J.add_entry(block, problem.M.block_size(block)));
-  if (scene.model.bodies[body].tree >= 0) return add_tree_rows(scene, body, position, sign, axes, J);
-  const Vec3 arm = position - scene.state.pose[body].p;
-  J.leftCols<3>() = sign * axes;
-  for (int i = 0; i < 3; ++i)
-    J.row(i).tail<3>() = sign * arm.cross(Vec3(axes.row(i))).transpose();  // d.(w x arm) = w.(arm x d)
 }
 
 void Assembler::add_tree_rows(const Scene& scene, int body, const Vec3& position, double sign, const Mat3& axes,

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/friction_cone.h"
 #include "contact/referee.h"
 
 namespace cb {
@@ -13,19 +12,14 @@ namespace {
 using Eigen::Vector3d;
 using ConstVec3 = Eigen::Map<const Vector3d>;
 
-// What is wrong by x > 0, as the root of a square like every size: what has none is no error of nothing either.
-double error_of(double x) { return x > 0 ? std::sqrt(x * x) : 0; }
+// What is wrong by x > 0. Sizes are roots of squares: what has no square is no error of nothing either.
+double error_of(double x) { return x > 0 && x * x > 0 ? x : 0; }
 
 }  // namespace
 
 double Evidence::open_work(const Vector3d& r, const Vector3d& u, const Vector3d& q, int contact) const {
   const double rho = open(contact);
   return rho > 0 ? rho * (r.norm() + (u.norm() + q.norm() + rho) / weight[contact]) : 0;
-}
-
-Vector3d coulomb_error(const Vector3d& r, const Vector3d& u, double mu, double weight) {
-  const Vector3d changed(u[0] + mu * std::sqrt(u[1] * u[1] + u[2] * u[2]), u[1], u[2]);
-  return r - project_on_cone(r - changed / weight, mu);
 }
 
 Worst feasible(const ContactProblem& problem, std::span<const double> r, const Evidence& at, Scale scale) {
@@ -44,9 +38,9 @@ Worst feasible(const ContactProblem& problem, std::span<const double> r, const E
 void see_approach(const Evidence& at, Worst& worst) {
   Worst approach;
   for (int c = 0; c < static_cast<int>(at.weight.size()); ++c) {
-    const double root_w = std::sqrt(at.weight[c]), floor = at.open(c) / (Referee::accepted * root_w);
-    at.see(approach, error_of(-at.u_plus[3 * c] / root_w), std::max(at.island_size_q[at.islands.of_contact[c]], floor),
-           c);
+    if (!(at.u_plus[3 * c] < 0)) continue;
+    const double size = at.island_size_q[at.islands.of_contact[c]] * std::sqrt(at.weight[c]);  // m/s, like the error
+    at.see(approach, error_of(-at.u_plus[3 * c]), std::max(size, at.open(c) / Referee::accepted), c);
   }
   if (approach.ratio <= worst.ratio) return;
   // Where the law is broken says more than what approaches because of it.

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "contact/friction_cone.h"
 #include "contact/islands.h"
 #include "contact/problem.h"
 
@@ -83,7 +84,10 @@ void see_gains(std::span<const double> r, double epsilon, const Evidence& at, st
 
 /// Error of an impulse in Coulomb's law, r - P(r - u~ / w), N s: P projects on |x_t| <= mu x_n, and u~ is u with mu
 /// |u_t| added to the normal component (De Saxce and Feng, 1998).
-Eigen::Vector3d coulomb_error(const Eigen::Vector3d& r, const Eigen::Vector3d& u, double mu, double weight);
+inline Eigen::Vector3d coulomb_error(const Eigen::Vector3d& r, const Eigen::Vector3d& u, double mu, double weight) {
+  const Eigen::Vector3d changed(u[0] + mu * std::sqrt(u[1] * u[1] + u[2] * u[2]), u[1], u[2]);
+  return r - project_on_cone(r - changed / weight, mu);
+}
 
 /// |x_t| of contact c, from rows n, t1, t2.
 inline double tangential(std::span<const double> x, int c) {

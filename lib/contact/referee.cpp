@@ -132,7 +132,7 @@ void Referee::observe(const ContactProblem& problem, std::span<const double> r, 
     island[2] += size_q;
     if (!at_.elastic) island[3] += w * coulomb_error(rc, u, mu, w).squaredNorm();
     out.approach = std::max(out.approach, -u[0]);
-    outside = std::max(outside, coulomb_error(rc, Vector3d::Zero(), mu, w).squaredNorm());
+    outside = std::max(outside, (rc - project_on_cone(rc, mu)).squaredNorm());
     out.dissipation_gap = std::max(out.dissipation_gap, mu * rc[0] * slip + rc.tail<2>().dot(u.tail<2>()));
     // r.u- + 1/2 r.W r, without the cancellation of a difference of two energies.
     out.energy_gain += 0.5 * rc.dot(u + q - 2 * ConstVec3(&problem.offset[3 * c]));
