@@ -16,8 +16,8 @@ void NewtonSystem::prepare(const ConeProgram& p, double least_block) {
   const int nc = p.nc(), nv = p.nv();
   program_ = &p;
   kkt_.prepare(*p.M, *p.J, least_block);
-  d_.assign(3 * nc, 0.0);
-  for (int c = 0; c < nc; ++c) d_[3 * c] = p.share_of(c);
+  d.assign(3 * nc, 0.0);
+  for (int c = 0; c < nc; ++c) d[3 * c] = p.share_of(c);
   G.resize(9 * nc);
   c_r.resize(3 * nc);
   D.resize(p.has_eta() ? nc : 0);
@@ -41,11 +41,11 @@ void NewtonSystem::solve(double ds_known) {
     dr = c_r;
   else
     for (int c = 0; c < program_->nc(); ++c)
-      vec3(&dr[3 * c]) = vec3(&c_r[3 * c]) - ds * (mat3(&G[9 * c]) * vec3(&d_[3 * c]));
+      vec3(&dr[3 * c]) = vec3(&c_r[3 * c]) - ds * (mat3(&G[9 * c]) * vec3(&d[3 * c]));
   solve_velocities();
   for (int c = 0; c < program_->nc(); ++c) {
     Vector3d dy = vec3(&J_dw[3 * c]);
-    if (ds != 0) dy += ds * vec3(&d_[3 * c]);
+    if (ds != 0) dy += ds * vec3(&d[3 * c]);
     vec3(&dr[3 * c]) = vec3(&c_r[3 * c]) - mat3(&G[9 * c]) * dy;
   }
   find_deta();
@@ -61,7 +61,7 @@ bool NewtonSystem::solve_bordered(double diagonal, double border_rhs) {
   double rhs = -border_rhs;
   for (int c = 0; c < nc; ++c) {
     vec3(&dr[3 * c]) = vec3(&c_r[3 * c]) - mat3(&G[9 * c]) * vec3(&J_dw[3 * c]);
-    rhs += vec3(&d_[3 * c]).dot(vec3(&dr[3 * c]));
+    rhs += vec3(&d[3 * c]).dot(vec3(&dr[3 * c]));
   }
   ds = 0;
   for (int refinement = 0; refinement < 2; ++refinement) {
@@ -71,13 +71,13 @@ bool NewtonSystem::solve_bordered(double diagonal, double border_rhs) {
     for (int c = 0; c < nc; ++c) {
       auto dr_c = vec3(&dr[3 * c]);
       dr_c.noalias() -= more * (mat3(&G[9 * c]) * vec3(&t_[3 * c]));
-      rhs += vec3(&d_[3 * c]).dot(dr_c);
+      rhs += vec3(&d[3 * c]).dot(dr_c);
     }
   }
   for (std::size_t i = 0; i < h2_.size(); ++i) h2_[i] -= ds * g2_[i];
   if (two())
     for (std::size_t i = 0; i < h1_.size(); ++i) h1_[i] -= ds * g1_[i];
-  for (int i = 0; i < 3 * nc; ++i) J_dw[i] += ds * (t_[i] - d_[i]);
+  for (int i = 0; i < 3 * nc; ++i) J_dw[i] += ds * (t_[i] - d[i]);
   find_deta();
   return true;
 }
@@ -102,7 +102,7 @@ void NewtonSystem::factor_border() {
   const ConeProgram& p = *program_;
   std::fill(g1_.begin(), g1_.end(), 0.0);
   std::fill(g2_.begin(), g2_.end(), 0.0);
-  for (int c = 0; c < p.nc(); ++c) vec3(&dr[3 * c]) = mat3(&G[9 * c]) * vec3(&d_[3 * c]);
+  for (int c = 0; c < p.nc(); ++c) vec3(&dr[3 * c]) = mat3(&G[9 * c]) * vec3(&d[3 * c]);
   multiply_transposed_add(*p.J, *p.M, dr, g2_);
   if (two())
     kkt_.solve_in_place(g1_, g2_);
@@ -114,7 +114,7 @@ void NewtonSystem::factor_border() {
   for (std::size_t i = 0; i < g2_.size(); ++i) border_pivot_ += g2_[i] * M_g_[i];
   for (int c = 0; c < p.nc(); ++c) {
     auto t = vec3(&t_[3 * c]);
-    t = vec3(&d_[3 * c]) - t;
+    t = vec3(&d[3 * c]) - t;
     const Vector3d Gt = mat3(&G[9 * c]) * t;
     border_pivot_ += t.dot(Gt);
   }

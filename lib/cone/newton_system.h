@@ -28,6 +28,7 @@ class NewtonSystem {
   /// The step with d.dr = rhs + diagonal ds. False where the pivot of that row fails.
   bool solve_bordered(double diagonal, double rhs);
 
+  std::vector<double> d;     ///< 3 nc: row of the bound
   std::vector<double> dr;    ///< 3 nc, N s
   std::vector<double> deta;  ///< nc, N s; zero where there is no eta
   double ds = 0;             ///< m/s
@@ -44,7 +45,6 @@ class NewtonSystem {
 
   const ConeProgram* program_ = nullptr;
   KktSystem kkt_;
-  std::vector<double> d_;        // 3 nc, row of the bound
   std::vector<double> h1_, h2_;  // nv: right-hand sides, then dv and dw
   double border_pivot_ = 0;      // of the bound's row but for its diagonal, and
   bool border_ready_ = false;    // are it, g1_, g2_ and t_ those of the present factors?

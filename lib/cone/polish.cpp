@@ -47,10 +47,16 @@ class Polish {
   }
 
  private:
+  struct Sums {
+    double square = 0;    // J, squared natural map
+    double products = 0;  // J, sum of |r.y|, |eta u_n|, and kappa times what y is short of the dual cone
+    double missing = 0;   // m/s, the latter
+  };
+
   double linearise();
-  void linearise_contact(int c);
-  void linearise_slip(int c, const Vector3d& y, const Vector3d& z, double t);
-  void linearise_multiplier(int c);
+  void linearise_contact(int c, Sums& sums);
+  double linearise_slip(int c, const Vector3d& y, const Vector3d& z, double t);
+  void linearise_multiplier(int c, Sums& sums);
   void linearise_bound();
   bool gives_up(double residual);
   void keep_or_go_back(double residual);
@@ -67,60 +73,26 @@ class Polish {
   double proximal_;
   double best_ = HUGE_VAL;  // sqrt(J), least natural map
   int stalled_ = 0;
-  double sum_ = 0;       // J, squared natural map
-  double products_ = 0;  // J, sum of |r.y|, |eta u_n|, and kappa times what y is short of the dual cone
-  double missing_ = 0;   // m/s, the latter
+  Sums sums_;
   bool s_active_ = false;
 };
 
-// Sets the terms of a Newton step at x; returns the norm of the natural map, sqrt(J).
+// Sets the terms of a Newton step at x (what a contact adds is inlined, so that sums stay in registers); returns the
+// norm of the natural map, sqrt(J).
 double Polish::linearise() {
   w_.velocities.evaluate(p_, x_.r, eta_of(p_, x_));
-  sum_ = products_ = missing_ = 0;
+  Sums sums;
   for (int c = 0; c < p_.nc(); ++c) {
-    linearise_contact(c);
-    if (p_.has_eta()) linearise_multiplier(c);
+    linearise_contact(c, sums);
+    if (p_.has_eta()) linearise_multiplier(c, sums);
   }
+  sums_ = sums;
   linearise_bound();
-  return std::sqrt(sum_);
+  return std::sqrt(sums_.square);
 }
 
-[[gnu::always_inline]] inline void Polish::linearise_contact(int c) {
-  const double w = w_.scales.w_r[c], mu = (*p_.mu)[c], stiff = 1 / (proximal_ * w);
-  const auto r = vec3(&x_.r[3 * c]);
-  const Vector3d y = vec3(&w_.velocities.u_hat[3 * c]) + x_.s * Vector3d(p_.share_of(c), 0, 0);
-  auto G = mat3(&w_.newton.G[9 * c]);
-  auto step = vec3(&w_.newton.c_r[3 * c]);
-  const Vector3d z = r - y / w;
-  const double t = std::sqrt(z[1] * z[1] + z[2] * z[2]);
-  products_ += std::abs(r.dot(y));
-  if (p_.has_bound()) missing_ = std::max(missing_, mu * tangential(y.data()) - y[0]);
-  if (mu == 0) {  // a half-line: r_t = 0
-    G.setZero();
-    step = -r;
-    if (z[0] > 0) {
-      G(0, 0) = stiff;
-      step[0] = -stiff * y[0];
-      sum_ += y[0] * y[0] / w;
-    } else {
-      sum_ += w * r[0] * r[0];
-    }
-    sum_ += w * (r[1] * r[1] + r[2] * r[2]);
-  } else if (t <= mu * z[0]) {  // sticks: y = 0
-    G.setIdentity();
-    G *= stiff;
-    step = -stiff * y;
-    sum_ += y.squaredNorm() / w;
-  } else if (mu * t <= -z[0]) {  // open: r = 0
-    G.setZero();
-    step = -r;
-    sum_ += w * r.squaredNorm();
-  } else {
-    linearise_slip(c, y, z, t);
-  }
-}
-
-void Polish::linearise_slip(int c, const Vector3d& y, const Vector3d& z, double t) {
+// Returns its square of the natural map.
+[[gnu::always_inline]] inline double Polish::linearise_slip(int c, const Vector3d& y, const Vector3d& z, double t) {
   const double w = w_.scales.w_r[c], mu = (*p_.mu)[c], stiff = 1 / (proximal_ * w);
   const auto r = vec3(&x_.r[3 * c]);
   const double root = std::sqrt(1 + mu * mu), c1 = z[1] / t, c2 = z[2] / t;
@@ -131,20 +103,55 @@ void Polish::linearise_slip(int c, const Vector3d& y, const Vector3d& z, double 
   const double y_a = a.dot(y), r_b = b.dot(r), r_p = across.dot(r);
   mat3(&w_.newton.G[9 * c]).noalias() = stiff * a * a.transpose() + (k / ((1 - k) * w)) * across * across.transpose();
   vec3(&w_.newton.c_r[3 * c]) = -stiff * y_a * a - r_b * b - (r_p / (1 - k)) * across;
-  sum_ += y_a * y_a / w + w * (r_b * r_b + r_p * r_p);
+  return y_a * y_a / w + w * (r_b * r_b + r_p * r_p);
 }
 
-[[gnu::always_inline]] inline void Polish::linearise_multiplier(int c) {
+[[gnu::always_inline]] inline void Polish::linearise_contact(int c, Sums& sums) {
+  const double w = w_.scales.w_r[c], mu = (*p_.mu)[c], stiff = 1 / (proximal_ * w);
+  const auto r = vec3(&x_.r[3 * c]);
+  const Vector3d y = vec3(&w_.velocities.u_hat[3 * c]) + x_.s * vec3(&w_.newton.d[3 * c]);
+  auto G = mat3(&w_.newton.G[9 * c]);
+  auto step = vec3(&w_.newton.c_r[3 * c]);
+  const Vector3d z = r - y / w;
+  const double t = std::sqrt(z[1] * z[1] + z[2] * z[2]);
+  sums.products += std::abs(r.dot(y));
+  if (p_.has_bound()) sums.missing = std::max(sums.missing, mu * tangential(y.data()) - y[0]);
+  if (mu == 0) {  // a half-line: r_t = 0
+    G.setZero();
+    step = -r;
+    if (z[0] > 0) {
+      G(0, 0) = stiff;
+      step[0] = -stiff * y[0];
+      sums.square += y[0] * y[0] / w;
+    } else {
+      sums.square += w * r[0] * r[0];
+    }
+    sums.square += w * (r[1] * r[1] + r[2] * r[2]);
+  } else if (t <= mu * z[0]) {  // sticks: y = 0
+    G.setIdentity();
+    G *= stiff;
+    step = -stiff * y;
+    sums.square += y.squaredNorm() / w;
+  } else if (mu * t <= -z[0]) {  // open: r = 0
+    G.setZero();
+    step = -r;
+    sums.square += w * r.squaredNorm();
+  } else {
+    sums.square += linearise_slip(c, y, z, t);
+  }
+}
+
+[[gnu::always_inline]] inline void Polish::linearise_multiplier(int c, Sums& sums) {
   const double u_n = w_.velocities.u[3 * c] + p_.slack_of(c), w_eta = w_.scales.w_eta[c], eta = x_.eta[c];
-  products_ += std::abs(eta * u_n);
+  sums.products += std::abs(eta * u_n);
   if (p_.is_fixed(c) || eta - u_n / w_eta > 0) {
     w_.newton.D[c] = 1 / (proximal_ * w_eta);
     w_.newton.c_eta[c] = -w_.newton.D[c] * u_n;
-    sum_ += u_n * u_n / w_eta;
+    sums.square += u_n * u_n / w_eta;
   } else {
     w_.newton.D[c] = 0;
     w_.newton.c_eta[c] = -eta;
-    sum_ += w_eta * eta * eta;
+    sums.square += w_eta * eta * eta;
   }
 }
 
@@ -152,9 +159,9 @@ void Polish::linearise_bound() {
   s_active_ = false;
   if (!p_.has_bound()) return;
   const double excess = sum_of_shares(p_, x_.r) - p_.kappa, w = w_.scales.mean_weight;
-  products_ += missing_ * p_.kappa;
+  sums_.products += sums_.missing * p_.kappa;
   s_active_ = x_.s + excess * w > 0;
-  sum_ += s_active_ ? excess * excess * w : x_.s * x_.s / w;
+  sums_.square += s_active_ ? excess * excess * w : x_.s * x_.s / w;
 }
 
 // Without progress, or at rounding and not halved again.
@@ -183,7 +190,7 @@ void Polish::keep_or_go_back(double residual) {
 // Far below rounding, and no product of a large impulse with a velocity that should be zero is left.
 bool Polish::cannot_be_better() const {
   const double tiny = 1e-2 * options_.rounding, size = w_.scales.size;
-  return best_ <= tiny * size && products_ <= tiny * size * size;
+  return best_ <= tiny * size && sums_.products <= tiny * size * size;
 }
 
 bool Polish::step() {

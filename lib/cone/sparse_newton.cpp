@@ -120,7 +120,7 @@ bool SparseNewton::solve(const CentralPath<double>& path, ConePoint<double>& ste
   // Term by term: the slacks may be far smaller than the velocities that they are the difference of.
   for (int c = 0; c < nc; ++c) {
     vec3(&step.y[3 * c]) = vec3(&newton.J_dw[3 * c]) - vec3(&path.at.y[3 * c]) + vec3(&velocities_.u_hat[3 * c]) +
-                           (step.s + path.at.s) * Vector3d(p_.share_of(c), 0, 0);
+                           (step.s + path.at.s) * vec3(&newton.d[3 * c]);
     step.a[c] = path.cones.inequality[c] ? newton.N_dv[c] - (path.at.a[c] - velocities_.u[3 * c] - p_.slack_of(c)) : 0;
   }
   return true;

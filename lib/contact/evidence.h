@@ -85,8 +85,8 @@ void see_gains(std::span<const double> r, double epsilon, const Evidence& at, st
 /// Error of an impulse in Coulomb's law, r - P(r - u~ / w), N s: P projects on |x_t| <= mu x_n, and u~ is u with mu
 /// |u_t| added to the normal component (De Saxce and Feng, 1998).
 inline Eigen::Vector3d coulomb_error(const Eigen::Vector3d& r, const Eigen::Vector3d& u, double mu, double weight) {
-  const Eigen::Vector3d changed(u[0] + mu * std::sqrt(u[1] * u[1] + u[2] * u[2]), u[1], u[2]);
-  return r - project_on_cone(r - changed / weight, mu);
+  const double u_changed = u[0] + mu * std::sqrt(u[1] * u[1] + u[2] * u[2]);
+  return r - project_on_cone({r[0] - u_changed / weight, r[1] - u[1] / weight, r[2] - u[2] / weight}, mu);
 }
 
 /// |x_t| of contact c, from rows n, t1, t2.
