@@ -51,9 +51,11 @@ void NcpSolution::clear() {
 void project_on_friction_cone(const double* x, double mu, double* out) {
   const double n = x[0], t = std::sqrt(x[1] * x[1] + x[2] * x[2]);
   double normal = n, scale = 1;
-  if (t > mu * n) {
-    normal = mu * t <= -n ? 0 : (n + mu * t) / (1 + mu * mu);
-    scale = t > 0 ? mu * normal / t : 0;
+  if (mu * t <= -n) {  // first: with mu = 0 what pulls is not within
+    normal = scale = 0;
+  } else if (t > mu * n) {
+    normal = (n + mu * t) / (1 + mu * mu);
+    scale = mu * normal / t;
   }
   out[0] = normal;
   out[1] = scale * x[1];

@@ -234,9 +234,83 @@ inline Exact convex_sphere() {
   return out;
 }
 
+/// Exact Coulomb friction: what slides carries mu r_n against the slip.
+inline Exact coulomb_sphere() {
+  const SlidingSphere s(2, 4, 0.1, 0);
+  Exact out{"a sphere that slides, exactly", coulomb_law(), s.problem, {}, {}};
+  out.solution.impulse = {s.r[0], s.r[1], s.r[2]};
+  return out;
+}
+inline Exact coulomb_box() {
+  Exact out = newton_box();
+  out.law = coulomb_law();
+  out.name += ", exactly";
+  return out;
+}
+
+/// Without friction: what comes is stopped, whether it slips or not, what parts carries nothing; and both at a joint's
+/// limit, whose tangential rows are zero.
+inline Exact frictionless(const Law& law) {
+  Exact out{"without friction, " + std::string(law.name), law, {}, {}, {}};
+  const double masses[] = {2, 3, 1.5, 2.5, 4}, approach[] = {2, 1, -3, 1.5, -2.5}, slip[] = {5, 0, 0, 0, 0};
+  for (int b = 0; b < 5; ++b) {
+    const double m = masses[b];
+    add_body(out.problem, m, Vector3d::Constant(0.4 * m), aslant(approach[b], slip[b]));
+    add_contact(out.problem, b, {0, -1, 0}, -1, {}, ground_axes(), 0);
+    if (b >= 3) out.problem.J.entry(b).bottomRows<2>().setZero();
+    out.solution.impulse.insert(out.solution.impulse.end(), {std::max(0.0, m * approach[b]), 0, 0});
+  }
+  if (law == soft_law()) out.solution.witness = SoftWitness{{.rule = Softness::Rule::mujoco, .impedance = 1}};  // rigid
+  return out;
+}
+
+/// Contacts that give way: a sphere that slides, by MuJoCo's R, and one that sticks, by SAP's (docs/methods/soft.md).
+inline Exact soft_spheres(Softness::Rule rule) {
+  const bool mujoco = rule == Softness::Rule::mujoco;
+  Exact out{
+      mujoco ? "a sphere that slides and gives way" : "a sphere that sticks and gives way", soft_law(), {}, {}, {}};
+  const double m = 2, v_n = 2, mu = mujoco ? 0.1 : 0.9, slip = mujoco ? 4 : 1;
+  add_body(out.problem, m, Vector3d::Constant(0.4 * m), aslant(v_n, slip));
+  add_contact(out.problem, 0, {0, -1, 0}, -1, {}, ground_axes(), mu);
+  Softness& softness = out.solution.as<SoftWitness>().softness;
+  softness.rule = rule;
+  const double W_n = 1 / m, w = 3.5 / m;
+  double r_n = 0, r_t = 0;
+  if (mujoco) {
+    softness.impedance = 0.8;
+    softness.impratio = 2;
+    const double R_n = 0.25 * W_n, R_t = R_n / 2;
+    r_n = (mu * slip + v_n) / (W_n + R_n + mu * mu * (w + R_t));
+    r_t = mu * r_n;
+  } else {
+    softness.beta = 0.5;
+    softness.sigma = 0.1;
+    softness.compliance = 0.3 / m;
+    r_n = v_n / (W_n + 0.3 / m);
+    r_t = slip / (w + 0.1 * std::sqrt(1 + 2 * 3.5 * 3.5) / (3 * m));
+  }
+  std::vector<double> u;
+  contact_velocity(out.problem, out.problem.v_minus, u);
+  out.solution.impulse = {r_n, -r_t * u[1] / slip, -r_t * u[2] / slip};
+  return out;
+}
+
 inline std::vector<Exact> exact_answers() {
-  return {newton_sphere(), newton_box(), mirtich_spheres(), polygon_sphere(0), polygon_sphere(0.5),
-          polygon_box(),   convex_box(), convex_corner(),   convex_sphere()};
+  return {newton_sphere(),
+          newton_box(),
+          mirtich_spheres(),
+          polygon_sphere(0),
+          polygon_sphere(0.5),
+          polygon_box(),
+          convex_box(),
+          convex_corner(),
+          convex_sphere(),
+          coulomb_sphere(),
+          coulomb_box(),
+          frictionless(coulomb_law()),
+          frictionless(soft_law()),
+          soft_spheres(Softness::Rule::mujoco),
+          soft_spheres(Softness::Rule::sap)};
 }
 
 /// The same physics where one kilogramme is called `mass`, one metre `length`, one second `time`.
@@ -268,6 +342,7 @@ inline Exact in_units(Exact exact, double mass, double length, double time) {
     for (std::size_t i = 0; i < proof->kappa_dual.size(); ++i) proof->kappa_dual[i] /= i % 6 < 3 ? 1 : length;
     proof->epsilon *= energy;
   }
+  if (auto* soft = std::get_if<SoftWitness>(&s.witness)) soft->softness.compliance /= mass;
   return exact;
 }
 

@@ -408,7 +408,7 @@ def on_cone(x, mu):
     with np.errstate(divide="ignore", invalid="ignore"):
         shrink = np.where(t > 0, mu * along / t, 0)
     out[outside, 1:] = x[outside, 1:] * shrink[outside, None]
-    out[outside & polar] = 0
+    out[polar] = 0
     return out
 
 
