@@ -10,7 +10,8 @@
 //   path     the central path followed wherever it turns (interior.h), and the finish: hundreds of factorisations where
 //            it turns often
 //   far      the same from a start that is farther out: another path
-//   patient  the guess, and then the finish from the best so far, that go back and take smaller steps where they fail
+//   alternate  the first-order method of admm.cpp from the best so far: it crawls, and does not mind that answers are
+//            degenerate or sizes of contacts ten decades apart. Then the finish, which goes back where it fails
 // Every impulse that is met is measured on fresh velocities (NcpMeasure); the best is returned, whatever its ending.
 //
 // Source: D. Stewart, J. Trinkle (1996) for the problem in the form that interior_system.cpp has; Mehrotra's steps;
@@ -37,16 +38,15 @@ struct NewtonOptions : NcpOptions {
   InteriorSystem::Options interior;
   LongSteps::Options long_steps;
   PathSteps::Options path;
-  int returns = 3;              ///< of the finish in the last attempt; before it, none
-  double far = 100;             ///< -: first impulses and velocities of the second path, over the first's
-  int long_limit = 100;         ///< long steps,
-  int patience = 10;            ///< and of those in a row that do not halve the error
-  int path_limit = 3000;        ///< steps along a path
-  double finish_from = 1e-3;    ///< -: error of the interior point at which the finish is tried,
-  double finish_again = 1e-1;   ///< and again at this fraction of that
-  double least_error = 1e-10;   ///< -: error that is rounding
-  double ahead = 1e-4;          ///< -: proximal term of the finish, over that error
-  double near_rounding = 1e-6;  ///< -: natural residual after the finish from which rounding is looked at
+  int returns = 3;             ///< of the finish in the last attempt; before it, none
+  double far = 100;            ///< -: first impulses and velocities of the second path, over the first's
+  int long_limit = 100;        ///< long steps,
+  int patience = 10;           ///< and of those in a row that do not halve the error
+  int path_limit = 3000;       ///< steps along a path
+  double finish_from = 1e-3;   ///< -: error of the interior point at which the finish is tried,
+  double finish_again = 1e-1;  ///< and again at this fraction of that
+  double least_error = 1e-10;  ///< -: error that is rounding
+  double ahead = 1e-4;         ///< -: proximal term of the finish, over that error
   /// -: of the fastest velocity before: contacts that part more slowly carry in the first guess.
   double touching = 1e-10;
 };
@@ -63,8 +63,8 @@ class NcpNewton {
   bool attempt(std::string_view who, NcpSolution& solution);
   bool guess(std::string_view who, NcpSolution& solution);
   bool go_straight(std::string_view who, NcpSolution& solution);
-  bool be_patient(std::string_view who, NcpSolution& solution);
   bool follow_path(double start, std::string_view who, NcpSolution& solution);
+  bool alternate(std::string_view who, NcpSolution& solution);
   void begin_interior(double start);
   bool try_finish(std::string_view who, NcpSolution& solution);
   bool finish(double proximal, std::string_view who, NcpSolution& solution);
@@ -81,6 +81,8 @@ class NcpNewton {
   double size_ = 0;         // sqrt(J), of q
   double next_finish_ = 0;  // -: error from which it is tried
   std::vector<double> tried_, tried_u_;
+  NcpSolver first_order_;  // alternate: made when it is asked for
+  NcpSolution other_;
 };
 
 // Keeps (tried_, tried_u_) where it is the best so far. Is it good?
@@ -103,7 +105,11 @@ bool NcpNewton::guess(std::string_view who, NcpSolution& solution) {
     tried_.assign(solution.r.size(), 0.0);
     for (const double u : measure_.q()) o.touching = std::max(o.touching, o_.touching * std::abs(u));
   }
-  return offer(finish_.solve(o, tried_, tried_u_, solution.iterations), who, solution);
+  if (offer(finish_.solve(o, tried_, tried_u_, solution.iterations), who, solution)) return true;
+  // Nothing approaches but by rounding?
+  tried_.assign(solution.r.size(), 0.0);
+  tried_u_ = measure_.q();
+  return offer(measure_.residual_beside_rounding(tried_, tried_u_), who, solution);
 }
 
 bool NcpNewton::finish(double proximal, std::string_view who, NcpSolution& solution) {
@@ -111,7 +117,6 @@ bool NcpNewton::finish(double proximal, std::string_view who, NcpSolution& solut
   o.proximal = proximal;
   const double residual = finish_.solve(o, tried_, tried_u_, solution.iterations);
   if (offer(residual, who, solution)) return true;
-  if (!(residual < o_.near_rounding)) return false;
   // What is left may be rounding.
   return offer(std::min(residual, measure_.residual_beside_rounding(tried_, tried_u_)), who, solution) ||
          solution.residual <= o_.accepted;
@@ -147,12 +152,6 @@ bool NcpNewton::go_straight(std::string_view who, NcpSolution& solution) {
   return false;
 }
 
-bool NcpNewton::be_patient(std::string_view who, NcpSolution& solution) {
-  if (guess(who, solution)) return true;
-  tried_ = solution.r;
-  return finish(o_.finish.proximal, who, solution);
-}
-
 bool NcpNewton::follow_path(double start, std::string_view who, NcpSolution& solution) {
   begin_interior(start);
   path_.begin(o_.path, interior_);
@@ -164,11 +163,25 @@ bool NcpNewton::follow_path(double start, std::string_view who, NcpSolution& sol
   return false;
 }
 
+bool NcpNewton::alternate(std::string_view who, NcpSolution& solution) {
+  if (!first_order_) first_order_ = find_ncp_solver("admm")->make(o_);
+  NcpProblem from_best = *problem_;
+  from_best.start = solution.r;
+  first_order_(from_best, other_);
+  solution.iterations += other_.iterations;
+  tried_ = other_.r;
+  tried_u_ = other_.u;
+  if (offer(other_.residual, who, solution)) return true;
+  tried_ = solution.r;
+  o_.finish.returns = o_.returns;
+  return finish(o_.finish.proximal, who, solution);
+}
+
 bool NcpNewton::attempt(std::string_view who, NcpSolution& solution) {
-  o_.finish.returns = who == "patient" ? o_.returns : 0;
+  o_.finish.returns = 0;
   if (who == "guess") return guess(who, solution);
   if (who == "long") return go_straight(who, solution);
-  if (who == "patient") return be_patient(who, solution);
+  if (who == "alternate") return alternate(who, solution);
   return follow_path(who == "path" ? 1 : o_.far, who, solution);
 }
 
@@ -191,7 +204,7 @@ void NcpNewton::operator()(const NcpProblem& p, NcpSolution& solution) {
   size_ = std::sqrt(size_);
   system_.prepare(*p.M, *p.J);
   finish_.begin(p, system_, measure_);
-  for (const std::string_view who : {"guess", "long", "path", "far", "patient"}) {
+  for (const std::string_view who : {"guess", "long", "path", "far", "alternate"}) {
     poll_stop();
     const bool done = attempt(who, solution);
     if (done || solution.residual <= o_.accepted) {
