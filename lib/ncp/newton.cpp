@@ -10,8 +10,11 @@
 //   path     the central path followed wherever it turns (interior.h), and the finish: hundreds of factorisations where
 //            it turns often
 //   far      the same from a start that is farther out: another path
-//   alternate  the first-order method of admm.cpp from the best so far: it crawls, and does not mind that answers are
-//            degenerate or sizes of contacts ten decades apart. Then the finish, which goes back where it fails
+// And after each of the last three
+//   patient  the finish from the best so far, with many steps that make nothing better. Where rows are all but
+//   redundant
+//            (corners that are level to a billionth) impulses move along what they share by a bounded amount a step,
+//            and the residual stays as it is until a contact opens or slips
 // Every impulse that is met is measured on fresh velocities (NcpMeasure); the best is returned, whatever its ending.
 //
 // Source: D. Stewart, J. Trinkle (1996) for the problem in the form that interior_system.cpp has; Mehrotra's steps;
@@ -34,19 +37,19 @@ namespace cb {
 namespace {
 
 struct NewtonOptions : NcpOptions {
-  AlartCurnierNewton::Options finish;
+  AlartCurnierNewton::Options finish{.returns = 0}, patient{.limit = 500, .patience = 50};
   InteriorSystem::Options interior;
   LongSteps::Options long_steps;
   PathSteps::Options path;
-  int returns = 3;             ///< of the finish in the last attempt; before it, none
-  double far = 100;            ///< -: first impulses and velocities of the second path, over the first's
-  int long_limit = 100;        ///< long steps,
-  int patience = 10;           ///< and of those in a row that do not halve the error
-  int path_limit = 3000;       ///< steps along a path
-  double finish_from = 1e-3;   ///< -: error of the interior point at which the finish is tried,
-  double finish_again = 1e-1;  ///< and again at this fraction of that
-  double least_error = 1e-10;  ///< -: error that is rounding
-  double ahead = 1e-4;         ///< -: proximal term of the finish, over that error
+  double far = 100;             ///< -: first impulses and velocities of the second path, over the first's
+  int long_limit = 100;         ///< long steps,
+  int patience = 10;            ///< and of those in a row that do not halve the error
+  int path_limit = 3000;        ///< steps along a path
+  double finish_from = 1e-3;    ///< -: error of the interior point at which the finish is tried,
+  double finish_again = 1e-1;   ///< and again at this fraction of that
+  double least_error = 1e-10;   ///< -: error that is rounding
+  double ahead = 1e-4;          ///< -: proximal term of the finish, over that error
+  double near_rounding = 1e-6;  ///< -: natural residual after the finish from which rounding is looked at
   /// -: of the fastest velocity before: contacts that part more slowly carry in the first guess.
   double touching = 1e-10;
 };
@@ -55,7 +58,7 @@ class NcpNewton {
  public:
   explicit NcpNewton(const NcpOptions& options) {
     static_cast<NcpOptions&>(o_) = options;
-    o_.finish.tolerance = options.tolerance;
+    o_.finish.tolerance = o_.patient.tolerance = options.tolerance;
   }
   void operator()(const NcpProblem& problem, NcpSolution& solution);
 
@@ -64,10 +67,11 @@ class NcpNewton {
   bool guess(std::string_view who, NcpSolution& solution);
   bool go_straight(std::string_view who, NcpSolution& solution);
   bool follow_path(double start, std::string_view who, NcpSolution& solution);
-  bool alternate(std::string_view who, NcpSolution& solution);
+  bool be_patient(NcpSolution& solution);
   void begin_interior(double start);
   bool try_finish(std::string_view who, NcpSolution& solution);
-  bool finish(double proximal, std::string_view who, NcpSolution& solution);
+  bool finish(AlartCurnierNewton::Options o, double proximal, std::string_view who, NcpSolution& solution);
+  void leave_out_pulls();
   bool offer(double residual, std::string_view who, NcpSolution& solution);
 
   NewtonOptions o_;
@@ -78,11 +82,10 @@ class NcpNewton {
   PathSteps path_;
   AlartCurnierNewton finish_;
   const NcpProblem* problem_ = nullptr;
-  double size_ = 0;         // sqrt(J), of q
-  double next_finish_ = 0;  // -: error from which it is tried
-  std::vector<double> tried_, tried_u_;
-  NcpSolver first_order_;  // alternate: made when it is asked for
-  NcpSolution other_;
+  double size_ = 0;          // sqrt(J), of q
+  double next_finish_ = 0;   // -: error from which it is tried
+  double patient_from_ = 0;  // -: residual of the best after the last patient finish
+  std::vector<double> tried_, tried_u_, v_;
 };
 
 // Keeps (tried_, tried_u_) where it is the best so far. Is it good?
@@ -109,17 +112,29 @@ bool NcpNewton::guess(std::string_view who, NcpSolution& solution) {
   // Nothing approaches but by rounding?
   tried_.assign(solution.r.size(), 0.0);
   tried_u_ = measure_.q();
-  return offer(measure_.residual_beside_rounding(tried_, tried_u_), who, solution);
+  const double nothing = measure_.residual_beside_rounding(tried_, tried_u_);
+  return nothing <= o_.accepted && offer(nothing, who, solution);
 }
 
-bool NcpNewton::finish(double proximal, std::string_view who, NcpSolution& solution) {
-  AlartCurnierNewton::Options o = o_.finish;
+// What rounding leaves of a contact that parts may pull: no error of velocities, but along the slip it gains energy.
+void NcpNewton::leave_out_pulls() {
+  bool pulls = false;
+  for (std::size_t i = 0; i < tried_.size(); i += 3)
+    if (tried_[i] < 0) {
+      std::fill_n(&tried_[i], 3, 0.0);
+      pulls = true;
+    }
+  if (pulls) measure_.velocities(tried_, v_, tried_u_);
+}
+
+bool NcpNewton::finish(AlartCurnierNewton::Options o, double proximal, std::string_view who, NcpSolution& solution) {
   o.proximal = proximal;
   const double residual = finish_.solve(o, tried_, tried_u_, solution.iterations);
   if (offer(residual, who, solution)) return true;
+  if (!(residual < o_.near_rounding)) return false;
+  leave_out_pulls();
   // What is left may be rounding.
-  return offer(std::min(residual, measure_.residual_beside_rounding(tried_, tried_u_)), who, solution) ||
-         solution.residual <= o_.accepted;
+  return offer(measure_.residual_beside_rounding(tried_, tried_u_), who, solution) || solution.residual <= o_.accepted;
 }
 
 void NcpNewton::begin_interior(double start) {
@@ -135,7 +150,7 @@ bool NcpNewton::try_finish(std::string_view who, NcpSolution& solution) {
   if (error > next_finish_) return false;
   next_finish_ = error * o_.finish_again;
   tried_ = interior_.r();
-  return finish(std::max(o_.finish.proximal, o_.ahead * error), who, solution);
+  return finish(o_.finish, std::max(o_.finish.proximal, o_.ahead * error), who, solution);
 }
 
 bool NcpNewton::go_straight(std::string_view who, NcpSolution& solution) {
@@ -163,25 +178,17 @@ bool NcpNewton::follow_path(double start, std::string_view who, NcpSolution& sol
   return false;
 }
 
-bool NcpNewton::alternate(std::string_view who, NcpSolution& solution) {
-  if (!first_order_) first_order_ = find_ncp_solver("admm")->make(o_);
-  NcpProblem from_best = *problem_;
-  from_best.start = solution.r;
-  first_order_(from_best, other_);
-  solution.iterations += other_.iterations;
-  tried_ = other_.r;
-  tried_u_ = other_.u;
-  if (offer(other_.residual, who, solution)) return true;
+bool NcpNewton::be_patient(NcpSolution& solution) {
+  if (solution.residual == patient_from_) return false;  // from there it went already
   tried_ = solution.r;
-  o_.finish.returns = o_.returns;
-  return finish(o_.finish.proximal, who, solution);
+  const bool done = finish(o_.patient, o_.patient.proximal, "patient", solution);
+  patient_from_ = solution.residual;
+  return done;
 }
 
 bool NcpNewton::attempt(std::string_view who, NcpSolution& solution) {
-  o_.finish.returns = 0;
   if (who == "guess") return guess(who, solution);
   if (who == "long") return go_straight(who, solution);
-  if (who == "alternate") return alternate(who, solution);
   return follow_path(who == "path" ? 1 : o_.far, who, solution);
 }
 
@@ -204,9 +211,10 @@ void NcpNewton::operator()(const NcpProblem& p, NcpSolution& solution) {
   size_ = std::sqrt(size_);
   system_.prepare(*p.M, *p.J);
   finish_.begin(p, system_, measure_);
-  for (const std::string_view who : {"guess", "long", "path", "far", "alternate"}) {
+  patient_from_ = HUGE_VAL;
+  for (const std::string_view who : {"guess", "long", "path", "far"}) {
     poll_stop();
-    const bool done = attempt(who, solution);
+    const bool done = attempt(who, solution) || (who != "guess" && be_patient(solution));
     if (done || solution.residual <= o_.accepted) {
       solution.status = NcpStatus::solved;
       return;
