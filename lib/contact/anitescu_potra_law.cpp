@@ -28,7 +28,7 @@ class PolygonCheck {
  public:
   void operator()(const ContactProblem& problem, const ContactSolution& solution, const Evidence& at, Residuals& out) {
     Worst worst = natural_map(problem, solution, at);
-    if (at.elastic) see_gains(solution.impulse, 0, at, sum_, worst);
+    see_gains(solution.impulse, 0, at, sum_, worst);
     see_approach(at, worst);
     worst.report(out);
   }
@@ -65,12 +65,13 @@ Worst PolygonCheck::natural_map(const ContactProblem& problem, const ContactSolu
     }
     const std::vector<double>& u = last ? at.u_plus : u_;
     for (int c = 0; c < nc; ++c) {
+      const double root_w = std::sqrt(at.weight[c]);
       double error = rows(problem, at, z, k, &u[3 * c], c);
       for (int i = 3 * c; i < 3 * c + 3 && last; ++i) {
-        const double missing = phase_[i] - solution.impulse[i];
+        const double missing = root_w * (phase_[i] - solution.impulse[i]);
         error += missing * missing;
       }
-      error_[c] += at.weight[c] * error;
+      error_[c] += error;
     }
     if (!last) restitution(problem, solution, at, shares);
   }
@@ -91,13 +92,13 @@ void PolygonCheck::add_phase(const double* z, int nc, int k) {
   }
 }
 
-// Sum of the squares of contact c's rows.
+// Sum of the squares of contact c's rows, J.
 double PolygonCheck::rows(const ContactProblem& problem, const Evidence& at, const double* z, int k, const double* u,
                           int c) const {
   const int nc = problem.nc();
-  const double w = at.weight[c], lam = z[nc + k * nc + c];
+  const double w = at.weight[c], root_w = std::sqrt(w), lam = z[nc + k * nc + c];
   double error = 0, c_sum = 0;
-  const auto add = [&](double e) { error += e * e; };
+  const auto add = [&](double e) { error += root_w * e * (root_w * e); };
   add(std::min(z[c], u[0] / w));
   for (int i = 0; i < k; ++i) {
     const double c_t = z[nc + k * c + i];
@@ -144,7 +145,9 @@ void PolygonCheck::restitution(const ContactProblem& problem, const ContactSolut
     const double size = std::max(std::abs(island[2]) + std::abs(island[3] - island[2]), island[4] / Referee::accepted);
     const double left = size > 0 ? std::abs(island[3]) / size : 0;
     const double missing = at.island_size[g] > 0 ? (1 - theta) * std::sqrt(island[0]) / at.island_size[g] : 0;
-    Evidence::see_island(worst, std::min(std::abs(missing), left), 1, g);
+    // Only one of the two theta that leave E = 0 gives something back, and no more than was asked.
+    const bool some = theta > -Referee::accepted && theta < 1 + Referee::accepted;
+    Evidence::see_island(worst, some ? std::min(std::abs(missing), left) : std::abs(missing), 1, g);
   }
 }
 

@@ -301,7 +301,8 @@ Law convex_law() {
           .lends = true,
           .claims_add_up = true,
           .witness_normals = [](const ContactSolution& solution) -> std::span<const double> {
-            return solution.as<ConvexWitness>().frictionless;
+            const auto& proof = solution.as<ConvexWitness>();
+            return proof.bounded ? proof.frictionless : std::span<const double>();
           }};
 }
 

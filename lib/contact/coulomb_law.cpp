@@ -1,8 +1,8 @@
 // coulomb: Signorini's condition and Coulomb's friction as they are, contact by contact,
 //   u~ = u + mu |u_t| e_n,   r in K = { |r_t| <= mu r_n },   u~ in K*,   r.u~ = 0
 // Error: the natural map r - P_K(r - u~ / w), in impulses, over the size of the contact. The last bits of u move u~ by
-// 1 + mu of them, which is what mu adds to the rounding that counts as none. With restitution (Poisson) the answer is
-// that of two phases: what is left is feasibility, and that no energy comes from nowhere.
+// 1 + mu of them, which is what mu adds to the rounding that counts as none. Of an island with restitution (Poisson)
+// the answer is that of two phases: what is left is feasibility. And on no island comes energy from nowhere.
 //
 // A contact left out: r = 0 needs u_n+ >= 0 and nothing else. Corners: the same for a point inside a patch; who carries
 // what matters where the patch spins. A contact alone, W = diag(W_n, w, w): r_n = -u_n / W_n, and r_t = -u_t / w where
@@ -26,17 +26,20 @@ class CoulombCheck {
   void operator()(const ContactProblem& problem, const ContactSolution& solution, const Evidence& at, Residuals& out) {
     const std::vector<double>& r = solution.impulse;
     Worst worst;
-    if (at.elastic) {
-      worst = feasible(problem, r, at, Scale::contact);
-      see_gains(r, 0, at, sum_, worst);
+    for (int c = 0; c < problem.nc(); ++c) {
+      const double size = std::sqrt(at.size2[c]);
+      if (at.elastic_island[at.islands.of_contact[c]]) {
+        see_feasible(problem, r, at, size, c, worst);
+        continue;
+      }
+      const double root_w = std::sqrt(at.weight[c]), mu = problem.mu[c];
+      const double floor = (1 + mu) * at.open(c) / (Referee::accepted * root_w);
+      const Eigen::Vector3d error =
+          root_w * coulomb_error(ConstVec3(&r[3 * c]), ConstVec3(&at.u_plus[3 * c]), mu, at.weight[c]);
+      at.see(worst, error.norm(), std::max(size, floor), c);
     }
-    for (int c = 0; c < problem.nc() && !at.elastic; ++c) {
-      const double w = at.weight[c], mu = problem.mu[c];
-      const double floor = (1 + mu) * at.open(c) / (Referee::accepted * std::sqrt(w));
-      const double error = coulomb_error(ConstVec3(&r[3 * c]), ConstVec3(&at.u_plus[3 * c]), mu, w).norm();
-      at.see(worst, std::sqrt(w) * error, std::max(std::sqrt(at.size2[c]), floor), c);
-    }
-    if (!at.elastic) see_approach(at, worst);
+    see_approach(at, worst);
+    see_gains(r, 0, at, sum_, worst);
     worst.report(out);
   }
 

@@ -13,7 +13,17 @@ using Eigen::Vector3d;
 using ConstVec3 = Eigen::Map<const Vector3d>;
 
 // What is wrong by x > 0. Sizes are roots of squares: what has no square is no error of nothing either.
-double error_of(double x) { return x > 0 && x * x > 0 ? x : 0; }
+double error_of(double x) { return x <= 0 || x * x == 0 ? 0 : x; }
+
+// What follows of an answer counts as the worst where it is, but where the law is broken says more than what comes of
+// it.
+void add_consequence(const Worst& consequence, Worst& worst) {
+  if (consequence.ratio <= worst.ratio) return;
+  if (worst.ratio > Referee::accepted)
+    worst.ratio = consequence.ratio;
+  else
+    worst = consequence;
+}
 
 }  // namespace
 
@@ -22,15 +32,19 @@ double Evidence::open_work(const Vector3d& r, const Vector3d& u, const Vector3d&
   return rho > 0 ? rho * (r.norm() + (u.norm() + q.norm() + rho) / weight[contact]) : 0;
 }
 
+void see_feasible(const ContactProblem& problem, std::span<const double> r, const Evidence& at, double size, int c,
+                  Worst& worst) {
+  const double root_w = std::sqrt(at.weight[c]), r_n = r[3 * c];
+  at.see(worst, error_of(-at.u_plus[3 * c] / root_w), size, c);
+  at.see(worst, error_of(-r_n * root_w), size, c);
+  at.see(worst, error_of((tangential(r, c) - problem.mu[c] * r_n) * root_w), size, c);
+}
+
 Worst feasible(const ContactProblem& problem, std::span<const double> r, const Evidence& at, Scale scale) {
   Worst worst;
-  for (int c = 0; c < problem.nc(); ++c) {
-    const double size = scale == Scale::contact ? std::sqrt(at.size2[c]) : at.island_size[at.islands.of_contact[c]];
-    const double root_w = std::sqrt(at.weight[c]), r_n = r[3 * c];
-    at.see(worst, error_of(-at.u_plus[3 * c] / root_w), size, c);
-    at.see(worst, error_of(-r_n * root_w), size, c);
-    at.see(worst, error_of((tangential(r, c) - problem.mu[c] * r_n) * root_w), size, c);
-  }
+  for (int c = 0; c < problem.nc(); ++c)
+    see_feasible(problem, r, at,
+                 scale == Scale::contact ? std::sqrt(at.size2[c]) : at.island_size[at.islands.of_contact[c]], c, worst);
   see_approach(at, worst);
   return worst;
 }
@@ -42,12 +56,7 @@ void see_approach(const Evidence& at, Worst& worst) {
     const double size = at.island_size_q[at.islands.of_contact[c]] * std::sqrt(at.weight[c]);  // m/s, like the error
     at.see(approach, error_of(-at.u_plus[3 * c]), std::max(size, at.open(c) / Referee::accepted), c);
   }
-  if (approach.ratio <= worst.ratio) return;
-  // Where the law is broken says more than what approaches because of it.
-  if (worst.ratio > Referee::accepted)
-    worst.ratio = approach.ratio;
-  else
-    worst = approach;
+  add_consequence(approach, worst);
 }
 
 // What contacts do to an island as seen from the stops, driven ones too, is gain = sum r.(u+ + u-)/2, held against a
@@ -64,13 +73,15 @@ void see_gains(std::span<const double> r, double epsilon, const Evidence& at, st
     island[1] += rc.dot(q);
     island[2] += at.open_work(rc, u, q, c);
   }
+  Worst gain;
   for (int g = 0; g < at.islands.count; ++g) {
     const double* island = &scratch[fields * static_cast<std::size_t>(g)];
     // Suboptimality that was allowed may be a gain, where it is little beside the island.
     const double allowed = std::min(epsilon / Referee::accepted, at.island_size[g] * at.island_size[g]);
-    Evidence::see_island(worst, island[0], std::max({std::abs(island[1]) / 4, island[2] / Referee::accepted, allowed}),
+    Evidence::see_island(gain, island[0], std::max({std::abs(island[1]) / 4, island[2] / Referee::accepted, allowed}),
                          g);
   }
+  add_consequence(gain, worst);
 }
 
 }  // namespace cb

@@ -46,8 +46,9 @@ struct Worst {
 
 /// What the referee has recomputed of an answer before it asks the law. By contact, where nothing else is said.
 struct Evidence {
-  bool elastic = false;  ///< has any contact restitution?
-  BlockCholesky factor;  ///< of M
+  bool elastic = false;              ///< has any contact restitution?
+  std::vector<char> elastic_island;  ///< per island: has any of its contacts?
+  BlockCholesky factor;              ///< of M
   Islands islands;
   std::vector<double> weight;           ///< w_i, 1/kg
   std::vector<double> u_plus, u_minus;  ///< 3 nc, m/s: after the claimed impulses, and before
@@ -60,19 +61,30 @@ struct Evidence {
   double open(int contact) const { return rounding.empty() ? 0 : rounding[contact]; }
   /// What rounding leaves open of r.(u + q)/2, J: of the velocities, and by them of the impulses.
   double open_work(const Eigen::Vector3d& r, const Eigen::Vector3d& u, const Eigen::Vector3d& q, int contact) const;
-  /// Take note of an error. Without size there is nothing an error could be made of, but in a claim of it.
+  /// Take note of an error. Without size there is nothing an error could be made of, but in a claim of it; what is
+  /// beyond the largest number is an error.
   void see(Worst& worst, double error, double size, int contact) const {
-    if (!(error > worst.ratio * size)) return;
-    worst = {size > 0 ? error / size : HUGE_VAL, contact, islands.of_contact[contact]};
+    if (!within(worst, error, size)) worst = {ratio_of(error, size), contact, islands.of_contact[contact]};
   }
   static void see_island(Worst& worst, double error, double size, int island) {
-    if (error > worst.ratio * size) worst = {size > 0 ? error / size : HUGE_VAL, -1, island};
+    if (!within(worst, error, size)) worst = {ratio_of(error, size), -1, island};
+  }
+
+ private:
+  static bool within(const Worst& worst, double error, double size) {
+    return error <= worst.ratio * size && size < HUGE_VAL;
+  }
+  static double ratio_of(double error, double size) {
+    return error < HUGE_VAL && size > 0 && size < HUGE_VAL ? error / size : HUGE_VAL;
   }
 };
 
 /// What feasibility is a fraction of: what the contact is about, or its island.
 enum class Scale { contact, island };
-/// Nothing approaches any more, and impulses lie in their cones.
+/// Nothing approaches at a contact any more, and its impulse lies in its cone.
+void see_feasible(const ContactProblem& problem, std::span<const double> r, const Evidence& at, double size,
+                  int contact, Worst& worst);
+/// So at all contacts.
 Worst feasible(const ContactProblem& problem, std::span<const double> r, const Evidence& at, Scale scale);
 /// Where no answer exists impulses may grow until any approach is small beside them. So that nothing approaches is,
 /// with every law whose contacts do not give way, a matter of the island's velocities before any impulse, too.

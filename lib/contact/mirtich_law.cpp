@@ -1,5 +1,6 @@
 // mirtich: impacts one after another with Stronge's restitution. The works that the method claims must give back e^2 of
-// what compression stored, take energy by friction, and on each island add up to the change of kinetic energy.
+// what compression stored, take energy by friction, and on each island add up to the change of kinetic energy; and no
+// island gains any, whatever the works say.
 
 #include <cmath>
 
@@ -25,18 +26,19 @@ class MirtichCheck {
       const double stored = work.compression[c], returned = work.restitution[c], friction = work.friction[c];
       const double e = problem.restitution[c], energy = at.island_size[g] * at.island_size[g];
       at.see(worst, std::abs(returned + e * e * stored), energy, c);
-      at.see(worst, friction, energy, c);
+      for (const double taken : {stored, -returned, friction}) at.see(worst, taken, energy, c);
       // The work of the impulses is r.(u- + u+) / 2; the kinetic energy of v knows nothing of the offset.
       sum_[g] += stored + returned + friction;
       for (int i = 3 * c; i < 3 * c + 3; ++i) sum_[g] -= solution.impulse[i] * (at.u_plus[i] + at.u_minus[i]) / 2;
     }
     for (int g = 0; g < at.islands.count; ++g)
       Evidence::see_island(worst, std::abs(sum_[g]), at.island_size[g] * at.island_size[g], g);
+    see_gains(solution.impulse, 0, at, gains_, worst);
     worst.report(out);
   }
 
  private:
-  std::vector<double> sum_;  // per island, J
+  std::vector<double> sum_, gains_;  // per island, J
 };
 
 void rest(const ContactProblem& problem, const Witness&, ContactSolution& solution) {

@@ -80,7 +80,8 @@ bool Referee::recompute(const ContactProblem& problem, std::span<const double> r
   contact_velocity(problem, problem.v_minus, at_.u_minus);  // = q
   contact_weights(problem, at_.factor, at_.weight);
   at_.elastic = std::any_of(problem.restitution.begin(), problem.restitution.end(), [](double e) { return e != 0; });
-  return all_finite(at_.u_plus) && all_finite(at_.u_minus);
+  const auto weighs = [](double w) { return w > 0 && w < HUGE_VAL; };
+  return all_finite(at_.u_plus) && all_finite(at_.u_minus) && std::all_of(at_.weight.begin(), at_.weight.end(), weighs);
 }
 
 bool Referee::holds(const Residuals& residuals, double tolerance) {
@@ -119,6 +120,9 @@ void Referee::observe(const ContactProblem& problem, std::span<const double> r, 
   at_.size2.resize(nc);
   at_.island_size_q.resize(at_.islands.count);
   at_.island_size.resize(at_.islands.count);
+  at_.elastic_island.assign(at_.islands.count, 0);
+  for (int c = 0; c < nc; ++c)
+    if (problem.restitution[c] != 0) at_.elastic_island[at_.islands.of_contact[c]] = 1;
   sum_.assign(4 * static_cast<std::size_t>(at_.islands.count), 0.0);  // squares: r, u+, u-, error in Coulomb's law
   double outside = 0;
   for (int c = 0; c < nc; ++c) {
@@ -197,7 +201,8 @@ void Referee::look_at_terms(const ContactProblem& problem, const ContactSolution
 void Referee::add_changes(const ContactProblem& problem, const ContactSolution& solution, const Law& law) {
   const BandMatrix& J = problem.J;
   const int nc = problem.nc();
-  const std::span<const double> more = law.witness_normals ? law.witness_normals(solution) : std::span<const double>();
+  const std::span<const double> more =
+      law.witness_normals && !at_.elastic ? law.witness_normals(solution) : std::span<const double>();
   changes_.assign(problem.nv(), 0.0);
   for (int c = 0; c < nc; ++c) {
     Vector3d load = ConstVec3(&solution.impulse[3 * c]).cwiseAbs();

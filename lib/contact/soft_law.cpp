@@ -42,7 +42,7 @@ class SoftCheck {
         at.see(worst, -r[0] * root_w, size, c);
         at.see(worst, (tangential(solution.impulse, c) - mu * r[0]) * root_w, size, c);
       } else {
-        at.see(worst, root_w * (r - project_on_cone(r - y / w, mu)).norm(), size, c);
+        at.see(worst, (root_w * (r - project_on_cone(r - y / w, mu))).norm(), size, c);
       }
     }
     worst.report(out);

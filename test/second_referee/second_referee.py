@@ -36,7 +36,8 @@ def over(error, size):
     """An error as a ratio, elementwise."""
     error, size = np.broadcast_arrays(np.asarray(error, float), np.asarray(size, float))
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(error > 0, np.where(size > 0, error / np.where(size > 0, size, 1), np.inf), 0.0)
+        ratio = np.where(error > 0, np.where(size > 0, error / np.where(size > 0, size, 1), np.inf), 0.0)
+        return np.where(np.isfinite(error) & (size < np.inf) | (error == -np.inf), ratio, np.inf)
 
 
 def largest(*ratios):
@@ -66,7 +67,7 @@ class Problem:
             self.MiJt[rows] = np.linalg.solve(self.M[rows, rows], self.J[:, rows].T)
         self.W = self.J @ self.MiJt
         J3 = self.J.reshape(self.nc, 3, self.nv)
-        self.limit = ~np.any(J3[:, 1:, :] != 0, axis=(1, 2))
+        self.limit = ~np.any(J3[:, 1:, :] != 0, axis=(1, 2)) & (self.mu == 0)
         diagonal = np.diag(self.W).reshape(self.nc, 3)
         self.weight = np.where(self.limit, diagonal[:, 0], diagonal.mean(axis=1))
         self.u_minus = (self.J @ self.v + self.w).reshape(self.nc, 3)
@@ -122,7 +123,7 @@ class Judgement:
     def __init__(self, p, answer):
         self.p, self.answer, self.looks = p, answer, []
         r = self.vector("r", 3 * p.nc)
-        self.finite = r is not None
+        self.finite = r is not None and bool(np.all((p.weight > 0) & (p.weight < np.inf)))
         if not self.finite:
             return
         self.r = r.reshape(p.nc, 3)
@@ -175,7 +176,7 @@ class Judgement:
         p = self.p
         loads = np.abs(self.r)
         f = self.answer["f"]
-        if len(f) == p.nc:
+        if len(f) == p.nc and self.answer["bounded"] and not self.elastic:
             loads[:, 0] += [abs(x) if x is not None else 0.0 for x in f]
         self.d = (np.abs(p.J) @ (np.abs(p.MiJt) @ loads.ravel())).reshape(p.nc, 3)
         rho = UNITS * EPS * norm(self.d + (np.abs(p.J) @ np.abs(p.v) + np.abs(p.w)).reshape(p.nc, 3))
@@ -207,11 +208,9 @@ class Judgement:
         law = self.answer["law"]
         if law == "convex" and not self.elastic:
             return self.convex()
-        if law == "coulomb" and not self.elastic:
-            return self.coulomb()
-        model = self.polygon() if law == "ap" else self.soft() if law == "soft" and not self.elastic else self.impact(law)
+        model = self.coulomb() if law == "coulomb" else self.polygon() if law == "ap" else self.soft() if law == "soft" and not self.elastic else self.impact(law)
         look = Look(model=model, tolerance=self.noise(self.S_g[self.p.island] if law == "convex" else self.S))
-        if self.elastic and law in ("ap", "convex", "coulomb", "soft"):
+        if law in ("ap", "coulomb", "mirtich") or self.elastic and law in ("convex", "soft"):
             look.model = largest(look.model, self.gains())
             look.tolerance += self.gain_noise()
         if law != "soft":
@@ -241,34 +240,40 @@ class Judgement:
     def gain_noise(self):
         return NEAR * largest(over(self.open_work(self.r, self.u, self.terms_rho), self.gain_size()))
 
+    def feasible(self, S, gives=0.0):
+        p, r = self.p, self.r
+        return (over(-(self.u[:, 0] + gives) / self.root, S), over(-r[:, 0] * self.root, S),
+                over((norm(r[:, 1:]) - p.mu * r[:, 0]) * self.root, S))
+
     def impact(self, law):
         p, r, u = self.p, self.r, self.u
         S = self.S_g[p.island] if law == "convex" else self.S
         gives = self.given_way()[:, 0] * r[:, 0] if law == "soft" else 0
-        out = largest(over(-(u[:, 0] + gives) / self.root, S), over(-r[:, 0] * self.root, S), over((norm(r[:, 1:]) - p.mu * r[:, 0]) * self.root, S))
-        if law == "newton" and p.nc == 1 and p.u_minus[0, 0] < 0:
-            out = largest(out, over(abs(u[:, 0] + p.e * p.u_minus[:, 0]) / self.root, self.S))
+        out = largest(*self.feasible(S, gives))
+        if law == "newton":
+            alone = p.sums(np.ones(p.nc))[p.island] == 1
+            wrong = np.where(p.u_minus[:, 0] < 0, np.abs(u[:, 0] + p.e * p.u_minus[:, 0]) / self.root, self.root * norm(r))
+            out = largest(out, over(wrong, self.S)[alone])
         if law == "mirtich":
             stored, returned, friction = (self.vector(part, p.nc) for part in ("compression", "restitution", "friction"))
             if stored is None or returned is None or friction is None:
                 return math.inf
             energy = self.S_g**2
             balance = stored + returned + friction - np.sum(r * (u + p.u_minus), axis=1) / 2
-            out = largest(out, over(np.abs(returned + p.e**2 * stored), energy[p.island]), over(friction, energy[p.island]),
+            out = largest(out, over(np.abs(returned + p.e**2 * stored), energy[p.island]), *(over(taken, energy[p.island]) for taken in (stored, -returned, friction)),
                           over(np.abs(p.sums(balance)), energy))
         return out
 
     def coulomb(self):
+        """The law itself on islands without restitution, feasibility on the others."""
         p = self.p
         changed = self.u.copy()
         changed[:, 0] += p.mu * norm(self.u[:, 1:])
         e = self.r - on_cone(self.r - changed / p.weight[:, None], p.mu)
         F = self.rho / (ACCEPTED * self.root)
-        law = over(self.root * norm(e), np.maximum(self.S, (1 + p.mu) * F))
-        look = Look(model=largest(law, self.approaching()), tolerance=self.noise(self.S, self.before()))
-        look.holds = look.model <= ACCEPTED
-        look.near = abs(look.model - ACCEPTED) <= look.tolerance
-        return look
+        law = over(norm(self.root[:, None] * e), np.maximum(self.S, (1 + p.mu) * F))
+        elastic = p.most(p.e != 0)[p.island] > 0
+        return largest(law[~elastic], *(ratio[elastic] for ratio in self.feasible(self.S)))
 
     def before(self):
         """Q_g, or what rounding makes of a contact."""
@@ -333,8 +338,9 @@ class Judgement:
         size = np.maximum(np.abs(E_0) + np.abs(E - E_0), self.open_work(r, after, self.rho) / ACCEPTED)
         with np.errstate(divide="ignore", invalid="ignore"):
             left = np.where(size > 0, np.abs(E) / size, 0.0)
-            missing = np.where(self.S_g > 0, (1 - theta) * np.sqrt(squares) / self.S_g, 0.0)
-        return given, largest(np.minimum(np.abs(missing), left))
+            missing = np.abs(np.where(self.S_g > 0, (1 - theta) * np.sqrt(squares) / self.S_g, 0.0))
+        some = (theta > -ACCEPTED) & (theta < 1 + ACCEPTED)
+        return given, largest(np.where(some, np.minimum(missing, left), missing))
 
     def convex(self):
         p, r, u, root, bounded = self.p, self.r, self.u, self.root, self.answer["bounded"]

@@ -1,0 +1,130 @@
+// Answers that something large, or something elsewhere, once hid from the referee.
+#include <catch2/catch.hpp>
+
+#include "contact/exact_answers.h"
+
+using namespace cb;
+using namespace cb::test;
+
+namespace {
+
+bool held(const ContactProblem& problem, const Law& law, std::vector<double> impulse, Witness witness = {}) {
+  ContactSolution answer;
+  answer.impulse = std::move(impulse);
+  answer.witness = std::move(witness);
+  std::vector<double> v_plus;
+  return Referee::holds(Referee().check(problem, answer, law, v_plus), 1e-9);
+}
+
+Witness works(std::vector<double> compression, std::vector<double> restitution, std::vector<double> friction) {
+  return WorkWitness{std::move(compression), std::move(restitution), std::move(friction)};
+}
+
+/// Spheres of 2 kg that meet the ground at 1 m/s, each for itself, with this slip (m/s) and restitution.
+ContactProblem spheres(const std::vector<double>& slip, const std::vector<double>& e, double mu) {
+  ContactProblem p;
+  for (std::size_t b = 0; b < slip.size(); ++b) {
+    add_body(p, 2, Vector3d::Constant(0.8), aslant(1, slip[b]));
+    add_contact(p, static_cast<int>(b), {0, -1, 0}, -1, {}, ground_axes(), mu, e[b]);
+  }
+  return p;
+}
+
+/// A point of 1 kg between two walls, gliding at 1 m/s, that both press with `grip` (N s) and push on along the slip.
+ContactProblem between_walls() {
+  ContactProblem p;
+  add_body(p, 1, Vector3d::Constant(1), {0, 1, 0});
+  Matrix3d axes = Matrix3d::Identity();
+  add_contact(p, 0, Vector3d::Zero(), -1, {}, axes, 0.5);
+  axes(0, 0) = axes(2, 2) = -1;
+  add_contact(p, 0, Vector3d::Zero(), -1, {}, axes, 0.5);
+  return p;
+}
+std::vector<double> pushed_on(double grip) { return {grip, 0.5, 0, grip, 0.5, 0}; }
+
+}  // namespace
+
+TEST_CASE("impulses beyond what has a square hold under no law") {
+  const ContactProblem p = spheres({0}, {0}, 0.5), elastic = spheres({0}, {0.5}, 0.5);
+  for (const double r : {1e155, 1e200, -1e200}) {
+    INFO(r);
+    for (const Law& law : {coulomb_law(), newton_law(), soft_law()}) {
+      CHECK_FALSE(held(p, law, {r, 0, 0}));
+      CHECK_FALSE(held(elastic, law, {r, 0, 0}));
+    }
+    CHECK_FALSE(held(p, coulomb_law(), {0, r, 0}));
+    CHECK_FALSE(held(p, mirtich_law(), {r, 0, 0}, works({0}, {0}, {0})));
+    CHECK_FALSE(held(p, anitescu_potra_law(), {r, 0, 0}, PolygonWitness{4, 0, {r, 0, 0, 0, 0, 0}}));
+    CHECK_FALSE(held(elastic, convex_law(), {r, 0, 0}, ConvexWitness{false, 0, {}, {0}, {0}, {0, 0, 0, 0, 0, 0}}));
+  }
+}
+
+TEST_CASE("without a weight nothing can be said of an answer") {
+  ContactProblem p = spheres({0}, {0}, 0.5);
+  for (double& x : p.J.values) x *= 1e-170;
+  for (double& v : p.v_minus) v *= 1e170;
+  for (const Law& law : {coulomb_law(), newton_law(), soft_law()}) CHECK_FALSE(held(p, law, {0, 0, 0}));
+}
+
+TEST_CASE("an error of bodies of next to no mass is one") {
+  ContactProblem p = spheres({0}, {0}, 0.5);
+  for (double& x : p.M.values) x *= 1e-170;
+  const double m = 2e-170;
+  CHECK(held(p, coulomb_law(), {m, 0, 0}));
+  CHECK_FALSE(held(p, coulomb_law(), {3 * m, 0, 0}));
+  CHECK(held(p, anitescu_potra_law(), {m, 0, 0}, PolygonWitness{4, 0, {m, 0, 0, 0, 0, 0}}));
+  CHECK_FALSE(held(p, anitescu_potra_law(), {3 * m, 0, 0}, PolygonWitness{4, 0, {3 * m, 0, 0, 0, 0, 0}}));
+}
+
+TEST_CASE("ap gives back between nothing and what e asks for") {
+  const ContactProblem p = spheres({0}, {0.5}, 0);
+  const double r = 2;  // stops it
+  const auto given = [&](double second, double sum) {
+    PolygonWitness witness{4, 0, std::vector<double>(12, 0.0)};
+    witness.z[0] = r;
+    witness.z[6] = second;
+    return held(p, anitescu_potra_law(), {sum, 0, 0}, witness);
+  };
+  CHECK(given(0, 1.5 * r));
+  CHECK_FALSE(given(0, 2 * r));  // all of it: the energy of before
+  CHECK_FALSE(given(r, r));      // stopped twice
+  CHECK_FALSE(given(0, r));
+}
+
+TEST_CASE("an energy gain beside large impulses is one, with restitution or without") {
+  const ContactProblem p = between_walls();
+  for (const double grip : {1e3, 1e6}) {
+    CHECK_FALSE(held(p, mirtich_law(), pushed_on(grip), works({0, 0}, {0, 0}, {0, 0})));
+    CHECK_FALSE(held(p, coulomb_law(), pushed_on(grip)));
+  }
+  // Work that compression is said to have given.
+  CHECK_FALSE(held(spheres({0}, {0}, 0), mirtich_law(), {200, 0, 0}, works({9800}, {0}, {0})));
+}
+
+TEST_CASE("what proves a bound counts only where there is one") {
+  for (const double e : {0.0, 0.5})
+    for (const double r : {0.0, 20.0})
+      CHECK_FALSE(held(spheres({0}, {e}, 0.5), convex_law(), {r, 0, 0},
+                       ConvexWitness{false, 0, {}, {0}, {1e15}, {0, 0, 0, 0, 0, 0}}));
+}
+
+TEST_CASE("newton: a contact alone on its island is held to the letter beside others, and where it parts") {
+  const ContactProblem p = spheres({0, 0}, {0.5, 0.5}, 0.5);
+  CHECK(held(p, newton_law(), {3, 0, 0, 3, 0, 0}));
+  CHECK_FALSE(held(p, newton_law(), {3, 0, 0, 1000, 0, 0}));
+  ContactProblem parting = spheres({0}, {0}, 0.5);
+  for (double& v : parting.v_minus) v = -v;
+  CHECK(held(parting, newton_law(), {0, 0, 0}));
+  CHECK_FALSE(held(parting, newton_law(), {5, 0, 0}));
+}
+
+TEST_CASE("coulomb: an island without restitution is held to the law beside one that has some") {
+  const ContactProblem p = spheres({3, 0}, {0, 0.5}, 0.5);
+  const double r = 2;
+  std::vector<double> u;
+  contact_velocity(p, p.v_minus, u);
+  const double t1 = -0.5 * r * u[1] / 3, t2 = -0.5 * r * u[2] / 3;
+  CHECK(held(p, coulomb_law(), {r, t1, t2, 1.5 * r, 0, 0}));
+  CHECK_FALSE(held(p, coulomb_law(), {r, 0, 0, 1.5 * r, 0, 0}));  // no friction
+  CHECK_FALSE(held(p, coulomb_law(), {1.9 * r, 1.9 * t1, 1.9 * t2, 1.5 * r, 0, 0}));
+}
