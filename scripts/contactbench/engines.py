@@ -148,7 +148,7 @@ def rows(results):
                 "variant": cell["variant"], "who": cell.name, "setting": cell["setting"], "precision": cell["precision"]
                 or "double", "knobs": cell["knobs"], "step": cell["step"], "status": cell["status"],
                 "reason": cell["reason"], "run": cell.unrepeated, "error": None if math.isnan(error) else error,
-                "time": cell.seconds if cell.finished else None,
+                "worst": error, "time": cell.seconds if cell.finished else None,
                 "us_a_step": 1e6 * cell.seconds / steps if cell.finished and steps else None, "busy": cell.busy})
     return out
 

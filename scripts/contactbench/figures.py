@@ -331,7 +331,7 @@ def error_time(table, axes):
                 groups.setdefault((cell.key, cell["k"], cell["epsilon"], not p["step"]), []).append((p, look))
         for (key, _, _, to_accuracy), some in groups.items():
             some.sort(key=lambda pair: -float(pair[0]["step"] or pair[0]["cell"].knob("accuracy")))
-            error = [max(p["error"], FLOOR) for p, _ in some]
+            error = [max([e for e in p["errors"] if math.isfinite(e)] + [FLOOR]) for p, _ in some]
             floor = floor or min(error) <= FLOOR
             finer = sorted(knobs[key])  # from coarse to fine
             size = 3.5 + 3.5 * finer.index(fineness(some[0][0]["cell"])) / max(len(finer) - 1, 1)
@@ -344,7 +344,7 @@ def error_time(table, axes):
             panel.vlines([p["time"] for p, _ in some], *zip(*(spread_of(p) for p, _ in some)), color=look["color"],
                          linewidth=0.8, alpha=0.35)
         front = precision.pareto(points)
-        panel.plot([p["time"] for p in front], [max(p["error"], FLOOR) for p in front], linestyle="", marker="o",
+        panel.plot([p["time"] for p in front], [max(p["worst"], FLOOR) for p in front], linestyle="", marker="o",
                    markersize=11, markerfacecolor="none", markeredgecolor="0.5", markeredgewidth=1.0, zorder=2.5)
         for number, look in enumerate(failed):
             panel.plot([1.03], [0.03 + 0.94 * (number + 0.5) / len(failed)], transform=panel.transAxes, clip_on=False,

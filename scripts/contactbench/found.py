@@ -2,7 +2,7 @@
 and the section that it is from, or nothing where its runs are not there."""
 import math
 
-from . import claims, measures, precision, solve_all
+from . import claims, measures, precision, solve_all, worth
 from .claims import EPS, stacks
 from .runs import number
 
@@ -35,9 +35,9 @@ def which_method(results):
     if not names:
         return None
     count = sorted({n: names.count(n) for n in names}.items(), key=lambda of: -of[1])
-    return f"Asked for 1e-2, 1e-4 and 1e-6 m on {len(best) // 3} scenes, a setting of the sweep answers in " \
-           f"{len(names)} of {len(best)} cases; the cheapest is " + \
-        ", ".join(f"{n} in {k}" for n, k in count) + ".", "advice"
+    return worth.Whole(f"Asked for 1e-2, 1e-4 and 1e-6 m on {len(best) // 3} scenes, a setting of the sweep answers in "
+                       f"{len(names)} of {len(best)} cases; the cheapest is " +
+                       ", ".join(f"{n} in {k}" for n, k in count) + "."), "advice"
 
 
 def one_at_a_time(results):
@@ -121,7 +121,8 @@ def hard(results):
     count = cells["verdict"].value_counts()
     return f"Of {len(cells)} stiff and extreme cases by method {count.get('right', 0)} are right, " \
            f"{count.get('model', 0)} are what the method's model says, {count.get('typed', 0)} end with a typed " \
-           f"status, {sum(count.get(v, 0) for v in measures.BAD)} are wrong, silent or a defect.", "stiff_cases"
+           f"status, {count.get('engine', 0)} are engines that are off, " \
+           f"{sum(count.get(v, 0) for v in measures.BAD)} are wrong, silent or a defect.", "stiff_cases"
 
 
 def stored(results):

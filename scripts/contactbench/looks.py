@@ -21,12 +21,14 @@ LOOKS = {
     ("ap", "path"): ("A-P, PATH", SKY, "s"),
     ("ap", "ynl"): ("A-P, YNL", GREEN, "P"),
     ("convex", "ipm"): ("convex", BLACK, "d"),
-    ("coulomb", "newton"): ("Coulomb, Newton", "0.45", "X"),
-    ("coulomb", "nsgs"): ("Coulomb, Gauss-Seidel", "0.45", "p"),
-    ("coulomb", "admm"): ("Coulomb, ADMM", "0.45", "*"),
-    ("coulomb", "cascade"): ("Coulomb, cascade", "0.45", "h"),
-    ("soft", "sap"): ("soft, SAP", YELLOW, "<"),
-    ("soft", "mujoco"): ("soft, MuJoCo", YELLOW, ">"), }
+    ("ap", "pgs"): ("A-P, PGS", "#AA4499", "H"),
+    ("coulomb", "newton"): ("Coulomb, Newton", "#332288", "X"),
+    ("coulomb", "nsgs"): ("Coulomb, Gauss-Seidel", "#882255", "p"),
+    ("coulomb", "bisection"): ("Coulomb, bisection", "#CC6677", "8"),
+    ("coulomb", "admm"): ("Coulomb, ADMM", "#117733", "*"),
+    ("coulomb", "cascade"): ("Coulomb, cascade", "#999933", "h"),
+    ("soft", "sap"): ("soft, SAP", "#8C564B", "<"),
+    ("soft", "mujoco"): ("soft, MuJoCo", "#7F7F7F", ">"), }
 LATER = [(c, m) for m in "<>p*hX" for c in (PURPLE, ORANGE, GREEN, VERMILION, SKY, BLUE)]
 
 LINES = ["-", (0, (4, 1.6)), (0, (1, 1.4)), (0, (5, 1.4, 1, 1.4))]

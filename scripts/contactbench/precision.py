@@ -73,31 +73,40 @@ def uncertainty(results, scene, parameters):
 
 def points(results, scene, parameters, name=None, sweep=SWEEP):
     """Per cell: time (median, least and most, s a simulated second; s a step), error (of the scene's measure, or the
-    named one), None where the run did not finish or has none, the worst of its ensemble (infinite where a member did
-    not end ok), and the uncertainty of the reference that it is against."""
+    named one), None where the run did not finish or has none, all of its ensemble (`errors`, infinite where a member
+    did not end ok), the worst of them, and the uncertainty of the reference that it is against."""
     name = name or measure(results, scene, parameters, sweep)
     out, unsure = [], uncertainty(results, scene, parameters) if name == ERROR else 0.0
     for cell in results.cells(scene, sweep, parameters=parameters):
         times = [time / float(cell["duration"] or "nan") for time in (cell.seconds, *cell.times)]
         point = {"run": cell["run"], "scene": scene, "parameters": parameters, "step": cell["step"], "measure": name}
         point |= {"status": cell["status"] if cell.finished else cell.how_it_ended.split(" at ")[0]}
-        point |= dict.fromkeys(("error", "worst", "time", "least", "most", "time_per_step")) | {"uncertainty": unsure}
+        point |= dict.fromkeys(
+            ("error", "worst", "time", "least", "most", "time_per_step")) | {"errors": [], "uncertainty": unsure}
         if cell.finished and cell.times and not math.isnan(cell.error(name)):
             errors = [c.error(name) if c["status"] == "ok" else math.inf for c in cell.members]
-            point |= {"error": cell.error(name), "worst": max([cell.error(name), *errors])}
+            point |= {"error": cell.error(name), "errors": [cell.error(name), *errors]}
+            point["worst"] = max(point["errors"])
             point |= {"time": times[0], "least": min(times[1:]), "most": max(times[1:])}
             point |= {"time_per_step": cell.seconds / int(cell["steps"])}
         out.append(point | {"repeats": len(cell.times), "busy": cell.busy, "cell": cell})
     return out
 
 
+def spread(point):
+    """The error of a point as a page shows it: a sample where its ensemble has several."""
+    same = all(worth.close(point["error"], e) for e in point["errors"])
+    return point["error"] if same else worth.Number(point["error"],
+                                                    [e if math.isfinite(e) else None for e in point["errors"]])
+
+
 def pareto(some: list[dict]) -> list[dict]:
-    """Of points with time and error: those that none beats in both, the cheapest first. An error counts as less from 1
-    % on, and below TINY none does."""
+    """Of points with time and error: those that none beats in both, the cheapest first. The error is the largest of the
+    ensemble; it counts as less from 1 % on, and below TINY none does."""
     front, best = [], math.inf
-    for point in sorted((p for p in some if p["error"] is not None), key=lambda p: (p["time"], p["error"])):
-        if max(point["error"], TINY) < 0.99 * best:
-            best = max(point["error"], TINY)
+    for point in sorted((p for p in some if p["error"] is not None), key=lambda p: (p["time"], p["worst"])):
+        if max(point["worst"], TINY) < 0.99 * best:
+            best = max(point["worst"], TINY)
             front.append(point)
     return front
 
@@ -126,7 +135,7 @@ def choose(points, error, time_per_step=None):
 
 def nearest(points):
     """Of the points that ended ok, the one with the least error, the cheapest of those; None where there is none."""
-    return min((p for p in points if met(p, float("inf"))), key=lambda p: (p["error"], p["time"]), default=None)
+    return min((p for p in points if met(p, float("inf"))), key=lambda p: (p["worst"], p["time"]), default=None)
 
 
 def told_apart(a, b):

@@ -7,10 +7,11 @@ import math
 import statistics
 from dataclasses import dataclass, field
 
-from . import claims, precision, scenery, solve_all, stepping, table1, today
+from . import claims, precision, scenery, solve_all, stepping, table1, today, worth
 from . import engines as engines_beside
 from . import found as found_out
 from .figures import FIGURES, SAYS
+from .looks import look_of
 from .measures import BAD, VERDICTS
 from .plan import without_member
 from .runs import LIMITS
@@ -18,7 +19,7 @@ from .templates import TEMPLATES
 
 FIRST_LOOK = "statuses, errors and claims hold, times are a first look"
 PROFILES = {
-    "quick": f"one run a cell (two of most in error against run time) and a limit of a minute a run: {FIRST_LOOK}",
+    "quick": f"one run a cell (two of most in error against run time) and limits of some seconds a run: {FIRST_LOOK}",
     "paper": "the paper's durations, three interleaved repeats, limits of ten minutes a run"}
 ERRORS = (1e-2, 1e-4, 1e-6, 1e-9)  # m, for which a method is advised
 TIMES = ("median_s", "minimum_s", "maximum_s", "ratio", "busy")
@@ -50,6 +51,12 @@ def of_paper(results):
 
 def scene_name(scene, parameters):
     return f"{scene.replace('_', ' ')} {parameters}".strip()
+
+
+def lasts(results, scene):
+    """The simulated time of a scene in error against run time."""
+    durations = {float(c["duration"]) for c in results.cells(scene[0], precision.SWEEP, parameters=scene[1])}
+    return " or ".join(f"{d:g} s" for d in sorted(durations))
 
 
 def figure(results, name, sweep="paper", made_by=None):
@@ -137,10 +144,12 @@ def error_time(results):
     against, points, fronts, budgets = [], [], {}, {}
     for scene in precision.scenes(results):
         name, measure, some = scene_name(*scene), precision.measure(results, *scene), precision.points(results, *scene)
-        against.append((name, measure, precision.reference_of(results, *scene, measure)))
+        against.append((name, measure, lasts(results, scene), precision.reference_of(results, *scene, measure)))
         points += some
-        fronts[name], budgets[name] = precision.pareto(some), precision.budget(results, *scene)
-    against += [(name, "", f"missing: {about['reason']}")
+        front = precision.pareto(some)
+        fronts[name] = [p | {"spread": precision.spread(p)} for p in front]
+        budgets[name] = precision.budget(results, *scene)
+    against += [(name, "", "", f"missing: {about['reason']}")
                 for name, about in results.manifest.get("references", {}).items() if not about["accepted"]]
     fixed = ("scene", "parameters", "step", "measure", "status", "error")
     parts_of = ("solver", "model", "step_error", "total", "dominates")
@@ -149,22 +158,26 @@ def error_time(results):
     timed = ("run", "time", "least", "most", "repeats", "busy")
     timing = {"sha256": [digest, digest_of_parts], "points": [picked(p, timed) for p in points]}
     timing["pareto"] = {name: [p["run"] for p in front] for name, front in fronts.items()}
-    shown = {"picture": picture, "parts": parts, "against": against, "fronts": fronts, "budgets": budgets}
+    shown = {"picture": picture, "parts": parts, "against": against, "fronts": Plain(fronts), "budgets": budgets}
     shown["hover"] = hover(points)
     return Section("Error against run time", shown, data, timing)
 
 
 def hover(points):
     """What the page's script draws: the points of each scene as plain numbers."""
-    scenes = {}
+    scenes, looks = {}, {}
     for p in (p for p in points if p["error"] is not None):
         cell, plain = p["cell"], picked(p,
                                         ("run", "error", "time", "least", "most", "repeats", "uncertainty", "status"))
         plain |= {"label": f"{cell.with_k}, {cell.way}", "key": cell.name.partition(",")[0], "command": cell.command}
         plain |= {"good": precision.met(p, math.inf), "worst": p["worst"] if math.isfinite(p["worst"]) else 1e300}
+        ended = [e for e in p["errors"] if math.isfinite(e)]
+        plain |= {"error": max(ended), "few": min(ended)}  # of the ensemble, as in the front and in the advice
+        looks[plain["key"]] = look_of(cell.key, ("", ""))[1]
         scenes.setdefault(scene_name(p["scene"], p["parameters"]), []).append(plain)
-    keys = list(dict.fromkeys(p["key"] for some in scenes.values() for p in some))
-    return Plain({"scenes": scenes, "colours": {key: COLOURS[n % len(COLOURS)] for n, key in enumerate(keys)}})
+    return Plain({
+        "scenes": scenes, "colours": {
+            key: colour or COLOURS[n % len(COLOURS)] for n, (key, colour) in enumerate(looks.items())}})
 
 
 def scenes(results):
@@ -232,7 +245,8 @@ def advice(results):
         for error in ERRORS:
             best, second, _ = precision.choose(points, error)
             near = None if best else precision.nearest(points)
-            rows.setdefault(name, []).append((best, second, second and precision.told_apart(best, second), near))
+            rows.setdefault(f"{name}, {lasts(results, scene)}", []).append(
+                (best, second, second and precision.told_apart(best, second), near))
             if best:
                 chosen.append(best)
                 data[f"{name} {error:g}"] = {"best": best["run"], "runner_up": second and second["run"]}
@@ -245,11 +259,14 @@ def advice(results):
         for of in (("convex", "epsilon", "1e-6", "1e-12"), ("convex", "epsilon", "1e-2", "1e-6"), ("ap", "k", "4", "8"),
                    ("ap", "k", "8", "32"))]
     left = [limit(results, scene) for scene in scenes]
-    text = ["<ul>", wins(chosen), *finer, *turned, *left, forbidden(chosen), "</ul>"]
-    text = [str(sentence) for sentence in text]
+    text = [
+        "<ul>",
+        worth.Whole(wins(chosen)), *map(str, [*finer, *turned]), *map(worth.Whole, left),
+        forbidden(chosen), "</ul>"]
     # Who is cheapest depends on the machine.
-    return Section("Which method to use", {"rows": rows, "heads": [f"{error:g} m" for error in ERRORS], "text": text},
-                   {}, {"answers": data, "text": text})
+    return Section("Which method to use",
+                   {"rows": Plain(rows), "heads": [f"{error:g} m" for error in ERRORS], "text": text}, {},
+                   {"answers": data, "text": text})
 
 
 def models_today(results):

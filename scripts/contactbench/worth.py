@@ -9,6 +9,7 @@ measured, or follows from what is.
 import collections
 import functools
 import math
+import re
 import statistics
 import zlib
 
@@ -22,6 +23,8 @@ EXACT, ROUNDED = "exact", "rounding"
 ROUNDING = 1e-9
 LONG = 60  # characters; sentences are counted and not listed
 ABSENT = "absent"
+OTHER = "another"  # at this place stands what is about another run
+DIGITS = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 
 # Tables of runs.
 
@@ -84,20 +87,30 @@ def clock(results: Runs) -> Runs:
 # The same place in several trees of dictionaries and lists.
 
 
+def run_of(row):
+    """The run that a row, or a part of one, is about; None of what is about none."""
+    return (row.get("run") or (row["cell"]["run"] if "cell" in row else None)) if isinstance(row, dict) else None
+
+
 def identity(row):
     """What a row of a list is about."""
     if not isinstance(row, dict):
         return row if isinstance(row, str) else None
-    words = tuple(v for v in row.values() if isinstance(v, str))
-    return row.get("run") or (row["cell"]["run"] if "cell" in row else words)
+    return run_of(row) or tuple(v for v in row.values() if isinstance(v, str))
 
 
 def child(tree, key, like):
-    """The part of another tree at a key of `like`: by index in a list of the same length, else by what it is about."""
+    """The part of another tree at a key of `like`: of a list what is about the same run, else by index in one of the
+    same length, else by what it is about. What is about another run is not compared."""
+    if isinstance(tree, str) and tree == OTHER:
+        return OTHER
     if isinstance(like, dict):
-        return tree.get(key, ABSENT) if isinstance(tree, dict) else ABSENT
+        part = tree.get(key, ABSENT) if isinstance(tree, dict) else ABSENT
+        return OTHER if run_of(like[key]) and run_of(part) not in (None, run_of(like[key])) else part
     if not isinstance(tree, (list, tuple)):
         return ABSENT
+    if run_of(like[key]):
+        return next((row for row in tree if run_of(row) == run_of(like[key])), OTHER)
     if len(tree) == len(like):
         return tree[key]
     return next((row for row in tree if identity(row) == identity(like[key]) is not None), ABSENT)
@@ -207,7 +220,26 @@ class Number(float):
         return f"{statistics.median(some):{spec}}{spread}{of}"
 
     def __str__(self):
-        return format(self, ".4g")
+        return format(self, ".4g" if any(isinstance(v, float) for v in self.values) else "g")
+
+
+class Whole(str):
+    """A sentence that rests on the ensemble as a whole: what members would say alone is nothing beside it."""
+    alone = True
+
+
+def merged(text, values):
+    """A sentence with the range of each number that differs among those that say the same in other numbers; how many
+    say something else."""
+    same = [DIGITS.findall(v) for v in values if DIGITS.sub("#", v) == DIGITS.sub("#", text)]
+    ranges = zip(DIGITS.findall(text), *same)
+    parts = iter(DIGITS.split(text))
+    out = next(parts)
+    for own, *others in ranges:
+        some = sorted({own, *others}, key=float)
+        out += (f"{own} [{some[0]} to {some[-1]}]" if float(some[0]) < float(some[-1]) else own) + next(parts)
+    rest = len(values) - len(same)
+    return out + (f" (otherwise in {rest} of {len(values)} runs of the ensemble)" if rest else "")
 
 
 class Word(str):
@@ -218,7 +250,7 @@ class Word(str):
         count = collections.Counter(str(v) for v in values)
         self.text = ", ".join(f"{v or 'none'} in {n} of {len(values)}" for v, n in count.most_common())
         if len(value) >= LONG:
-            self.text = f"{value} (so in {count[value]} of {len(values)})"
+            self.text = merged(value, [*map(str, values)])
         return self
 
     def __format__(self, spec):
@@ -235,7 +267,7 @@ def carried(tree, own: list):
     if keys(tree) is not None:
         parts = {key: carried(tree[key], [child(t, key, tree) for t in own]) for key in keys(tree)}
         return parts if isinstance(tree, dict) else type(tree)(parts.values())
-    values = [*map(plain, own)]
+    values = [v for v in map(plain, own) if v != OTHER]
     if all(close(plain(tree), v) for v in values):
         return tree
     if any(is_number(v) for v in values):

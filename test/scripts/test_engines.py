@@ -110,7 +110,7 @@ class Report(unittest.TestCase):
 
     def test_a_cheap_wrong_answer_is_on_no_front(self):
         def row(who, error, time, engine="ode"):
-            return {"scene": "stack", "parameters": "", "who": who, "engine": engine, "error": error, "time": time}
+            return {"scene": "stack", "parameters": "", "who": who, "engine": engine, "error": error, "worst": error, "time": time}
 
         front = engines.fronts([row("lost", 50.0, 1), row("quick", 1e-3, 2), row("ours", 1e-9, 3, ""), row("slow", 1e-3, 4),
                                 row("died", None, None)])

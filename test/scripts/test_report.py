@@ -87,7 +87,7 @@ class Fits(unittest.TestCase):
 
 class Precision(unittest.TestCase):
     def test_the_front_holds_what_none_beats_in_both(self):
-        points = [{"time": t, "error": e} for t, e in ((1, 1e-2), (2, 1e-3), (3, 5e-3), (4, 1e-3), (5, None), (6, 1e-14), (7, 1e-15))]
+        points = [{"time": t, "error": e, "worst": e} for t, e in ((1, 1e-2), (2, 1e-3), (3, 5e-3), (4, 1e-3), (5, None), (6, 1e-14), (7, 1e-15))]
         self.assertEqual([p["time"] for p in precision.pareto(points)], [1, 2, 6])
 
     def test_an_order_is_claimed_where_the_halvings_agree(self):

@@ -102,6 +102,19 @@ class Classes(unittest.TestCase):
         self.assertEqual(shown["c"], "ok")
         self.assertEqual(json.dumps([worth.published(v) for v in shown.values()]), '[9.0, 0.5, "ok"]')
 
+    def test_what_is_about_another_run_is_not_compared(self):
+        own, other = {"best": {"run": "a", "time": 2.0}}, {"best": {"run": "b", "time": 9.0}}
+        self.assertEqual(worth.carried(own, [own, other]), own)
+        rows, others = [{"run": "a", "time": 2.0}, {"run": "b", "time": 3.0}], [{"run": "b", "time": 4.0}, {"run": "c", "time": 8.0}]
+        shown = worth.carried(rows, [rows, others])
+        self.assertEqual((str(shown[0]["time"]), str(shown[1]["time"])), ("2.0", "3.5 [3 to 4]"))
+
+    def test_a_sentence_has_the_range_of_its_numbers_and_how_many_say_something_else(self):
+        text = "Of 70 cases by method so and so many are right, which are 62 of them, k = 8."
+        shown = worth.carried(text, [text, text.replace("62", "60"), "Something else altogether, which is as long as the other one is."])
+        self.assertEqual(str(shown), text.replace("62", "62 [60 to 62]") + " (otherwise in 1 of 3 runs of the ensemble)")
+        self.assertEqual(str(worth.carried(worth.Whole(text), ["x"])), text)
+
     def test_cells_of_stiff_cases_are_compared_with_their_own_whatever_columns_the_others_have(self):
         def suite(number, *methods):
             of_member = " ".join(["", *plan.member_flags(number)])

@@ -1,5 +1,5 @@
 "use strict";
-// Everything here is on top of a page that says all of it without script.
+// Everything here is on top of a page that says what was found without script.
 const number = cell => { const m = /^[-+]?(\d[\d.]*(e[-+]?\d+)?|\.\d+)/i.exec(cell.textContent.trim().replace(/^<\s*/, "")); return m ? parseFloat(m[0]) : null; };
 
 // Tables that sort and filter.
@@ -38,7 +38,7 @@ if (points && Object.keys(DATA.scenes).length) {
   points.hidden = false; document.querySelectorAll(".unscripted").forEach(e => { e.hidden = true; });
   Object.keys(DATA.scenes).forEach(name => get("select").add(new Option(name)));
   const escape = s => s.replace(/[&<>"]/g, c => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[c]), short = x => +x.toPrecision(3);
-  const say = p => `<b>${escape(p.label)}</b>: error ${short(p.error)} ${p.worst > p.error * 1.001 ? `(ensemble up to ${short(p.worst)}) ` : ""}m, ${short(p.time)} s a simulated second${p.repeats > 1 ? ` (${short(p.least)} to ${short(p.most)})` : ", one run"}${p.status === "ok" ? "" : ", " + escape(p.status)}` +
+  const say = p => `<b>${escape(p.label)}</b>: error ${short(p.error)} m${p.few < p.error * 0.999 ? ` (largest of the ensemble, the least ${short(p.few)})` : ""}${p.worst > p.error * 1.001 ? " (not all of the ensemble ended ok)" : ""}, ${short(p.time)} s a simulated second${p.repeats > 1 ? ` (${short(p.least)} to ${short(p.most)})` : ", one run"}${p.status === "ok" ? "" : ", " + escape(p.status)}` +
     `<br><code>${escape(p.command)}</code><br><small>run ${escape(p.run)}</small>`;
   const draw = () => {
     const some = DATA.scenes[get("select").value], wanted = Math.pow(10, +get("input").value), svg = get("svg"), w = svg.clientWidth || 800, h = svg.clientHeight || 400, left = 56, under = 34, log = Math.log10;
