@@ -46,17 +46,20 @@ using ConstVec3 = Eigen::Map<const Vector3d>;
 Residuals Referee::check(const ContactProblem& problem, const ContactSolution& solution, const Law& law,
                          std::vector<double>& v_plus) {
   Residuals out;
-  if (!recompute(problem, solution.impulse, v_plus)) {
+  const auto not_finite = [&] {
+    out = {};
     out.finite = false;
     out.model = HUGE_VAL;
     return out;
-  }
+  };
+  if (!recompute(problem, solution.impulse, v_plus)) return not_finite();
   if (law.check != made_by_) {
     law_check_ = law.check();
     made_by_ = law.check;
   }
   find_same_islands(problem);
   observe(problem, solution.impulse, out);
+  if (!all_finite(at_.island_size)) return not_finite();  // numbers that have no square
   balance(problem, v_plus, out);
   at_.rounding.clear();
   law_check_(problem, solution, at_, out);
@@ -92,7 +95,7 @@ bool Referee::holds(const Residuals& residuals, double tolerance) {
 }
 
 std::string Referee::refusal(const Residuals& residuals, double tolerance) {
-  if (!residuals.finite) return "the impulses are not finite";
+  if (!residuals.finite) return "impulses, or what comes of them, are not finite, or their squares are not";
   const std::string where = residuals.worst_contact < 0 ? ""
                                                         : fmt::format(", at contact {} of island {}",
                                                                       residuals.worst_contact, residuals.worst_island);

@@ -133,6 +133,9 @@ class Judgement:
         self.elastic = bool(np.any(p.e != 0))
         self.find_terms()
         self.first_sizes()
+        self.finite = bool(np.all(np.isfinite(self.S_g)))
+        if not self.finite:
+            return
         self.observe()
         self.looks.append(self.judge())
         self.second_sizes()
