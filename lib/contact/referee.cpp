@@ -12,11 +12,13 @@
 // Terms. Where an answer does not pass by these sizes at 1e-12 (a gap: as it is allowed), it may be that velocities are
 // small sums of large terms. By absolute values, entry by entry, impulses change u_c by terms of d_c, and the last bits
 // of the data leave rho open, for all contacts of an island, whose impulses determine each other:
-//   d_c = |J_c| |M^-1 J^T| |r|,     rho = max_c units eps | |J_c| |v-| + |w_c| + d_c |                m/s
+//   d_c = |J_c| |M^-1 J^T| |r|,     m_c = |J_c M^-1| max(|M| |v+ - v-|, |J^T| |r|)
+//   rho = max_c units eps max(| |J_c| |v-| + |w_c| + d_c |, |m_c|)                                    m/s
 // size_c is at least d_c / sqrt(w) then, and an error of rho counts as `accepted`: size_c >= rho / (sqrt(w) accepted).
-// (A limit of a joint, whose velocity may be in rad/s, has a rho of its own.) And a contact of an island is about the
-// island's velocities, in both measures: size_c is at least the lesser of the island's size and U / sqrt(w), U the
-// fastest |u| of its contacts. What is heavy hides nothing, and another island not even its last bits.
+// And a contact of an island is about the island's velocities, in both measures: size_c is at least the lesser of the
+// island's size and U / sqrt(w), U the fastest |u| of its contacts. (A limit of a joint, whose velocity may be in
+// rad/s, has a rho of its own, and no part in U.) What is heavy hides nothing, and another island not even its last
+// bits.
 
 #include "contact/referee.h"
 
@@ -161,7 +163,7 @@ void Referee::observe(const ContactProblem& problem, std::span<const double> r, 
 void Referee::look_at_terms(const ContactProblem& problem, const ContactSolution& solution, const Law& law) {
   constexpr double unit = rounding_units * std::numeric_limits<double>::epsilon();
   const BandMatrix& J = problem.J;
-  add_changes(problem, solution, law);
+  find_changes(problem, solution, law);
   at_.rounding.resize(problem.nc());
   // Of each island: square of the fastest |u|; rho, m/s; sum of squares of rounding, J.
   constexpr std::size_t fields = 3;
@@ -177,19 +179,23 @@ void Referee::look_at_terms(const ContactProblem& problem, const ContactSolution
         before += entry.col(j).cwiseAbs() * std::abs(problem.v_minus[at + j]);
       }
     }
-    at_.rounding[c] = unit * (changes + before).norm();
+    at_.rounding[c] = unit * std::max((changes + before).norm(), ConstVec3(&mass_changes_[3 * c]).norm());
     at_.size2[c] = std::max(at_.size2[c], changes.squaredNorm() / at_.weight[c]);
+    if (is_limit(problem, c)) continue;
     double* island = of_island(c);
     island[0] = std::max(
         {island[0], ConstVec3(&at_.u_plus[3 * c]).squaredNorm(), ConstVec3(&at_.u_minus[3 * c]).squaredNorm()});
-    if (!is_limit(problem, c)) island[1] = std::max(island[1], at_.rounding[c]);
+    island[1] = std::max(island[1], at_.rounding[c]);
   }
   for (int c = 0; c < problem.nc(); ++c) {
     double* island = of_island(c);
     const double size = at_.island_size[at_.islands.of_contact[c]], w = at_.weight[c];
-    if (!is_limit(problem, c)) at_.rounding[c] = island[1];
+    if (!is_limit(problem, c)) {
+      at_.rounding[c] = island[1];
+      at_.size2[c] = std::max(at_.size2[c], std::min(size * size, island[0] / w));
+    }
     const double floor = at_.rounding[c] / std::sqrt(w) / accepted;
-    at_.size2[c] = std::max({at_.size2[c], std::min(size * size, island[0] / w), floor * floor});
+    at_.size2[c] = std::max(at_.size2[c], floor * floor);
     island[2] += floor * floor;
   }
   for (int g = 0; g < at_.islands.count; ++g) {
@@ -199,24 +205,56 @@ void Referee::look_at_terms(const ContactProblem& problem, const ContactSolution
   }
 }
 
-// |M^-1 J^T| |r|, m/s and rad/s; normal impulses of a witness count as well. Multipliers do not: they change no
-// velocity.
-void Referee::add_changes(const ContactProblem& problem, const ContactSolution& solution, const Law& law) {
+// changes_ = |M^-1 J^T| |r|, m/s and rad/s, and mass_changes_ = |J M^-1| max(|M| |v+ - v-|, |J^T| |r|), m/s, which is more
+// where M is ill-conditioned. Normal impulses of a witness count as well. Multipliers do not: they change no velocity.
+void Referee::find_changes(const ContactProblem& problem, const ContactSolution& solution, const Law& law) {
   const BandMatrix& J = problem.J;
   const int nc = problem.nc();
   const std::span<const double> more =
       law.witness_normals && !at_.elastic ? law.witness_normals(solution) : std::span<const double>();
-  changes_.assign(problem.nv(), 0.0);
-  for (int c = 0; c < nc; ++c) {
+  const auto load_of = [&](int c) -> Vector3d {
     Vector3d load = ConstVec3(&solution.impulse[3 * c]).cwiseAbs();
     if (static_cast<int>(more.size()) == nc && std::isfinite(more[c])) load[0] += std::abs(more[c]);
+    return load;
+  };
+  find_loads(problem, load_of);
+  changes_.assign(problem.nv(), 0.0);
+  mass_changes_.assign(3 * static_cast<std::size_t>(nc), 0.0);
+  for (int c = 0; c < nc; ++c) {
+    const Vector3d load = load_of(c);
     for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
-      const int b = J.block[e], n = problem.M.block_size(b);
+      const int b = J.block[e], n = problem.M.block_size(b), first = problem.M.first[b];
       columns_.resize(3 * static_cast<std::size_t>(n));
       Eigen::Map<Eigen::MatrixX3d> columns(columns_.data(), n, 3);
       columns = J.entry(e).transpose();
       at_.factor.solve_block_in_place(b, columns_.data(), 3);
-      for (int i = 0; i < n; ++i) changes_[problem.M.first[b] + i] += columns.row(i).cwiseAbs().dot(load);
+      for (int i = 0; i < n; ++i) {
+        changes_[first + i] += columns.row(i).cwiseAbs().dot(load);
+        Eigen::Map<Vector3d>(&mass_changes_[3 * c]) += columns.row(i).cwiseAbs().transpose() * loads_[first + i];
+      }
+    }
+  }
+}
+
+// loads_ = max(|M| |v+ - v-|, |J^T| |r|), N s and N m s: what momenta are sums of.
+template <class LoadOf>
+void Referee::find_loads(const ContactProblem& problem, const LoadOf& load_of) {
+  const BandMatrix& J = problem.J;
+  loads_.assign(problem.nv(), 0.0);
+  for (int c = 0; c < problem.nc(); ++c)
+    for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
+      const auto entry = J.entry(e);
+      for (int j = 0; j < entry.cols(); ++j)
+        loads_[problem.M.first[J.block[e]] + j] += entry.col(j).cwiseAbs().dot(load_of(c));
+    }
+  for (int b = 0; b < problem.M.blocks(); ++b) {
+    const auto M = problem.M.block(b);
+    for (int i = 0; i < problem.M.block_size(b); ++i) {
+      double momentum = 0;
+      for (int j = 0; j < problem.M.block_size(b); ++j)
+        momentum += std::abs(M(i, j) * difference_[problem.M.first[b] + j]);
+      double& load = loads_[problem.M.first[b] + i];
+      load = std::max(load, momentum);
     }
   }
 }

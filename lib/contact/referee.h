@@ -33,13 +33,15 @@ class Referee {
   void observe(const ContactProblem& problem, std::span<const double> r, Residuals& out);
   void balance(const ContactProblem& problem, std::span<const double> v_plus, Residuals& out);
   void look_at_terms(const ContactProblem& problem, const ContactSolution& solution, const Law& law);
-  void add_changes(const ContactProblem& problem, const ContactSolution& solution, const Law& law);
+  void find_changes(const ContactProblem& problem, const ContactSolution& solution, const Law& law);
+  template <class LoadOf>
+  void find_loads(const ContactProblem& problem, const LoadOf& load_of);
 
   Evidence at_;
   LawCheck law_check_;                           // of the law of the last answer,
   LawCheck (*made_by_)() = nullptr;              // made by this
   std::vector<int> joined_band_, joined_block_;  // what the islands were found from
-  std::vector<double> scratch_v_, difference_, momentum_, columns_, changes_;
+  std::vector<double> scratch_v_, difference_, momentum_, columns_, loads_, changes_, mass_changes_;
   std::vector<double> sum_;  // per island
 };
 

@@ -128,3 +128,50 @@ TEST_CASE("coulomb: an island without restitution is held to the law beside one 
   CHECK_FALSE(held(p, coulomb_law(), {r, 0, 0, 1.5 * r, 0, 0}));  // no friction
   CHECK_FALSE(held(p, coulomb_law(), {1.9 * r, 1.9 * t1, 1.9 * t2, 1.5 * r, 0, 0}));
 }
+
+TEST_CASE("what a mass matrix is known to is no error of an answer") {
+  // A lever: 3 kg and 1/8 kg m^2, seen from a point `far` (m) away, meets a stop 1/4 m beyond its centre.
+  const auto held_at = [](double far, double change, const Law& law) {
+    ContactProblem p;
+    const double m = 3, inertia = 0.125, arm = 0.25;
+    p.M.add_block(2);
+    p.M.block(0) << m, m * far, m * far, m * far * far + inertia;
+    p.v_minus = {0.5, -1 / far};
+    p.J.add_band();
+    auto J = p.J.entry(p.J.add_entry(0, 2));
+    J.setZero();
+    J.row(0) << 1, far + arm;
+    p.offset.assign(3, 0.0);
+    p.mu = {0};
+    p.restitution = {0};
+    const double exact = (0.5 + arm / far) / (1 / m + arm * arm / inertia);
+    return held(p, law, {exact * (1 + change), 0, 0});
+  };
+  for (const Law& law : {coulomb_law(), newton_law()}) {
+    for (double far = 16; far < 2e6; far *= 4) {
+      INFO(far);
+      CHECK(held_at(far, 0, law));
+    }
+    for (const double change : {1e-4, -1e-4}) CHECK_FALSE(held_at(1024, change, law));
+  }
+}
+
+TEST_CASE("what a limit turns at is no velocity of the contacts, in any unit") {
+  for (const double unit : {1e-3, 1.0, 1e3}) {  // m
+    INFO(unit);
+    ContactProblem p;
+    p.M.add_block(2);
+    p.M.block(0) << 1 / (unit * unit), 1e-9 / unit, 1e-9 / unit, 1e-6;
+    p.v_minus = {-1e-8 * unit, 1e6};
+    p.J.add_band();
+    auto contact = p.J.entry(p.J.add_entry(0, 2));
+    contact << 1, 0, 1e-3, 0, 0, 0;
+    p.J.add_band();
+    auto limit = p.J.entry(p.J.add_entry(0, 2));
+    limit << 0, 1, 0, 0, 0, 0;
+    p.offset.assign(6, 0.0);
+    p.mu = {0, 0};
+    p.restitution = {0, 0};
+    CHECK_FALSE(held(p, coulomb_law(), std::vector<double>(6, 0.0)));
+  }
+}

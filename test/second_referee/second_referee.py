@@ -182,7 +182,10 @@ class Judgement:
         if len(f) == p.nc and self.answer["bounded"] and not self.elastic:
             loads[:, 0] += [abs(x) if x is not None else 0.0 for x in f]
         self.d = (np.abs(p.J) @ (np.abs(p.MiJt) @ loads.ravel())).reshape(p.nc, 3)
-        rho = UNITS * EPS * norm(self.d + (np.abs(p.J) @ np.abs(p.v) + np.abs(p.w)).reshape(p.nc, 3))
+        momenta = np.maximum(np.abs(p.M) @ np.abs(p.MiJt @ self.r.ravel()), np.abs(p.J).T @ loads.ravel())
+        m = (np.abs(p.MiJt).T @ momenta).reshape(p.nc, 3)
+        before = (np.abs(p.J) @ np.abs(p.v) + np.abs(p.w)).reshape(p.nc, 3)
+        rho = UNITS * EPS * np.maximum(norm(self.d + before), norm(m))
         self.terms_rho = np.where(p.limit, rho, p.most(np.where(p.limit, 0.0, rho))[p.island])
 
     def first_sizes(self):
@@ -197,8 +200,9 @@ class Judgement:
         p = self.p
         self.rho = self.terms_rho
         F = self.rho / (ACCEPTED * self.root)
-        U = p.most(np.maximum(norm(self.u), norm(p.u_minus)))
-        self.S = np.maximum.reduce([self.S, norm(self.d) / self.root, np.minimum(self.S_g[p.island], U[p.island] / self.root), F])
+        U = p.most(np.where(p.limit, 0.0, np.maximum(norm(self.u), norm(p.u_minus))))
+        shared = np.where(p.limit, 0.0, np.minimum(self.S_g[p.island], U[p.island] / self.root))
+        self.S = np.maximum.reduce([self.S, norm(self.d) / self.root, shared, F])
         floor = np.sqrt(p.sums(F**2))
         self.S_g, self.Q_g = np.maximum(self.S_g, floor), np.maximum(self.Q_g, floor)
 
