@@ -49,6 +49,7 @@ fi
 # Engines that are installed beside our methods, everybody in one interleaved sweep; and what each does with the simplest scenes.
 "$python" "$root/scripts/engines.py" preflight --program "$root/build/bin/contactbench" --out "$out/engines" >/dev/null
 "$python" "$root/scripts/engines.py" findings --program "$root/build/bin/contactbench" --out "$out/engines" >/dev/null
+"$python" "$root/scripts/isolated.py" problems --program "$root/build/bin/contactbench" --out "$out/engines"
 "$python" "$root/scripts/sweep.py" "$root/scenarios/sweeps/engines.toml" --profile "$profile" --program "$root/build/bin/contactbench" \
   --runs "$out/engines/runs/$profile" --out "$out/engines" --jobs "$jobs" --timed-alone "${keep[@]}" "${budget[@]}"
 # A fault that it finds is in the report and stops nothing.

@@ -230,10 +230,11 @@ Engine ode() {
   engine.apart = {"contact points: ODE's own, of overlapping shapes only",
                   "penetration is taken away by a velocity, erp / h times the depth, which stays in the motion",
                   "cfm: contacts give way by cfm times their force a step"};
-  engine.variants = {{"quick", "dWorldQuickStep: successive over-relaxation, 20 iterations", pyramid, {}},
-                     {"world", "dWorldStep: direct LCP solver (Dantzig's algorithm after Baraff)", pyramid, {}},
-                     {"quick-slip", "quick, with friction along the slip where it slips", 1, {{"slip_speed", 1e-4}}},
-                     {"world-slip", "world, with friction along the slip where it slips", 1, {{"slip_speed", 1e-4}}}};
+  engine.variants = {
+      {"quick", "dWorldQuickStep: successive over-relaxation, 20 iterations", pyramid, {}},
+      {"world", "dWorldStep: direct LCP solver (Dantzig's algorithm after Baraff)", pyramid, {}},
+      {"quick-slip", "quick, with friction along the slip where it slips", pyramid, {{"slip_speed", 1e-4}}},
+      {"world-slip", "world, with friction along the slip where it slips", pyramid, {{"slip_speed", 1e-4}}}};
   engine.knobs = {{"iterations", 20, "", "of quick a step"},
                   {"relaxation", 1.3, "", "of quick: over-relaxation"},
                   {"erp", 0.2, "", "share of the depth that a step takes away"},
@@ -244,6 +245,7 @@ Engine ode() {
                   {"max_contacts", 8, "", "of a pair of shapes at most"},
                   {"slip_speed", 0, "m/s", "beyond which friction acts along the slip alone; 0: never"},
                   {"finite_rotation", 0, "", "1: orientations by finite rotations"}};
+  engine.slip_knob = "slip_speed";
   engine.make = make;
   return engine;
 }

@@ -13,7 +13,7 @@ import tempfile
 import tomllib
 from pathlib import Path
 
-from . import findings, precision, program
+from . import findings, isolated, precision, program
 from .runs import Runs, number
 
 SWEEP = "engines"
@@ -54,13 +54,19 @@ def known(engine, variant):
     return f"{engine}/{variant}" in tuned()
 
 
+def apart(measured, expected):
+    """Where the digits of a number do not tell it from what was expected, how far it is off."""
+    shown = f"{measured:.6g}"
+    return f"{shown}, not {expected:g}" if shown != f"{expected:.6g}" else f"{expected:g} but for {measured - expected:.2g}"
+
+
 def failing(row):
     """What of a preflight's row stands beside the engine's numbers, in words."""
     if row["fault"]:
         return [row["fault"]]
     return [
         f"{line['name']}: {line['note']}"
-        if line.get("unsupported") else f"{line['name']}: {line['measured']:.6g}, not {line['expected']:g}"
+        if line.get("unsupported") else f"{line['name']}: {apart(line['measured'], line['expected'])}"
         if line["measured"] is not None else f"{line['name']}: no number" for line in row["lines"]
         if not line["passed"]]
 
@@ -189,7 +195,7 @@ def said(folder):
         scenes.setdefault(f"{row['scene'].replace('_', ' ')} {row['parameters']}".strip(), []).append(row)
     return {
         "scenes": scenes, "findings": program.read_json(folder / "findings.json")
-        or [], "columns": columns(some), "profile": results.profile, "preflight": [
+        or [], "own": isolated.own_answers(folder), "beside": isolated.BESIDE, "columns": columns(some), "profile": results.profile, "preflight": [
             c | {"fails": failing(c)} for c in checks], "tuned": tuned(), "ahead": {
                 name: [r["who"] + f", {r['setting']}" for r in of if r["front"] and r["engine"]]
                 for name, of in scenes.items()}}

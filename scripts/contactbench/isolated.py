@@ -131,6 +131,27 @@ def own_markdown(rows):
     return "\n".join(lines)
 
 
+# What stands beside an engine's answer in the report, of our methods.
+BESIDE = ("newton uncapped", "mirtich", "ap lemke", "convex ipm", "coulomb newton", "soft sap", "soft mujoco")
+
+
+def own_answers(folder):
+    """Per problem of own_problems.csv the engine's row, with the residuals of some of our methods under `ours`."""
+    path = Path(folder) / "own_problems.csv"
+    rows = table_of(path).to_dict("records") if path.exists() else []
+    out = []
+    for _, some in itertools.groupby(rows, key=lambda row: row["file"]):
+        engine, *others = some
+        found = {row["by"]: known(row["law_residual"]) for row in others if row["status"] == "ok"}
+        out.append({key: engine[key] for key in ("file", "scene", "engine", "variant", "contacts")} |
+                   {key: known(engine[key]) for key in COLUMNS[6:12]} | {"ours": [found.get(by) for by in BESIDE]})
+    return out
+
+
+def known(x):
+    return None if math.isnan(number(x)) else number(x)
+
+
 # Siconos' solvers beside ours.
 
 

@@ -389,7 +389,7 @@ def engines(results):
     timing = {
         name: {r["run"]: picked(r, ("us_a_step", "front", "busy", "status")) for r in some}
         for name, some in said["scenes"].items()}
-    return Section(title, said, {"scenes": data, "preflight": said["preflight"], "findings": said["findings"]},
+    return Section(title, said, {"scenes": data, "preflight": said["preflight"], "findings": said["findings"], "own": said["own"]},
                    {"scenes": timing, "ahead": said["ahead"]})
 
 

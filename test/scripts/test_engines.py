@@ -9,7 +9,8 @@ from pathlib import Path
 from unittest import mock
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
-from contactbench import engines, findings, plan, program  # noqa: E402
+from contactbench import engines, findings, isolated, plan, program  # noqa: E402
+from contactbench.runs import write_table  # noqa: E402
 
 LISTED = {
     "methods": [{"name": "ap", "solvers": ["lemke"], "variants": [], "options": [{"flag": "k"}]}],
@@ -107,6 +108,23 @@ class Report(unittest.TestCase):
             engines.failing({"fault": None, "lines": lines}),
             ["restitution of 0: 0.149196, not 0", "restitution of 0.5: none"])
         self.assertEqual(engines.failing({"fault": "crash: signal 11", "lines": []}), ["crash: signal 11"])
+        lines = [{"name": "spin kept", "passed": False, "measured": 1 + 2.5e-9, "expected": 1.0, "note": ""}]
+        self.assertEqual(engines.failing({"fault": None, "lines": lines}), ["spin kept: 1 but for 2.5e-09"])
+
+    def test_an_engine_s_answer_stands_beside_those_of_our_methods_on_its_problem(self):
+        def row(by, residual, status="ok", **more):
+            return dict.fromkeys(isolated.COLUMNS, "") | {"file": "a.hdf5", "by": by, "law_residual": residual, "status": status} | more
+
+        with tempfile.TemporaryDirectory() as folder:
+            self.assertEqual(isolated.own_answers(folder), [])
+            write_table([row("siconos", 1e-6, "", contacts=4, momentum_error=1e-16), row("mirtich", 0.3), row("coulomb newton", 1e-15),
+                         row("ap lemke", 0.5, "inaccurate"), row("siconos", 2e-6, "", file="b.hdf5")],
+                        isolated.COLUMNS, Path(folder) / "own_problems.csv")
+            first, second = isolated.own_answers(folder)
+        self.assertEqual((first["contacts"], first["law_residual"], first["momentum_error"], first["own_residual"]), ("4", 1e-6, 1e-16, None))
+        ours = dict(zip(isolated.BESIDE, first["ours"]))
+        self.assertEqual((ours["mirtich"], ours["coulomb newton"], ours["ap lemke"], ours["soft sap"]), (0.3, 1e-15, None, None))
+        self.assertEqual((second["law_residual"], set(second["ours"])), (2e-6, {None}))
 
     def test_a_cheap_wrong_answer_is_on_no_front(self):
         def row(who, error, time, engine="ode"):

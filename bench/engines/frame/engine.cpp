@@ -19,6 +19,11 @@ Knobs Engine::knobs_of(const EngineVariant& variant) const {
   return all;
 }
 
+double Engine::diagonal(const EngineVariant& variant, const Knobs& all) const {
+  const auto slip = all.find(slip_knob);
+  return slip != all.end() && slip->second > 0 ? 1 : variant.diagonal;
+}
+
 Pose shape_pose(const State& state, const Shape& shape) {
   if (shape.body < 0) return shape.local;
   const Pose& body = state.pose[static_cast<std::size_t>(shape.body)];
@@ -35,8 +40,10 @@ nlohmann::json describe(const Engine& engine) {
   using Json = nlohmann::json;
   Json variants = Json::array(), knobs = Json::array();
   for (const EngineVariant& row : engine.variants)
-    variants.push_back(
-        {{"name", row.name}, {"summary", row.summary}, {"diagonal", row.diagonal}, {"knobs", engine.knobs_of(row)}});
+    variants.push_back({{"name", row.name},
+                        {"summary", row.summary},
+                        {"diagonal", engine.diagonal(row, engine.knobs_of(row))},
+                        {"knobs", engine.knobs_of(row)}});
   for (const EngineKnob& row : engine.knobs)
     knobs.push_back({{"name", row.name}, {"default", row.value}, {"unit", row.unit}, {"meaning", row.meaning}});
   return {{"name", engine.name},       {"summary", engine.summary},

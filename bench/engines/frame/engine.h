@@ -73,12 +73,15 @@ struct Engine {
   std::vector<std::string> apart;          ///< what is not
   std::vector<EngineVariant> variants;     ///< the first is the default
   std::vector<EngineKnob> knobs;
+  std::string slip_knob;  ///< the knob that, above 0, makes friction act along the slip, as a cone's does; empty: none
   /// Makes the scene at its initial state. Throws Unsupported.
   std::function<EngineWorld(const Scenario&, const EngineSetting&)> make;
 
   const EngineVariant* find(std::string_view variant) const;
   /// All knobs of a variant: the engine's defaults, then the variant's own.
   Knobs knobs_of(const EngineVariant& variant) const;
+  /// Friction at 45 degrees over mu, by the law of a variant at these knobs.
+  double diagonal(const EngineVariant& variant, const Knobs& all) const;
 };
 
 /// The program of an engine: `--describe`, `--run REQUEST`, `--preflight REQUEST` (lib/output/engine_request.h).

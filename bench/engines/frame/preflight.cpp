@@ -128,7 +128,7 @@ Json preflight(const Engine& engine, const EngineRequest& request) {
   Preflight of(engine, request);
   fall(of);
   coast(of);
-  slide(of, variant ? variant->diagonal : 1);
+  slide(of, variant ? engine.diagonal(*variant, request.knobs) : 1);
   bounce(of);
   return {{"lines", of.lines()}};
 }
