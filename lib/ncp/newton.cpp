@@ -10,11 +10,10 @@
 //   path     the central path followed wherever it turns (interior.h), and the finish: hundreds of factorisations where
 //            it turns often
 //   far      the same from a start that is farther out: another path
-// And after each of the last three
+// And after each of the last three, after `long` where the best is near
 //   patient  the finish from the best so far, with many steps that make nothing better. Where rows are all but
-//   redundant
-//            (corners that are level to a billionth) impulses move along what they share by a bounded amount a step,
-//            and the residual stays as it is until a contact opens or slips
+//            redundant (corners that are level to a billionth) impulses move along what they share by a bounded amount
+//            a step, and the residual stays as it is until a contact opens or slips
 // Every impulse that is met is measured on fresh velocities (NcpMeasure); the best is returned, whatever its ending.
 //
 // Source: D. Stewart, J. Trinkle (1996) for the problem in the form that interior_system.cpp has; Mehrotra's steps;
@@ -50,6 +49,7 @@ struct NewtonOptions : NcpOptions {
   double least_error = 1e-10;   ///< -: error that is rounding
   double ahead = 1e-4;          ///< -: proximal term of the finish, over that error
   double near_rounding = 1e-6;  ///< -: natural residual after the finish from which rounding is looked at
+  double near = 1e-2;           ///< -: natural residual from which the patient finish comes before a path
   /// -: of the fastest velocity before: contacts that part more slowly carry in the first guess.
   double touching = 1e-10;
 };
@@ -67,7 +67,7 @@ class NcpNewton {
   bool guess(std::string_view who, NcpSolution& solution);
   bool go_straight(std::string_view who, NcpSolution& solution);
   bool follow_path(double start, std::string_view who, NcpSolution& solution);
-  bool be_patient(NcpSolution& solution);
+  bool be_patient(std::string_view who, NcpSolution& solution);
   void begin_interior(double start);
   bool try_finish(std::string_view who, NcpSolution& solution);
   bool finish(AlartCurnierNewton::Options o, double proximal, std::string_view who, NcpSolution& solution);
@@ -178,7 +178,8 @@ bool NcpNewton::follow_path(double start, std::string_view who, NcpSolution& sol
   return false;
 }
 
-bool NcpNewton::be_patient(NcpSolution& solution) {
+bool NcpNewton::be_patient(std::string_view who, NcpSolution& solution) {
+  if (who == "guess" || (who == "long" && !(solution.residual < o_.near))) return false;
   if (solution.residual == patient_from_) return false;  // from there it went already
   tried_ = solution.r;
   const bool done = finish(o_.patient, o_.patient.proximal, "patient", solution);
@@ -214,7 +215,7 @@ void NcpNewton::operator()(const NcpProblem& p, NcpSolution& solution) {
   patient_from_ = HUGE_VAL;
   for (const std::string_view who : {"guess", "long", "path", "far"}) {
     poll_stop();
-    const bool done = attempt(who, solution) || (who != "guess" && be_patient(solution));
+    const bool done = attempt(who, solution) || be_patient(who, solution);
     if (done || solution.residual <= o_.accepted) {
       solution.status = NcpStatus::solved;
       return;
