@@ -10,8 +10,9 @@
 //   path     the central path followed wherever it turns (interior.h), and the finish: hundreds of factorisations where
 //            it turns often
 //   far      the same from a start that is farther out: another path
-// And after each of the last three, after `long` where the best is near
-//   patient  the finish from the best so far, with many steps that make nothing better. Where rows are all but
+// And after each of the last three, after `long` where the best is near, the finish from the best so far
+//   careful  by steps that make things better, with a proximal term as large as that takes
+//   patient  by many steps that make nothing better. Where rows are all but
 //            redundant (corners that are level to a billionth) impulses move along what they share by a bounded amount
 //            a step, and the residual stays as it is until a contact opens or slips
 // Every impulse that is met is measured on fresh velocities (NcpMeasure); the best is returned, whatever its ending.
@@ -36,20 +37,23 @@ namespace cb {
 namespace {
 
 struct NewtonOptions : NcpOptions {
-  AlartCurnierNewton::Options finish{.returns = 0}, patient{.limit = 500, .patience = 50};
+  AlartCurnierNewton::Options quick{.returns = 0}, finish, careful{.limit = 100, .returns = 6},
+      patient{.limit = 500, .patience = 50};
   InteriorSystem::Options interior;
   LongSteps::Options long_steps;
   PathSteps::Options path;
   double far = 100;             ///< -: first impulses and velocities of the second path, over the first's
   int long_limit = 100;         ///< long steps,
   int patience = 10;            ///< and of those in a row that do not halve the error
-  int path_limit = 3000;        ///< steps along a path
+  int path_limit = 3000;        ///< steps along a path,
+  int end_patience = 400;       ///< and of those in a row, where the finish has begun, that do not halve the error
   double finish_from = 1e-3;    ///< -: error of the interior point at which the finish is tried,
   double finish_again = 1e-1;   ///< and again at this fraction of that
+  double near_finish = 1e-4;    ///< -: error from which it is not given up at its first failure
   double least_error = 1e-10;   ///< -: error that is rounding
   double ahead = 1e-4;          ///< -: proximal term of the finish, over that error
   double near_rounding = 1e-6;  ///< -: natural residual after the finish from which rounding is looked at
-  double near = 1e-2;           ///< -: natural residual from which the patient finish comes before a path
+  double near = 1e-2;           ///< -: natural residual from which the finish from the best comes before a path
   /// -: of the fastest velocity before: contacts that part more slowly carry in the first guess.
   double touching = 1e-10;
 };
@@ -58,7 +62,7 @@ class NcpNewton {
  public:
   explicit NcpNewton(const NcpOptions& options) {
     static_cast<NcpOptions&>(o_) = options;
-    o_.finish.tolerance = o_.patient.tolerance = options.tolerance;
+    o_.quick.tolerance = o_.finish.tolerance = o_.careful.tolerance = o_.patient.tolerance = options.tolerance;
   }
   void operator()(const NcpProblem& problem, NcpSolution& solution);
 
@@ -67,9 +71,10 @@ class NcpNewton {
   bool guess(std::string_view who, NcpSolution& solution);
   bool go_straight(std::string_view who, NcpSolution& solution);
   bool follow_path(double start, std::string_view who, NcpSolution& solution);
-  bool be_patient(std::string_view who, NcpSolution& solution);
+  bool finish_best(std::string_view who, NcpSolution& solution);
   void begin_interior(double start);
   bool try_finish(std::string_view who, NcpSolution& solution);
+  bool finish_interior(const AlartCurnierNewton::Options& o, std::string_view who, NcpSolution& solution);
   bool finish(AlartCurnierNewton::Options o, double proximal, std::string_view who, NcpSolution& solution);
   void leave_out_pulls();
   bool offer(double residual, std::string_view who, NcpSolution& solution);
@@ -82,9 +87,9 @@ class NcpNewton {
   PathSteps path_;
   AlartCurnierNewton finish_;
   const NcpProblem* problem_ = nullptr;
-  double size_ = 0;          // sqrt(J), of q
-  double next_finish_ = 0;   // -: error from which it is tried
-  double patient_from_ = 0;  // -: residual of the best after the last patient finish
+  double size_ = 0;           // sqrt(J), of q
+  double next_finish_ = 0;    // -: error from which it is tried
+  double finished_from_ = 0;  // -: residual of the best after the last of these
   std::vector<double> tried_, tried_u_, v_;
 };
 
@@ -101,7 +106,7 @@ bool NcpNewton::offer(double residual, std::string_view who, NcpSolution& soluti
 
 // Newton's method from the event before, else with all contacts closed that do not part: what rests takes one step.
 bool NcpNewton::guess(std::string_view who, NcpSolution& solution) {
-  AlartCurnierNewton::Options o = o_.finish;
+  AlartCurnierNewton::Options o = o_.quick;
   if (problem_->start.size() == solution.r.size()) {
     tried_.assign(problem_->start.begin(), problem_->start.end());
   } else {
@@ -149,8 +154,12 @@ bool NcpNewton::try_finish(std::string_view who, NcpSolution& solution) {
   const double error = interior_.error();
   if (error > next_finish_) return false;
   next_finish_ = error * o_.finish_again;
+  return finish_interior(error > o_.near_finish ? o_.quick : o_.finish, who, solution);
+}
+
+bool NcpNewton::finish_interior(const AlartCurnierNewton::Options& o, std::string_view who, NcpSolution& solution) {
   tried_ = interior_.r();
-  return finish(o_.finish, std::max(o_.finish.proximal, o_.ahead * error), who, solution);
+  return finish(o, std::max(o.proximal, o_.ahead * interior_.error()), who, solution);
 }
 
 bool NcpNewton::go_straight(std::string_view who, NcpSolution& solution) {
@@ -164,27 +173,34 @@ bool NcpNewton::go_straight(std::string_view who, NcpSolution& solution) {
     since = halved ? 0 : since + 1;
     if (halved) mark = interior_.error();
   }
-  return false;
+  // Where it stands it is near, if anywhere.
+  return interior_.error() <= o_.finish_from && finish_interior(o_.finish, who, solution);
 }
 
 bool NcpNewton::follow_path(double start, std::string_view who, NcpSolution& solution) {
   begin_interior(start);
   path_.begin(o_.path, interior_);
-  for (int k = 0; k < o_.path_limit && interior_.error() > o_.least_error; ++k) {
+  double mark = o_.finish_from;
+  for (int k = 0, since = 0; k < o_.path_limit && since < o_.end_patience && interior_.error() > o_.least_error; ++k) {
     ++solution.iterations;
     if (!path_.step()) break;
     if (try_finish(who, solution)) return true;
+    const bool halved = interior_.error() < 0.5 * mark;
+    since = halved || interior_.error() > o_.finish_from ? 0 : since + 1;
+    if (halved) mark = interior_.error();
   }
   return false;
 }
 
-bool NcpNewton::be_patient(std::string_view who, NcpSolution& solution) {
+bool NcpNewton::finish_best(std::string_view who, NcpSolution& solution) {
   if (who == "guess" || (who == "long" && !(solution.residual < o_.near))) return false;
-  if (solution.residual == patient_from_) return false;  // from there it went already
-  tried_ = solution.r;
-  const bool done = finish(o_.patient, o_.patient.proximal, "patient", solution);
-  patient_from_ = solution.residual;
-  return done;
+  if (solution.residual == finished_from_) return false;  // from there it went already
+  for (const auto& [way, o] : {std::pair("careful", &o_.careful), std::pair("patient", &o_.patient)}) {
+    tried_ = solution.r;
+    if (finish(*o, o->proximal, way, solution)) return true;
+  }
+  finished_from_ = solution.residual;
+  return false;
 }
 
 bool NcpNewton::attempt(std::string_view who, NcpSolution& solution) {
@@ -212,10 +228,10 @@ void NcpNewton::operator()(const NcpProblem& p, NcpSolution& solution) {
   size_ = std::sqrt(size_);
   system_.prepare(*p.M, *p.J);
   finish_.begin(p, system_, measure_);
-  patient_from_ = HUGE_VAL;
+  finished_from_ = HUGE_VAL;
   for (const std::string_view who : {"guess", "long", "path", "far"}) {
     poll_stop();
-    const bool done = attempt(who, solution) || be_patient(who, solution);
+    const bool done = attempt(who, solution) || finish_best(who, solution);
     if (done || solution.residual <= o_.accepted) {
       solution.status = NcpStatus::solved;
       return;

@@ -9,9 +9,12 @@ BEFORE and AFTER are programs, or what --save has kept of one (FILE holds AFTER'
 * streams of problems that scenes meet on their way (stored by the first program given), solved likewise;
 * the scenes of the published sweeps, scenes under stress and test/data/scenes for a short time, cold, with --warm-start and with
   --prune off: trajectories, and the steps and summaries but for times and memory.
-What did not come to an end within LIMIT seconds is not compared, and counted. Exits 1 where anything differs.
+What did not come to an end within LIMIT seconds is not compared, and counted. A field that one of the programs does not write yet, or
+no more, is no difference. Exits 1 where anything differs; the last lines say by method how: in statuses, in files (impulses,
+velocities, trajectories), or in what is measured of the same files alone.
 """
 import argparse
+import collections
 import csv
 import hashlib
 import json
@@ -156,15 +159,44 @@ def answers(source, only, asked, streams, jobs):
         return dict(zip([name for name, _, _ in chosen], pool.map(lambda case: ask(program, case[1], case[2]), chosen)))
 
 
+def common(a, b):
+    """Both without the fields that the other has not."""
+    if isinstance(a, dict) and isinstance(b, dict):
+        both = {key: common(a[key], b[key]) for key in a.keys() & b.keys()}
+        return {key: x for key, (x, _) in both.items()}, {key: y for key, (_, y) in both.items()}
+    return a, b
+
+
 def differences(before, after):
     """(label, what differs) of what both have brought to an end."""
     for name in sorted(before.keys() & after.keys()):
         a, b = before[name], after[name]
         if a is None or b is None or a == b:
             continue
-        what = [key for key in sorted(a["answer"].keys() | b["answer"].keys()) if a["answer"].get(key) != b["answer"].get(key)]
-        what += ["files"] * (a["files"] != b["files"]) + ["exit code"] * (a["exit"] != b["exit"])
-        yield name, what, a, b
+        x, y = common(a["answer"], b["answer"])
+        what = [key for key in sorted(x) if x[key] != y[key]]
+        moved = 1 if name.startswith("run ") else 2  # of a run the trajectory; its second file is the table of steps
+        what += ["files"] * (a["files"][:moved] != b["files"][:moved]) + ["steps.csv"] * (a["files"][moved:] != b["files"][moved:])
+        what += ["exit code"] * (a["exit"] != b["exit"])
+        if what:
+            yield name, what, a, b
+
+
+def method_of(name):
+    words = name.split()
+    return " ".join(words[words.index(flag) + 1] for flag in ("--method", "--solver", "--variant") if flag in words)
+
+
+def by_method(both, found):
+    """Lines: cases of each method, and how many of them differ in what."""
+    cases, kinds = collections.Counter(map(method_of, both)), {}
+    for name, what, _, _ in found:
+        kind = "status" if {"status", "exit code"} & {*what} else "files" if "files" in what else "measures"
+        kinds.setdefault(method_of(name), collections.Counter())[kind] += 1
+    for method in sorted(cases):
+        of = kinds.get(method, collections.Counter())
+        yield (f"{method:24} {cases[method]:5} cases, {cases[method] - of.total():5} the same; other statuses {of['status']}, "
+               f"files {of['files']}, measures of the same files {of['measures']}")
 
 
 def main():
@@ -195,6 +227,8 @@ def main():
             print(f"    {key}: {a['answer'].get(key)} | {b['answer'].get(key)}")
     for name in slow[:options.show]:
         print(f"not brought to an end: {name}")
+    for line in by_method(both, found):
+        print(line)
     print(f"{len(both)} cases, {len(both) - len(slow) - len(found)} the same, {len(found)} different, {len(slow)} not brought to an end")
     sys.exit(1 if found or not both else 0)
 

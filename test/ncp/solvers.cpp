@@ -211,7 +211,7 @@ TEST_CASE("newton solves every stored contact problem to 1e-8") {
 }
 
 // Those of 60,000 random problems that were the hardest (seeds 0, 500,000 and 910,000 on), and events of random scenes
-// whose rows are all but redundant (seed 15000, scenes 15 and 20).
+// whose rows are all but redundant (seed 15000, scenes 15 and 20), or which is large (two hundred bodies that fall into a bin, by steps).
 TEST_CASE("newton solves most of the hardest problems, and says of the rest that it does not") {
   if (!fclib_available()) return;
   int problems = 0;
@@ -225,9 +225,11 @@ TEST_CASE("newton solves most of the hardest problems, and says of the rest that
     ++problems;
     if (at.solution.status == NcpStatus::solved) ++solved[at.solution.who];
   }
-  CHECK(problems == 10);
-  // Where long steps end, patience answers, or the central path goes on.
-  CHECK(solved["patient"] + solved["path"] + solved["far"] >= 7);
+  CHECK(problems == 11);
+  // Where long steps end, the finish goes on from the best, or the central path does.
+  int all = 0;
+  for (const auto& [who, count] : solved) all += count;
+  CHECK(all >= 8);
   CHECK(solved["patient"] > 0);
   CHECK(solved["path"] > 0);
 }
