@@ -114,8 +114,10 @@ Certificate certify(const ConeProgram& p, std::span<const double> r, std::span<c
   out.size = size_of(p, r, velocities.u, q);
   const double size = out.size > 0 ? out.size : 1;
   Excuse excuse{velocities, rounding_units};
-  double worst = put_into_dual(p, size, excuse, out.s), gap = 0, sum = 0, approaching = 0;
+  double worst = put_into_dual(p, size, excuse, out.s), gap = 0, sum = 0, approaching = 0, before = 0;
   const auto violated = [&](double x) { worst = std::max(worst, x); };
+  for (int c = 0; c < p.nc(); ++c) before += vec3(&q[3 * c]).squaredNorm() / (*p.weight)[c];
+  before = before > 0 ? std::sqrt(before) : size;
   for (int c = 0; c < p.nc(); ++c) {
     const double root_w = std::sqrt((*p.weight)[c]), along_bound = p.share_of(c) * r[3 * c];
     const double u_n = velocities.u[3 * c];
@@ -129,7 +131,8 @@ Certificate certify(const ConeProgram& p, std::span<const double> r, std::span<c
     out.gap_rounding += excuse(c) * (root_w * (vec3(&r[3 * c]).norm() + multiplier) + y / root_w);
     violated(-r[3 * c] * root_w / size);
     violated((tangential(&r[3 * c]) - (*p.mu)[c] * r[3 * c]) * root_w / size);
-    if (p.bounded_below) violated(((-u_n - p.slack_of(c)) / root_w - excuse(c)) / size);
+    // Beside what approached, too: large impulses make no approach small (docs/judging.md).
+    if (p.bounded_below || !p.has_bound()) violated(((-u_n - p.slack_of(c)) / root_w - excuse(c)) / before);
     if (p.is_fixed(c)) violated((std::abs(u_n) / root_w - excuse(c)) / size);
     if (!eta.empty() && !p.is_fixed(c)) violated(-eta[c] * root_w / size);
   }

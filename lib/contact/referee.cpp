@@ -16,9 +16,10 @@
 //   rho = max_c units eps max(| |J_c| |v-| + |w_c| + d_c |, |m_c|)                                    m/s
 // size_c is at least d_c / sqrt(w) then, and an error of rho counts as `accepted`: size_c >= rho / (sqrt(w) accepted).
 // And a contact of an island is about the island's velocities, in both measures: size_c is at least the lesser of the
-// island's size and U / sqrt(w), U the fastest |u| of its contacts. (A limit of a joint, whose velocity may be in
-// rad/s, has a rho of its own, and no part in U.) What is heavy hides nothing, and another island not even its last
-// bits.
+// island's size and U / sqrt(w), U the fastest |u| of its contacts. A limit of a joint, whose velocity may be in rad/s,
+// has a rho of its own and no part in U; its own U is what stopping all the others would make of its velocity,
+//   U_c = |J_c| |M^-1 J^T| max(|u+|, |u-|) / w
+// What is heavy hides nothing, and another island not even its last bits.
 
 #include "contact/referee.h"
 
@@ -170,18 +171,23 @@ void Referee::look_at_terms(const ContactProblem& problem, const ContactSolution
   sum_.assign(fields * static_cast<std::size_t>(at_.islands.count), 0.0);
   const auto of_island = [&](int c) { return &sum_[fields * static_cast<std::size_t>(at_.islands.of_contact[c])]; };
   for (int c = 0; c < problem.nc(); ++c) {
-    Vector3d changes = Vector3d::Zero(), before = ConstVec3(&problem.offset[3 * c]).cwiseAbs();
+    Vector3d changes = Vector3d::Zero(), before = ConstVec3(&problem.offset[3 * c]).cwiseAbs(), stops = changes;
     for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
       const auto entry = J.entry(e);
       const int at = problem.M.first[J.block[e]];
       for (int j = 0; j < entry.cols(); ++j) {
         changes += entry.col(j).cwiseAbs() * changes_[at + j];
+        stops += entry.col(j).cwiseAbs() * stops_[at + j];
         before += entry.col(j).cwiseAbs() * std::abs(problem.v_minus[at + j]);
       }
     }
     at_.rounding[c] = unit * std::max((changes + before).norm(), ConstVec3(&mass_changes_[3 * c]).norm());
     at_.size2[c] = std::max(at_.size2[c], changes.squaredNorm() / at_.weight[c]);
-    if (is_limit(problem, c)) continue;
+    const double size = at_.island_size[at_.islands.of_contact[c]];
+    if (is_limit(problem, c)) {
+      at_.size2[c] = std::max(at_.size2[c], std::min(size * size, stops.squaredNorm() / at_.weight[c]));
+      continue;
+    }
     double* island = of_island(c);
     island[0] = std::max(
         {island[0], ConstVec3(&at_.u_plus[3 * c]).squaredNorm(), ConstVec3(&at_.u_minus[3 * c]).squaredNorm()});
@@ -205,8 +211,9 @@ void Referee::look_at_terms(const ContactProblem& problem, const ContactSolution
   }
 }
 
-// changes_ = |M^-1 J^T| |r|, m/s and rad/s, and mass_changes_ = |J M^-1| max(|M| |v+ - v-|, |J^T| |r|), m/s, which is more
-// where M is ill-conditioned. Normal impulses of a witness count as well. Multipliers do not: they change no velocity.
+// changes_ = |M^-1 J^T| |r|, m/s and rad/s, and mass_changes_ = |J M^-1| max(|M| |v+ - v-|, |J^T| |r|), m/s, which is
+// more where M is ill-conditioned; stops_, like changes_, of impulses max(|u+|, |u-|) / w. Normal impulses of a witness
+// count as well. Multipliers do not: they change no velocity.
 void Referee::find_changes(const ContactProblem& problem, const ContactSolution& solution, const Law& law) {
   const BandMatrix& J = problem.J;
   const int nc = problem.nc();
@@ -219,9 +226,12 @@ void Referee::find_changes(const ContactProblem& problem, const ContactSolution&
   };
   find_loads(problem, load_of);
   changes_.assign(problem.nv(), 0.0);
+  stops_.assign(problem.nv(), 0.0);
   mass_changes_.assign(3 * static_cast<std::size_t>(nc), 0.0);
   for (int c = 0; c < nc; ++c) {
     const Vector3d load = load_of(c);
+    const Vector3d stop =
+        ConstVec3(&at_.u_plus[3 * c]).cwiseAbs().cwiseMax(ConstVec3(&at_.u_minus[3 * c]).cwiseAbs()) / at_.weight[c];
     for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
       const int b = J.block[e], n = problem.M.block_size(b), first = problem.M.first[b];
       columns_.resize(3 * static_cast<std::size_t>(n));
@@ -230,6 +240,7 @@ void Referee::find_changes(const ContactProblem& problem, const ContactSolution&
       at_.factor.solve_block_in_place(b, columns_.data(), 3);
       for (int i = 0; i < n; ++i) {
         changes_[first + i] += columns.row(i).cwiseAbs().dot(load);
+        stops_[first + i] += columns.row(i).cwiseAbs().dot(stop);
         Eigen::Map<Vector3d>(&mass_changes_[3 * c]) += columns.row(i).cwiseAbs().transpose() * loads_[first + i];
       }
     }

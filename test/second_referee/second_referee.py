@@ -186,6 +186,8 @@ class Judgement:
         m = (np.abs(p.MiJt).T @ momenta).reshape(p.nc, 3)
         before = (np.abs(p.J) @ np.abs(p.v) + np.abs(p.w)).reshape(p.nc, 3)
         rho = UNITS * EPS * np.maximum(norm(self.d + before), norm(m))
+        stop = np.maximum(np.abs(self.u), np.abs(p.u_minus)) / p.weight[:, None]
+        self.stops = (np.abs(p.J) @ (np.abs(p.MiJt) @ stop.ravel())).reshape(p.nc, 3)
         self.terms_rho = np.where(p.limit, rho, p.most(np.where(p.limit, 0.0, rho))[p.island])
 
     def first_sizes(self):
@@ -201,7 +203,8 @@ class Judgement:
         self.rho = self.terms_rho
         F = self.rho / (ACCEPTED * self.root)
         U = p.most(np.where(p.limit, 0.0, np.maximum(norm(self.u), norm(p.u_minus))))
-        shared = np.where(p.limit, 0.0, np.minimum(self.S_g[p.island], U[p.island] / self.root))
+        fastest = np.where(p.limit, norm(self.stops), U[p.island])
+        shared = np.minimum(self.S_g[p.island], fastest / self.root)
         self.S = np.maximum.reduce([self.S, norm(self.d) / self.root, shared, F])
         floor = np.sqrt(p.sums(F**2))
         self.S_g, self.Q_g = np.maximum(self.S_g, floor), np.maximum(self.Q_g, floor)
