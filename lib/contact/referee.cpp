@@ -13,7 +13,8 @@
 // small sums of large terms. By absolute values, entry by entry, impulses change u_c by terms of d_c, and the last bits
 // of the data leave rho open, for all contacts of an island, whose impulses determine each other:
 //   d_c = |J_c| |M^-1 J^T| |r|,     m_c = |J_c M^-1| max(|M| |v+ - v-|, |J^T| |r|)
-//   rho = max_c units eps max(| |J_c| |v-| + |w_c| + d_c |, |m_c|)                                    m/s
+//   rho = max_c units eps max(| |J_c| |v-| + |w_c| + d_c |, |m_c|, sqrt(w E_c))                       m/s
+// E_c = |v+ - v-|^2 in M's norm, of the blocks that c acts on: M's last bits are those of its largest entries.
 // size_c is at least d_c / sqrt(w) then, and an error of rho counts as `accepted`: size_c >= rho / (sqrt(w) accepted).
 // And a contact of an island is about the island's velocities, in both measures: size_c is at least the lesser of the
 // island's size and U / sqrt(w), U the fastest |u| of its contacts. A limit of a joint, whose velocity may be in rad/s,
@@ -172,16 +173,19 @@ void Referee::look_at_terms(const ContactProblem& problem, const ContactSolution
   const auto of_island = [&](int c) { return &sum_[fields * static_cast<std::size_t>(at_.islands.of_contact[c])]; };
   for (int c = 0; c < problem.nc(); ++c) {
     Vector3d changes = Vector3d::Zero(), before = ConstVec3(&problem.offset[3 * c]).cwiseAbs(), stops = changes;
+    double energy = 0;
     for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
       const auto entry = J.entry(e);
       const int at = problem.M.first[J.block[e]];
+      energy += energy_[J.block[e]];
       for (int j = 0; j < entry.cols(); ++j) {
         changes += entry.col(j).cwiseAbs() * changes_[at + j];
         stops += entry.col(j).cwiseAbs() * stops_[at + j];
         before += entry.col(j).cwiseAbs() * std::abs(problem.v_minus[at + j]);
       }
     }
-    at_.rounding[c] = unit * std::max((changes + before).norm(), ConstVec3(&mass_changes_[3 * c]).norm());
+    at_.rounding[c] = unit * std::max({(changes + before).norm(), ConstVec3(&mass_changes_[3 * c]).norm(),
+                                       std::sqrt(at_.weight[c] * energy)});
     at_.size2[c] = std::max(at_.size2[c], changes.squaredNorm() / at_.weight[c]);
     const double size = at_.island_size[at_.islands.of_contact[c]];
     if (is_limit(problem, c)) {
@@ -247,7 +251,7 @@ void Referee::find_changes(const ContactProblem& problem, const ContactSolution&
   }
 }
 
-// loads_ = max(|M| |v+ - v-|, |J^T| |r|), N s and N m s: what momenta are sums of.
+// loads_ = max(|M| |v+ - v-|, |J^T| |r|), N s and N m s: what momenta are sums of; energy_ of v+ - v-, by blocks.
 template <class LoadOf>
 void Referee::find_loads(const ContactProblem& problem, const LoadOf& load_of) {
   const BandMatrix& J = problem.J;
@@ -258,15 +262,20 @@ void Referee::find_loads(const ContactProblem& problem, const LoadOf& load_of) {
       for (int j = 0; j < entry.cols(); ++j)
         loads_[problem.M.first[J.block[e]] + j] += entry.col(j).cwiseAbs().dot(load_of(c));
     }
+  energy_.assign(problem.M.blocks(), 0.0);
   for (int b = 0; b < problem.M.blocks(); ++b) {
     const auto M = problem.M.block(b);
-    for (int i = 0; i < problem.M.block_size(b); ++i) {
+    const Eigen::Map<const Eigen::VectorXd> moved(&difference_[problem.M.first[b]], problem.M.block_size(b));
+    for (int i = 0; i < moved.size(); ++i) {
       double momentum = 0;
-      for (int j = 0; j < problem.M.block_size(b); ++j)
-        momentum += std::abs(M(i, j) * difference_[problem.M.first[b] + j]);
+      for (int j = 0; j < moved.size(); ++j) {
+        momentum += std::abs(M(i, j) * moved[j]);
+        energy_[b] += moved[i] * M(i, j) * moved[j];
+      }
       double& load = loads_[problem.M.first[b] + i];
       load = std::max(load, momentum);
     }
+    energy_[b] = std::max(energy_[b], 0.0);
   }
 }
 

@@ -41,7 +41,7 @@ class Referee {
   LawCheck law_check_;                           // of the law of the last answer,
   LawCheck (*made_by_)() = nullptr;              // made by this
   std::vector<int> joined_band_, joined_block_;  // what the islands were found from
-  std::vector<double> scratch_v_, difference_, momentum_, columns_, loads_, changes_, mass_changes_, stops_;
+  std::vector<double> scratch_v_, difference_, momentum_, columns_, loads_, changes_, mass_changes_, stops_, energy_;
   std::vector<double> sum_;  // per island
 };
 
