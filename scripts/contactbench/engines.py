@@ -57,7 +57,9 @@ def known(engine, variant):
 def apart(measured, expected):
     """Where the digits of a number do not tell it from what was expected, how far it is off."""
     shown = f"{measured:.6g}"
-    return f"{shown}, not {expected:g}" if shown != f"{expected:.6g}" else f"{expected:g} but for {measured - expected:.2g}"
+    if shown != f"{expected:.6g}":
+        return f"{shown}, not {expected:g}"
+    return f"{expected:g} but for {measured - expected:.2g}"
 
 
 def failing(row):
@@ -193,9 +195,10 @@ def said(folder):
     scenes = {}
     for row in some:
         scenes.setdefault(f"{row['scene'].replace('_', ' ')} {row['parameters']}".strip(), []).append(row)
-    return {
+    own = {"own": isolated.own_answers(folder), "beside": isolated.BESIDE}
+    return own | {
         "scenes": scenes, "findings": program.read_json(folder / "findings.json")
-        or [], "own": isolated.own_answers(folder), "beside": isolated.BESIDE, "columns": columns(some), "profile": results.profile, "preflight": [
+        or [], "columns": columns(some), "profile": results.profile, "preflight": [
             c | {"fails": failing(c)} for c in checks], "tuned": tuned(), "ahead": {
                 name: [r["who"] + f", {r['setting']}" for r in of if r["front"] and r["engine"]]
                 for name, of in scenes.items()}}

@@ -389,8 +389,8 @@ def engines(results):
     timing = {
         name: {r["run"]: picked(r, ("us_a_step", "front", "busy", "status")) for r in some}
         for name, some in said["scenes"].items()}
-    return Section(title, said, {"scenes": data, "preflight": said["preflight"], "findings": said["findings"], "own": said["own"]},
-                   {"scenes": timing, "ahead": said["ahead"]})
+    same = picked(said, ("preflight", "findings", "own"))
+    return Section(title, said, {"scenes": data} | same, {"scenes": timing, "ahead": said["ahead"]})
 
 
 def unfinished(results):
