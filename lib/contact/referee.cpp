@@ -12,9 +12,10 @@
 // Terms. Where an answer does not pass by these sizes at 1e-12 (a gap: as it is allowed), it may be that velocities are
 // small sums of large terms. By absolute values, entry by entry, impulses change u_c by terms of d_c, and the last bits
 // of the data leave rho open, for all contacts of an island, whose impulses determine each other:
-//   d_c = |J_c| |M^-1 J^T| |r|,     m_c = |J_c M^-1| max(|M| |v+ - v-|, |J^T| |r|)
-//   rho = max_c units eps max(| |J_c| |v-| + |w_c| + d_c |, |m_c|, sqrt(w E_c))                       m/s
-// E_c = |v+ - v-|^2 in M's norm, of the blocks that c acts on: M's last bits are those of its largest entries.
+//   d_c = |J_c| |M^-1 J^T| |r|
+//   m_c = sum over blocks b of max(|J_cb M_b^-1| max(|M_b| |v+ - v-|, |J^T| |r|), sqrt(E_b diag J_cb M_b^-1 J_cb^T))
+//   rho = max_c units eps max(| |J_c| |v-| + |w_c| + d_c |, |m_c|)                                    m/s
+// with E_b = |v+ - v-|^2 in M_b's norm: a block's last bits are those of its largest entries.
 // size_c is at least d_c / sqrt(w) then, and an error of rho counts as `accepted`: size_c >= rho / (sqrt(w) accepted).
 // And a contact of an island is about the island's velocities, in both measures: size_c is at least the lesser of the
 // island's size and U / sqrt(w), U the fastest |u| of its contacts. A limit of a joint, whose velocity may be in rad/s,
@@ -173,19 +174,16 @@ void Referee::look_at_terms(const ContactProblem& problem, const ContactSolution
   const auto of_island = [&](int c) { return &sum_[fields * static_cast<std::size_t>(at_.islands.of_contact[c])]; };
   for (int c = 0; c < problem.nc(); ++c) {
     Vector3d changes = Vector3d::Zero(), before = ConstVec3(&problem.offset[3 * c]).cwiseAbs(), stops = changes;
-    double energy = 0;
     for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
       const auto entry = J.entry(e);
       const int at = problem.M.first[J.block[e]];
-      energy += energy_[J.block[e]];
       for (int j = 0; j < entry.cols(); ++j) {
         changes += entry.col(j).cwiseAbs() * changes_[at + j];
         stops += entry.col(j).cwiseAbs() * stops_[at + j];
         before += entry.col(j).cwiseAbs() * std::abs(problem.v_minus[at + j]);
       }
     }
-    at_.rounding[c] = unit * std::max({(changes + before).norm(), ConstVec3(&mass_changes_[3 * c]).norm(),
-                                       std::sqrt(at_.weight[c] * energy)});
+    at_.rounding[c] = unit * std::max((changes + before).norm(), ConstVec3(&mass_changes_[3 * c]).norm());
     at_.size2[c] = std::max(at_.size2[c], changes.squaredNorm() / at_.weight[c]);
     const double size = at_.island_size[at_.islands.of_contact[c]];
     if (is_limit(problem, c)) {
@@ -215,9 +213,9 @@ void Referee::look_at_terms(const ContactProblem& problem, const ContactSolution
   }
 }
 
-// changes_ = |M^-1 J^T| |r|, m/s and rad/s, and mass_changes_ = |J M^-1| max(|M| |v+ - v-|, |J^T| |r|), m/s, which is
-// more where M is ill-conditioned; stops_, like changes_, of impulses max(|u+|, |u-|) / w. Normal impulses of a witness
-// count as well. Multipliers do not: they change no velocity.
+// changes_ = |M^-1 J^T| |r|, m/s and rad/s; stops_, the same of impulses max(|u+|, |u-|) / w; and mass_changes_ = m_c,
+// m/s, which is more where M is ill-conditioned. Normal impulses of a witness count as well. Multipliers do not: they
+// change no velocity.
 void Referee::find_changes(const ContactProblem& problem, const ContactSolution& solution, const Law& law) {
   const BandMatrix& J = problem.J;
   const int nc = problem.nc();
@@ -242,11 +240,15 @@ void Referee::find_changes(const ContactProblem& problem, const ContactSolution&
       Eigen::Map<Eigen::MatrixX3d> columns(columns_.data(), n, 3);
       columns = J.entry(e).transpose();
       at_.factor.solve_block_in_place(b, columns_.data(), 3);
+      Vector3d entries = Vector3d::Zero(), norms = entries;
       for (int i = 0; i < n; ++i) {
         changes_[first + i] += columns.row(i).cwiseAbs().dot(load);
         stops_[first + i] += columns.row(i).cwiseAbs().dot(stop);
-        Eigen::Map<Vector3d>(&mass_changes_[3 * c]) += columns.row(i).cwiseAbs().transpose() * loads_[first + i];
+        entries += columns.row(i).cwiseAbs().transpose() * loads_[first + i];
+        norms += columns.row(i).transpose().cwiseProduct(J.entry(e).col(i));
       }
+      norms = (norms.cwiseMax(0) * energy_[b]).cwiseSqrt();
+      Eigen::Map<Vector3d>(&mass_changes_[3 * c]) += entries.cwiseMax(norms);
     }
   }
 }

@@ -40,8 +40,8 @@ TEST_CASE("what rounding leaves of a velocity is no error, and what is more is n
     WARN("no HDF5 in this build: the stored problems are not read");
     return;
   }
-  for (const char* name :
-       {"convex_corner", "convex_bowl", "convex_resting_island", "convex_wall", "convex_slow_opening"})
+  for (const char* name : {"convex_corner", "convex_bowl", "convex_resting_island", "convex_wall",
+                           "convex_slow_opening", "convex_light_among_heavy"})
     for (const bool bounded : {true, false}) {
       const StoredProblem stored =
           read_contact_problem(std::string(SOURCE_ROOT) + "/test/data/events/" + name + ".hdf5");
@@ -123,6 +123,22 @@ TEST_CASE("What a light box carries is found as exactly as what a heavy one carr
       INFO(name << " " << solver << " " << event.solution.reason);
       CHECK(event.solution.status == Status::ok);
       CHECK(event.residual <= 1e-12);
+    }
+}
+
+// Two robots of a campaign: a limit that rests to 1e-14 in a tree that turns, and one whose W has 1e-33 beside the
+// other limit's for a zero.
+TEST_CASE("What a limit at rest has left by rounding is no error", "[ap]") {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problems are not read");
+    return;
+  }
+  for (const char* name : {"ap_limit_at_rest", "ap_limit_apart"})
+    for (const char* solver : {"lemke", "path", "ynl"}) {
+      const StoredEvent event(name, solver, 4);
+      INFO(name << " " << solver << " " << event.solution.reason);
+      CHECK(event.solution.status == Status::ok);
+      CHECK(event.residual <= 1e-9);
     }
 }
 

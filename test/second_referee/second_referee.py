@@ -62,7 +62,7 @@ class Problem:
         self.v, self.w = np.array(line["v"]), np.array(line["w"])
         self.mu, self.e = np.array(line["mu"]), np.array(line["e"])
         self.MiJt = np.zeros((self.nv, 3 * self.nc))
-        self.touched, self.blocks = touched, [slice(first[b], first[b + 1]) for b in range(len(sizes))]
+        self.blocks = [slice(first[b], first[b + 1]) for b in range(len(sizes))]
         for rows in self.blocks:
             self.MiJt[rows] = np.linalg.solve(self.M[rows, rows], self.J[:, rows].T)
         self.W = self.J @ self.MiJt
@@ -182,19 +182,18 @@ class Judgement:
         if len(f) == p.nc and self.answer["bounded"] and not self.elastic:
             loads[:, 0] += [abs(x) if x is not None else 0.0 for x in f]
         self.d = (np.abs(p.J) @ (np.abs(p.MiJt) @ loads.ravel())).reshape(p.nc, 3)
-        momenta = np.maximum(np.abs(p.M) @ np.abs(p.MiJt @ self.r.ravel()), np.abs(p.J).T @ loads.ravel())
-        m = (np.abs(p.MiJt).T @ momenta).reshape(p.nc, 3)
+        moved = p.MiJt @ self.r.ravel()
+        momenta = np.maximum(np.abs(p.M) @ np.abs(moved), np.abs(p.J).T @ loads.ravel())
+        m = np.zeros(3 * p.nc)
+        for rows in p.blocks:
+            energy = max(float(moved[rows] @ p.M[rows, rows] @ moved[rows]), 0.0)
+            largest_entries = np.sqrt(energy * np.maximum(np.sum(p.J[:, rows] * p.MiJt[rows].T, axis=1), 0.0))
+            m += np.maximum(np.abs(p.MiJt[rows]).T @ momenta[rows], largest_entries)
         before = (np.abs(p.J) @ np.abs(p.v) + np.abs(p.w)).reshape(p.nc, 3)
-        rho = UNITS * EPS * np.maximum.reduce([norm(self.d + before), norm(m), np.sqrt(p.weight * self.moved_energy())])
+        rho = UNITS * EPS * np.maximum(norm(self.d + before), norm(m.reshape(p.nc, 3)))
         stop = np.maximum(np.abs(self.u), np.abs(p.u_minus)) / p.weight[:, None]
         self.stops = (np.abs(p.J) @ (np.abs(p.MiJt) @ stop.ravel())).reshape(p.nc, 3)
         self.terms_rho = np.where(p.limit, rho, p.most(np.where(p.limit, 0.0, rho))[p.island])
-
-    def moved_energy(self):
-        """|v+ - v-|^2 in M's norm, of the bodies that each contact acts on."""
-        p, moved = self.p, self.p.MiJt @ self.r.ravel()
-        energy = [max(float(moved[rows] @ p.M[rows, rows] @ moved[rows]), 0.0) for rows in p.blocks]
-        return np.array([sum(energy[b] for b in blocks) for blocks in p.touched])
 
     def first_sizes(self):
         p = self.p
