@@ -48,13 +48,26 @@ Judgement PathJudge::vertex(Basis& basis, const ScaledLoad& load, Eigen::VectorX
 // Judges z, whose w = M z + q is in w_.
 Judgement PathJudge::judge(Basis& basis, const ScaledLoad& load, const Eigen::VectorXd& z) {
   Judgement found = first_look(load, z);
-  if (found.beyond_rounding > beyond_doubt && found.beyond_rounding < HUGE_VAL) {
+  const double doubtful = std::max(found.beyond_rounding, overlap(load.of->groups));
+  if (doubtful > beyond_doubt && found.beyond_rounding < HUGE_VAL) {
     basis.magnitudes(z, product_);
     second_look(load, found);
   } else {
-    found.residual = std::max(found.residual, found.beyond_rounding);
+    found.residual = std::max(found.residual, doubtful);
   }
   return found;
+}
+
+// How far w_, of those that may not be negative, is below zero, as a fraction of what was before. What the data leave
+// open, `open` in shared units, product_ in others, is no error.
+double PathJudge::overlap(const LcpGroups& groups, const double* open) const {
+  double worst = 0;
+  for (int i = 0; i < groups.apart; ++i) {
+    if (!(w_[i] < 0)) continue;
+    const double excused = open == nullptr ? 0 : term_rounding * (groups.shares[i] ? *open : product_[i]);
+    worst = std::max(worst, (-w_[i] - excused) / groups.root[i]);
+  }
+  return worst > 0 ? worst / groups.before : 0;  // nothing was before: infinite
 }
 
 bool PathJudge::ray_holds(Basis& basis, const ScaledLoad& load, const Eigen::VectorXd& cover, int variable) {
@@ -121,6 +134,7 @@ void PathJudge::second_look(const ScaledLoad& load, Judgement& found) {
   }
   found.beyond_rounding = worst_of_groups(load);
   if (!grouped) return;
+  found.residual = std::max(found.residual, overlap(groups, &shared));
   if (found.beyond_rounding <= beyond_doubt) {
     found.residual = std::max(found.residual, found.beyond_rounding);
     return;

@@ -12,8 +12,8 @@ namespace cb {
 
 /// How good an answer is, -. The error of a group is the root of the sum of squares of min(z_i s_i, w_i / s_i) over its
 /// pairs, as a fraction of the largest z_i s_i of them, or its size; without groups, that of each pair over all that
-/// the problem is about. Where it is above `beyond_doubt`, w_i may be a small sum of large terms, t_i = |q_i| + sum_j
-/// |M_ij| z_j.
+/// the problem is about. What may not be negative beside other things (LcpGroups::apart) counts beside these. Where it
+/// is above `beyond_doubt`, w_i may be a small sum of large terms, t_i = |q_i| + sum_j |M_ij| z_j.
 struct Judgement {
   /// Is it an answer? Natural residual (lcp.h), or the worst error of a group where that is more. An error of
   /// `term_rounding` t_i, or of that of any row in the same unit, is none, and a group is about t_i / s_i too: the last
@@ -47,6 +47,7 @@ struct PathJudge {
   Judgement first_look(const ScaledLoad& load, const Eigen::VectorXd& z);
   void second_look(const ScaledLoad& load, Judgement& found);
   double worst_of_groups(const ScaledLoad& load);
+  double overlap(const LcpGroups& groups, const double* open = nullptr) const;
 
   Eigen::VectorXd scratch_, w_, z_, product_;
   Eigen::VectorXd error_, size_, squares_;  // n; groups

@@ -220,6 +220,8 @@ void PolygonLcp::group_by_contact(const ContactProblem& problem, std::span<const
     groups.root[c] = std::sqrt(weight_[c]);
     groups.shares[c] = !is_limit(problem, c);  // a joint's limit may be in rad/s
   }
+  groups.apart = nc_;
+  groups.before = std::sqrt(all);
   for (int c = 0; c < nc_; ++c) groups.size[c] = std::sqrt(std::min(all, fastest / weight_[c]));
   for (int f = 0; f < at.rough_count(); ++f) {
     const int c = rough_[f], first = at.first_direction(f);
