@@ -90,15 +90,35 @@ void ProductForm::push(const double* change, int row) {
 }
 
 void ProductForm::apply(double* y) const {
+  Block block;
   for (std::size_t e = 0; e < rows_.size(); ++e) {
     const int r = rows_[e];
-    if (y[r] == 0) continue;
-    const double* d = columns_[e].data();
-    const double step = -y[r] / d[r];
-    Eigen::Map<Eigen::VectorXd, Eigen::Aligned64>(y, padded_) +=
-        step * Eigen::Map<const Eigen::VectorXd, Eigen::Aligned64>(d, padded_);
-    y[r] = step;
+    const double now = block.value(y, r);
+    if (now == 0) continue;
+    block.put(columns_[e], -now / columns_[e][r], r);
+    if (block.count == Block::most) block.carry_out(y, padded_);
   }
+  block.carry_out(y, padded_);
+}
+
+// y[row] after the exchanges that wait.
+double ProductForm::Block::value(const double* y, int row) const {
+  double now = y[row];
+  for (int j = 0; j < count; ++j) now = rows[j] == row ? steps[j] : now + steps[j] * (*columns[j])[row];
+  return now;
+}
+
+// The sums are those of one exchange after the other, to the bit.
+void ProductForm::Block::carry_out(double* y, int padded) {
+  std::array<double, most> pivots;
+  for (int j = 0; j < count; ++j) pivots[j] = value(y, rows[j]);
+  Eigen::Map<Eigen::VectorXd, Eigen::Aligned64> all(y, padded);
+  if (count == most)
+    all = all + steps[0] * *columns[0] + steps[1] * *columns[1] + steps[2] * *columns[2] + steps[3] * *columns[3];
+  else
+    for (int j = 0; j < count; ++j) all += steps[j] * *columns[j];
+  for (int j = 0; j < count; ++j) y[rows[j]] = pivots[j];
+  count = 0;
 }
 
 }  // namespace cb

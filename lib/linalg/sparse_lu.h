@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <memory>
 #include <span>
 #include <vector>
@@ -52,6 +53,23 @@ class ProductForm {
   void apply(double* y) const;
 
  private:
+  /// Exchanges that wait to be carried out in one pass over y.
+  struct Block {
+    static constexpr int most = 4;
+    int count = 0;
+    std::array<const Eigen::VectorXd*, most> columns;
+    std::array<double, most> steps;
+    std::array<int, most> rows;
+
+    void put(const Eigen::VectorXd& column, double step, int row) {
+      columns[count] = &column;
+      steps[count] = step;
+      rows[count++] = row;
+    }
+    double value(const double* y, int row) const;
+    void carry_out(double* y, int padded);
+  };
+
   int padded_ = 0;
   std::vector<int> rows_;
   std::vector<Eigen::VectorXd> columns_;
