@@ -142,6 +142,20 @@ TEST_CASE("What a limit at rest has left by rounding is no error", "[ap]") {
     }
 }
 
+// A stack whose heavy impulses hide from a solver that its light contact still approaches.
+TEST_CASE("An approach is an error beside what approached for solvers of ap too", "[ap]") {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problems are not read");
+    return;
+  }
+  for (const char* solver : {"lemke", "path", "ynl"}) {
+    const StoredEvent event("ap_light_among_heavy", solver, 4);
+    INFO(solver << " " << event.solution.reason);
+    CHECK(event.solution.status == Status::ok);
+    CHECK(event.residual <= 1e-9);
+  }
+}
+
 // A stack whose light boxes approach at 1e-11 m/s beside terms of 3 m/s: which of them carries is decided by values
 // that a ratio test with an allowance of 1e-12 does not see.
 TEST_CASE("Contacts that approach by a hair are told from those that do not", "[ap]") {
