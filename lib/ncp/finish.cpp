@@ -11,7 +11,10 @@
 // Source: P. Alart, A. Curnier, A mixed formulation for frictional contact problems prone to Newton like solution
 // methods, Comput. Methods Appl. Mech. Eng. 92 (1991), with the disc of the unknown normal impulse.
 // Differences: 1. impulses are the iterate, and velocities follow from them afresh, so that nothing drifts; 2. proximal
-// rows; 3. no line search: a guess that is good goes in by full steps, and another is given up after `patience` steps.
+// rows; 3. no line search: a guess that is good goes in by full steps, and another is given up after `patience` steps;
+// 4. steps may be cut where the first contact opens or slips. Of redundant contacts (the corners of a box, level to a
+// billionth) each wants to open by an impulse that is large beside what it carries: let go all at once, they begin
+// anew.
 
 #include "ncp/finish.h"
 
@@ -28,6 +31,27 @@ namespace {
 /// -: natural residual below which nothing is left to do; share of a residual that a step beyond the tolerance must
 /// leave.
 constexpr double least_residual = 1e-16, worth = 0.1;
+/// -: how far within its cone friction sticks, of (mu r_n)^2; less is rounding of the edge. Share of a step by which a
+/// cut one goes beyond what ends it, so that the contact is on the other side.
+constexpr double within = 1e-6, beyond = 1e-9;
+/// rad: turn of friction on the edge of its cone in one step; more, and its square leaves the cone by too much.
+constexpr double turn = 0.1;
+/// -: difference of two steps, of one of them, up to which the second repeats the first.
+constexpr double same = 0.1;
+
+/// Share of `change` at which friction r reaches the edge of its cone from within; on the edge, has turned.
+double share_before_slip(const double* r, const double* change, double mu) {
+  // mu^2 (r_n + t d_n)^2 - |r_t + t d_t|^2 = a t^2 + 2 b t + c
+  const double* d = change;
+  const double mu2 = mu * mu, c = mu2 * r[0] * r[0] - r[1] * r[1] - r[2] * r[2];
+  if (!(c > within * mu2 * r[0] * r[0])) {
+    const double across = std::abs(r[1] * d[2] - r[2] * d[1]);
+    return across > 0 ? turn * (r[1] * r[1] + r[2] * r[2]) / across : HUGE_VAL;
+  }
+  const double a = mu2 * d[0] * d[0] - d[1] * d[1] - d[2] * d[2];
+  const double b = mu2 * r[0] * d[0] - r[1] * d[1] - r[2] * d[2], root = b * b - a * c;
+  return root >= 0 && (a < 0 || b < 0) ? c / (std::sqrt(root) - b) : HUGE_VAL;
+}
 
 }  // namespace
 
@@ -39,6 +63,7 @@ void AlartCurnierNewton::begin(const NcpProblem& problem, VelocitySystem& system
   G_.resize(9 * nc);
   c_.resize(3 * nc);
   du_.resize(3 * nc);
+  change_.resize(3 * nc);
   h_.resize(problem.nv());
 }
 
@@ -75,8 +100,29 @@ void AlartCurnierNewton::linearise(double proximal, double touching) {
   }
 }
 
-// A step from r_; false where its system could not be factored, or has no numbers for an answer.
-bool AlartCurnierNewton::step(double proximal, double touching) {
+// Share of change_ at which the first contact that carries opens, one that sticks slips, or one that slips has turned.
+double AlartCurnierNewton::share_before_change() const {
+  double share = HUGE_VAL;
+  for (int c = 0; c < problem_->nc(); ++c) {
+    const double *r = &r_[3 * c], *change = &change_[3 * c];
+    if (r[0] > 0 && change[0] < 0) share = std::min(share, -r[0] / change[0]);
+    share = std::min(share, share_before_slip(r, change, problem_->mu[c]));
+  }
+  return share;
+}
+
+// Is the change the same once more?
+bool AlartCurnierNewton::drifts() const {
+  double difference = 0, size = 0;
+  for (std::size_t i = 0; i < last_.size(); ++i) {
+    difference += (change_[i] - last_[i]) * (change_[i] - last_[i]);
+    size += last_[i] * last_[i];
+  }
+  return difference <= same * same * size;
+}
+
+// A step from r_, cut where asked; false where its system could not be factored, or has no numbers for an answer.
+bool AlartCurnierNewton::step(double proximal, double touching, bool cut) {
   const NcpProblem& p = *problem_;
   linearise(proximal, touching);
   if (!system_->factor(G_)) return false;
@@ -86,10 +132,17 @@ bool AlartCurnierNewton::step(double proximal, double touching) {
   multiply(*p.J, *p.M, h_, du_);
   for (int c = 0; c < p.nc(); ++c) {
     const Eigen::Map<const Eigen::Matrix3d> G(&G_[9 * c]);
-    Eigen::Map<Eigen::Vector3d>(&r_[3 * c]) +=
-        Eigen::Map<const Eigen::Vector3d>(&c_[3 * c]) - G * Eigen::Map<const Eigen::Vector3d>(&du_[3 * c]);
+    Eigen::Map<Eigen::Vector3d> change(&change_[3 * c]);
+    change = Eigen::Map<const Eigen::Vector3d>(&c_[3 * c]) - G * Eigen::Map<const Eigen::Vector3d>(&du_[3 * c]);
   }
-  if (!all_finite(r_)) return false;
+  if (!all_finite(change_)) return false;
+  double share = 1;
+  if (cut) {
+    const double room = share_before_change() * (1 + beyond);
+    share = room < 1 || (std::isfinite(room) && drifts()) ? room : 1;
+    last_ = change_;
+  }
+  for (std::size_t i = 0; i < r_.size(); ++i) r_[i] += share * change_[i];
   measure_->velocities(r_, v_, u_);
   return true;
 }
@@ -97,6 +150,7 @@ bool AlartCurnierNewton::step(double proximal, double touching) {
 double AlartCurnierNewton::solve(const Options& o, std::vector<double>& r, std::vector<double>& u, int& steps) {
   r_ = r;
   measure_->velocities(r_, v_, u_);
+  last_.assign(r_.size(), 0.0);
   double best = measure_->residual(r_, u_), proximal = o.proximal;
   if (!std::isfinite(best)) best = HUGE_VAL;
   u = u_;
@@ -104,12 +158,12 @@ double AlartCurnierNewton::solve(const Options& o, std::vector<double>& r, std::
     const bool enough = best <= o.tolerance;
     poll_stop();
     ++steps;
-    const double residual = step(proximal, k == 0 ? o.touching : 0) ? measure_->residual(r_, u_) : HUGE_VAL;
+    const double residual = step(proximal, k == 0 ? o.touching : 0, o.cut) ? measure_->residual(r_, u_) : HUGE_VAL;
     if (residual < 0.5 * best) {
       without = 0;
       if (residual > o.fast * best) proximal = std::max(o.least, o.falls * proximal);
     } else if (++without >= o.patience || !std::isfinite(residual)) {
-      if (++returns > o.returns) break;
+      if (best <= o.enough || ++returns > o.returns) break;
       without = 0;
       proximal *= o.grows;
     }

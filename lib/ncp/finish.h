@@ -16,12 +16,14 @@ class AlartCurnierNewton {
     int limit = 30;            ///< steps
     int patience = 2;          ///< steps in a row without a residual of half the best, before it goes back to that,
     int returns = 3;           ///< and how often it does so, with a larger proximal term each time
+    double enough = 0;         ///< natural residual from which it does not, -
     /// -: proximal term of a step, as a fraction of w: where r is not unique it picks the answer next to the iterate,
     /// and perturbs none. Larger: slower; smaller: steps leave where the map is nearly singular.
     double proximal = 1e-8, least = 1e-9;
     /// m/s: contacts that part more slowly are closed in the first step, and stick where they slip more slowly: what
     /// rests, carries.
     double touching = 0;
+    bool cut = false;                 ///< do steps end where the first contact opens or slips?
     double falls = 0.1, grows = 100;  ///< of it, after a step that went well, and one that did not
     double fast = 1e-2;               ///< -: residual over the one before below which it stays as it is
   };
@@ -32,13 +34,15 @@ class AlartCurnierNewton {
   double solve(const Options& options, std::vector<double>& r, std::vector<double>& u, int& steps);
 
  private:
-  bool step(double proximal, double touching);
+  double share_before_change() const;
+  bool drifts() const;
+  bool step(double proximal, double touching, bool cut);
   void linearise(double proximal, double touching);
 
   const NcpProblem* problem_ = nullptr;
   NcpMeasure* measure_ = nullptr;
   VelocitySystem* system_ = nullptr;
-  std::vector<double> r_, u_, v_, G_, c_, du_, h_;
+  std::vector<double> r_, u_, v_, G_, c_, du_, h_, change_, last_;
 };
 
 }  // namespace cb

@@ -12,9 +12,9 @@
 //   far      the same from a start that is farther out: another path
 // And after each of the last three, after `long` where the best is near, the finish from the best so far
 //   careful  by steps that make things better, with a proximal term as large as that takes
-//   patient  by many steps that make nothing better. Where rows are all but
-//            redundant (corners that are level to a billionth) impulses move along what they share by a bounded amount
-//            a step, and the residual stays as it is until a contact opens or slips
+//   cut      by many steps that end where the first contact opens or slips. Where rows are all but redundant (corners
+//            that are level to a billionth) contacts want to let go by impulses that are large beside what they carry
+//   patient  by many whole steps that make nothing better: for those whose friction must turn far
 // Every impulse that is met is measured on fresh velocities (NcpMeasure); the best is returned, whatever its ending.
 //
 // Source: D. Stewart, J. Trinkle (1996) for the problem in the form that interior_system.cpp has; Mehrotra's steps;
@@ -38,7 +38,7 @@ namespace {
 
 struct NewtonOptions : NcpOptions {
   AlartCurnierNewton::Options quick{.returns = 0}, finish, careful{.limit = 100, .returns = 6},
-      patient{.limit = 500, .patience = 50};
+      cut{.limit = 1000, .patience = 100, .enough = 1e-10, .cut = true}, patient{.limit = 500, .patience = 50};
   InteriorSystem::Options interior;
   LongSteps::Options long_steps;
   PathSteps::Options path;
@@ -62,7 +62,8 @@ class NcpNewton {
  public:
   explicit NcpNewton(const NcpOptions& options) {
     static_cast<NcpOptions&>(o_) = options;
-    o_.quick.tolerance = o_.finish.tolerance = o_.careful.tolerance = o_.patient.tolerance = options.tolerance;
+    o_.quick.tolerance = o_.finish.tolerance = o_.careful.tolerance = o_.cut.tolerance = o_.patient.tolerance =
+        options.tolerance;
   }
   void operator()(const NcpProblem& problem, NcpSolution& solution);
 
@@ -195,7 +196,8 @@ bool NcpNewton::follow_path(double start, std::string_view who, NcpSolution& sol
 bool NcpNewton::finish_best(std::string_view who, NcpSolution& solution) {
   if (who == "guess" || (who == "long" && !(solution.residual < o_.near))) return false;
   if (solution.residual == finished_from_) return false;  // from there it went already
-  for (const auto& [way, o] : {std::pair("careful", &o_.careful), std::pair("patient", &o_.patient)}) {
+  for (const auto& [way, o] :
+       {std::pair("careful", &o_.careful), std::pair("cut", &o_.cut), std::pair("patient", &o_.patient)}) {
     tried_ = solution.r;
     if (finish(*o, o->proximal, way, solution)) return true;
   }
