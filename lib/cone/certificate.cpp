@@ -117,7 +117,8 @@ Certificate certify(const ConeProgram& p, std::span<const double> r, std::span<c
   double worst = put_into_dual(p, size, excuse, out.s), gap = 0, sum = 0, approaching = 0, before = 0;
   const auto violated = [&](double x) { worst = std::max(worst, x); };
   for (int c = 0; c < p.nc(); ++c) before += vec3(&q[3 * c]).squaredNorm() / (*p.weight)[c];
-  before = before > 0 ? std::sqrt(before) : size;
+  before = std::min(std::sqrt(before), p.before);
+  if (before == 0) before = size;
   for (int c = 0; c < p.nc(); ++c) {
     const double root_w = std::sqrt((*p.weight)[c]), along_bound = p.share_of(c) * r[3 * c];
     const double u_n = velocities.u[3 * c];

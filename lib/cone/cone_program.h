@@ -33,6 +33,8 @@ struct ConeProgram {
   /// N s: impulses beside which an answer's are not large; infinite: the velocities' scale is theirs. Where bodies
   /// slide at 1 m/s and hardly approach, impulses are 1e-8 of what their velocities could make of them.
   double impulse_size = std::numeric_limits<double>::infinity();
+  /// sqrt(J): what approached before; beside more an approach is not small. Infinite: the velocities' scale, J v0 + w.
+  double before = std::numeric_limits<double>::infinity();
   double gap = 1e-12;  ///< J, that an answer may have. Looser: fewer iterations, no polish
 
   int nc() const { return J->bands(); }

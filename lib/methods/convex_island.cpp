@@ -4,6 +4,25 @@
 
 namespace cb {
 
+namespace {
+
+// sqrt(J), of J v- + w at these contacts.
+double size_before(const ContactProblem& problem, std::span<const double> weight, std::span<const int> contacts) {
+  double size = 0;
+  for (const int c : contacts) {
+    Eigen::Vector3d u = Eigen::Map<const Eigen::Vector3d>(&problem.offset[3 * c]);
+    for (int e = problem.J.band[c]; e < problem.J.band[c + 1]; ++e) {
+      const auto entry = problem.J.entry(e);
+      const double* v = &problem.v_minus[problem.M.first[problem.J.block[e]]];
+      for (int j = 0; j < entry.cols(); ++j) u += entry.col(j) * v[j];
+    }
+    size += u.squaredNorm() / weight[c];
+  }
+  return std::sqrt(size);
+}
+
+}  // namespace
+
 void extract(const ContactProblem& problem, std::span<const double> v0, std::span<const double> weight,
              std::span<const int> contacts, std::span<const int> blocks, std::vector<int>& block_in_island,
              ConvexIsland& out) {
@@ -42,10 +61,12 @@ void extract(const ContactProblem& problem, std::span<const double> v0, std::spa
     out.size += (q[0] * q[0] + q[1] * q[1] + q[2] * q[2]) / out.weight[c];
   }
   out.size = std::sqrt(out.size);
+  out.before = v0.data() == problem.v_minus.data() ? out.size : size_before(problem, weight, contacts);
 }
 
 ConeProgram ConvexIsland::program(bool bounded) const {
   ConeProgram out{&M, &factor, &J, &v0, &offset, &mu, &weight};
+  out.before = before;
   if (bounded) out.share = &share;
   return out;
 }

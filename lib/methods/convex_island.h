@@ -57,6 +57,7 @@ struct ConvexIsland {
   std::span<const int> contacts, blocks;  ///< of the problem
   std::vector<double> q;                  ///< 3 nc, m/s: J v0 + w
   double size = 0;                        ///< sqrt(J), of q
+  double before = 0;                      ///< sqrt(J), of q as it was before the event's first phase
   double epsilon = 0;                     ///< J, the island's share of what is asked for
   std::vector<double> no_friction;        ///< nc, zeros
 

@@ -40,7 +40,7 @@ ConeProgram relaxed(const ConvexEvent& event, std::vector<double>& slacks) {
   double approaching = 0;
   slacks.resize(island.nc());
   for (int c = 0; c < island.nc(); ++c) {
-    slacks[c] = slack * island.size * std::sqrt(island.weight[c]);
+    slacks[c] = slack * std::min(island.size, island.before) * std::sqrt(island.weight[c]);
     approaching += std::abs(island.q[3 * c]) / island.weight[c];
   }
   ConeProgram program = event.program;
