@@ -62,12 +62,13 @@ Judgement PathJudge::judge(Basis& basis, const ScaledLoad& load, const Eigen::Ve
 // open, `open` in shared units, product_ in others, is no error.
 double PathJudge::overlap(const LcpGroups& groups, const double* open) const {
   double worst = 0;
-  for (int i = 0; i < groups.apart; ++i) {
+  for (Eigen::Index i = 0; i < groups.before.size(); ++i) {
     if (!(w_[i] < 0)) continue;
     const double excused = open == nullptr ? 0 : term_rounding * (groups.shares[i] ? *open : product_[i]);
-    worst = std::max(worst, (-w_[i] - excused) / groups.root[i]);
+    const double beyond = (-w_[i] - excused) / groups.root[i];
+    if (beyond > worst * groups.before[i]) worst = beyond / groups.before[i];  // nothing was before: infinite
   }
-  return worst > 0 ? worst / groups.before : 0;  // nothing was before: infinite
+  return worst;
 }
 
 bool PathJudge::ray_holds(Basis& basis, const ScaledLoad& load, const Eigen::VectorXd& cover, int variable) {

@@ -12,7 +12,7 @@ namespace cb {
 
 /// How good an answer is, -. The error of a group is the root of the sum of squares of min(z_i s_i, w_i / s_i) over its
 /// pairs, as a fraction of the largest z_i s_i of them, or its size; without groups, that of each pair over all that
-/// the problem is about. What may not be negative beside other things (LcpGroups::apart) counts beside these. Where it
+/// the problem is about. What may not be negative beside other things (LcpGroups::before) counts beside these. Where it
 /// is above `beyond_doubt`, w_i may be a small sum of large terms, t_i = |q_i| + sum_j |M_ij| z_j.
 struct Judgement {
   /// Is it an answer? Natural residual (lcp.h), or the worst error of a group where that is more. An error of

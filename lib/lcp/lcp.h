@@ -22,10 +22,9 @@ struct LcpGroups {
   /// n: is w_i in a unit that such rows share (m/s)? Their z determine each other, and so does the rounding of what
   /// their w are the sums of.
   std::vector<char> shares;
-  /// The first so many pairs are distances or their rates: w_i < 0 is an error of its own there, held against `before`
-  /// (sqrt(z w)) alone, however large the z that carry. 0: none.
-  int apart = 0;
-  double before = 0;
+  /// The first so many pairs are rates of distances: w_i < 0 is an error of its own there, held against this alone
+  /// (sqrt(z w)), however large the z that carry. Empty: none.
+  Eigen::VectorXd before;
 };
 
 /// Linear complementarity problem: find z >= 0 with w = M z + q >= 0 and z.w = 0. Two forms:

@@ -60,7 +60,7 @@ struct YnlOptions : LcpOptions {
   /// pivots again as there are basic z.
   int renew_every = 100;
   int first_search = 4;  ///< pivots per pair in the first search; each further one may take twice those of the last
-  int exhausted_searches = 3;  ///< searches that all end dead, after which there is no answer
+  int exhausted_searches = 12;  ///< searches that all end dead, after which there is no answer
 };
 
 class Ynl {

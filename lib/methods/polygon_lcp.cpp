@@ -201,8 +201,8 @@ void PolygonLcp::set_load(const ContactProblem& problem, std::span<const double>
   }
 }
 
-// Whatever the answer, a contact is about the velocities of all contacts before the event: the fastest were it this
-// one's, but no more than all of them together (contact/referee.cpp).
+// Whatever the answer, a contact is about the velocities of all contacts of its island before the event: the fastest
+// were it this one's, but no more than all of them together (contact/referee.cpp).
 void PolygonLcp::group_by_contact(const ContactProblem& problem, std::span<const double> u) {
   const PolygonUnknowns at = this->at();
   LcpGroups& groups = lcp_.groups;
@@ -210,19 +210,24 @@ void PolygonLcp::group_by_contact(const ContactProblem& problem, std::span<const
   groups.root.resize(at.count());
   groups.shares.assign(at.count(), 0);
   groups.size.resize(nc_);
-  double all = 0, fastest = 0;
+  groups.before.resize(nc_);
+  find_islands(problem, islands_);
+  of_island_.assign(islands_.count, {0, 0});
   for (int c = 0; c < nc_; ++c) {
     const double* uc = &u[3 * c];
     const double u2 = uc[0] * uc[0] + uc[1] * uc[1] + uc[2] * uc[2];
+    auto& [all, fastest] = of_island_[islands_.of_contact[c]];
     fastest = std::max(fastest, u2);
     all += u2 / weight_[c];
     groups.of_pair[c] = c;
     groups.root[c] = std::sqrt(weight_[c]);
     groups.shares[c] = !is_limit(problem, c);  // a joint's limit may be in rad/s
   }
-  groups.apart = nc_;
-  groups.before = std::sqrt(all);
-  for (int c = 0; c < nc_; ++c) groups.size[c] = std::sqrt(std::min(all, fastest / weight_[c]));
+  for (int c = 0; c < nc_; ++c) {
+    const auto [all, fastest] = of_island_[islands_.of_contact[c]];
+    groups.before[c] = std::sqrt(all);
+    groups.size[c] = std::sqrt(std::min(all, fastest / weight_[c]));
+  }
   for (int f = 0; f < at.rough_count(); ++f) {
     const int c = rough_[f], first = at.first_direction(f);
     std::fill_n(&groups.of_pair[first], at.k, c);

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "contact/islands.h"
 #include "contact/polygon.h"
 #include "contact/problem.h"
 #include "lcp/lcp.h"
@@ -62,6 +64,8 @@ class PolygonLcp {
   LcpProblem lcp_;
   Eigen::MatrixXd W_;
   std::vector<double> weight_, scratch_;
+  Islands islands_;
+  std::vector<std::array<double, 2>> of_island_;  // sum of u^2 / w, J; largest u^2
 };
 
 }  // namespace cb
