@@ -131,17 +131,20 @@ void Referee::observe(const ContactProblem& problem, std::span<const double> r, 
   at_.elastic_island.assign(at_.islands.count, 0);
   for (int c = 0; c < nc; ++c)
     if (problem.restitution[c] != 0) at_.elastic_island[at_.islands.of_contact[c]] = 1;
-  sum_.assign(4 * static_cast<std::size_t>(at_.islands.count), 0.0);  // squares: r, u+, u-, error in Coulomb's law
+  // Of each island, squares: sums of r, u+, u-, error in Coulomb's law; the fastest |u|.
+  constexpr std::size_t fields = 5;
+  sum_.assign(fields * static_cast<std::size_t>(at_.islands.count), 0.0);
   double outside = 0;
   for (int c = 0; c < nc; ++c) {
     const ConstVec3 rc(&r[3 * c]), u(&at_.u_plus[3 * c]), q(&at_.u_minus[3 * c]);
     const double w = at_.weight[c], mu = problem.mu[c], slip = tangential(at_.u_plus, c);
     const double size_r = w * rc.squaredNorm(), size_u = u.squaredNorm() / w, size_q = q.squaredNorm() / w;
     at_.size2[c] = std::max({size_r, size_u, size_q});
-    double* island = &sum_[4 * static_cast<std::size_t>(at_.islands.of_contact[c])];
+    double* island = &sum_[fields * static_cast<std::size_t>(at_.islands.of_contact[c])];
     island[0] += size_r;
     island[1] += size_u;
     island[2] += size_q;
+    if (!is_limit(problem, c)) island[4] = std::max({island[4], u.squaredNorm(), q.squaredNorm()});
     if (!at_.elastic) island[3] += w * coulomb_error(rc, u, mu, w).squaredNorm();
     out.approach = std::max(out.approach, -u[0]);
     outside = std::max(outside, (rc - project_on_cone(rc, mu)).squaredNorm());
@@ -153,23 +156,29 @@ void Referee::observe(const ContactProblem& problem, std::span<const double> r, 
   out.energy_before = 0.5 * quadratic_form(problem.M, problem.v_minus);
   double law2 = 0;
   for (int g = 0; g < at_.islands.count; ++g) {
-    const double* island = &sum_[4 * static_cast<std::size_t>(g)];
+    const double* island = &sum_[fields * static_cast<std::size_t>(g)];
     const double size2 = std::max({island[0], island[1], island[2]});
     if (size2 > 0) law2 = std::max(law2, island[3] / size2);
     at_.island_size_q[g] = std::sqrt(island[2]);
     at_.island_size[g] = std::sqrt(size2);
   }
   if (!at_.elastic) out.law = std::sqrt(law2);
+  for (int c = 0; c < nc; ++c) {
+    if (is_limit(problem, c)) continue;  // its velocity may be in rad/s
+    const std::size_t g = at_.islands.of_contact[c];
+    const double size = at_.island_size[g], fastest2 = sum_[fields * g + 4];
+    at_.size2[c] = std::max(at_.size2[c], std::min(size * size, fastest2 / at_.weight[c]));
+  }
 }
 
-// Sizes grow to those of the terms and of the island's velocities, and to what rounding of the terms makes of errors.
+// Sizes grow to those of the terms, and to what rounding of the terms makes of errors.
 void Referee::look_at_terms(const ContactProblem& problem, const ContactSolution& solution, const Law& law) {
   constexpr double unit = rounding_units * std::numeric_limits<double>::epsilon();
   const BandMatrix& J = problem.J;
   find_changes(problem, solution, law);
   at_.rounding.resize(problem.nc());
-  // Of each island: square of the fastest |u|; rho, m/s; sum of squares of rounding, J.
-  constexpr std::size_t fields = 3;
+  // Of each island: rho, m/s; sum of squares of rounding, J.
+  constexpr std::size_t fields = 2;
   sum_.assign(fields * static_cast<std::size_t>(at_.islands.count), 0.0);
   const auto of_island = [&](int c) { return &sum_[fields * static_cast<std::size_t>(at_.islands.of_contact[c])]; };
   for (int c = 0; c < problem.nc(); ++c) {
@@ -191,23 +200,17 @@ void Referee::look_at_terms(const ContactProblem& problem, const ContactSolution
       continue;
     }
     double* island = of_island(c);
-    island[0] = std::max(
-        {island[0], ConstVec3(&at_.u_plus[3 * c]).squaredNorm(), ConstVec3(&at_.u_minus[3 * c]).squaredNorm()});
-    island[1] = std::max(island[1], at_.rounding[c]);
+    island[0] = std::max(island[0], at_.rounding[c]);
   }
   for (int c = 0; c < problem.nc(); ++c) {
     double* island = of_island(c);
-    const double size = at_.island_size[at_.islands.of_contact[c]], w = at_.weight[c];
-    if (!is_limit(problem, c)) {
-      at_.rounding[c] = island[1];
-      at_.size2[c] = std::max(at_.size2[c], std::min(size * size, island[0] / w));
-    }
-    const double floor = at_.rounding[c] / std::sqrt(w) / accepted;
+    if (!is_limit(problem, c)) at_.rounding[c] = island[0];
+    const double floor = at_.rounding[c] / std::sqrt(at_.weight[c]) / accepted;
     at_.size2[c] = std::max(at_.size2[c], floor * floor);
-    island[2] += floor * floor;
+    island[1] += floor * floor;
   }
   for (int g = 0; g < at_.islands.count; ++g) {
-    const double floor = std::sqrt(sum_[fields * static_cast<std::size_t>(g) + 2]);
+    const double floor = std::sqrt(sum_[fields * static_cast<std::size_t>(g) + 1]);
     at_.island_size[g] = std::max(at_.island_size[g], floor);
     at_.island_size_q[g] = std::max(at_.island_size_q[g], floor);
   }

@@ -80,12 +80,14 @@ void PolygonLcp::begin(const ContactProblem& problem, bool all) {
 // Where a robot's joints do not let a contact move along a direction, W has 1e-17 of what its other directions have.
 // Scaled up as a pair of its own, such a row would be noise that bases are made of.
 void PolygonLcp::drop_rounding() {
-  scratch_.resize(nc_);
-  for (int c = 0; c < nc_; ++c)
-    scratch_[c] = std::sqrt(W_(3 * c, 3 * c) + W_(3 * c + 1, 3 * c + 1) + W_(3 * c + 2, 3 * c + 2));
-  for (int j = 0; j < 3 * nc_; ++j)
-    for (int i = 0; i < 3 * nc_; ++i)
-      if (std::abs(W_(i, j)) <= entry_rounding * scratch_[i / 3] * scratch_[j / 3]) W_(i, j) = 0;
+  row_scale_.resize(3 * nc_);
+  for (int c = 0; c < nc_; ++c) row_scale_.segment<3>(3 * c).setConstant(W_.diagonal().segment<3>(3 * c).sum());
+  row_scale_ = row_scale_.sqrt();
+  for (int j = 0; j < 3 * nc_; ++j) {
+    const double scale = entry_rounding * row_scale_[j];
+    auto column = W_.col(j).array();
+    column = (column.abs() <= scale * row_scale_).select(0.0, column);
+  }
 }
 
 void PolygonLcp::build_dense(const ContactProblem& problem, const BlockCholesky& factor) {

@@ -63,7 +63,8 @@ class PolygonLcp {
   std::vector<int> rough_;  // contacts whose friction has unknowns
   LcpProblem lcp_;
   Eigen::MatrixXd W_;
-  std::vector<double> weight_, scratch_;
+  std::vector<double> weight_;
+  Eigen::ArrayXd row_scale_;  // 3 nc
   Islands islands_;
   std::vector<std::array<double, 2>> of_island_;  // sum of u^2 / w, J; largest u^2
 };

@@ -198,8 +198,10 @@ class Judgement:
     def first_sizes(self):
         p = self.p
         parts = [self.root * norm(self.r), norm(self.u) / self.root, norm(p.u_minus) / self.root]
-        self.S = np.maximum.reduce(parts)
         self.S_g = np.sqrt(np.maximum.reduce([p.sums(part**2) for part in parts]))
+        U = p.most(np.where(p.limit, 0.0, np.maximum(norm(self.u), norm(p.u_minus))))
+        shared = np.where(p.limit, 0.0, np.minimum(self.S_g[p.island], U[p.island] / self.root))
+        self.S = np.maximum.reduce([*parts, shared])
         self.Q_g = np.sqrt(p.sums(parts[2] ** 2))
         self.rho = np.zeros(p.nc)
 
@@ -207,10 +209,8 @@ class Judgement:
         p = self.p
         self.rho = self.terms_rho
         F = self.rho / (ACCEPTED * self.root)
-        U = p.most(np.where(p.limit, 0.0, np.maximum(norm(self.u), norm(p.u_minus))))
-        fastest = np.where(p.limit, norm(self.stops), U[p.island])
-        shared = np.minimum(self.S_g[p.island], fastest / self.root)
-        self.S = np.maximum.reduce([self.S, norm(self.d) / self.root, shared, F])
+        stopped = np.where(p.limit, np.minimum(self.S_g[p.island], norm(self.stops) / self.root), 0.0)
+        self.S = np.maximum.reduce([self.S, norm(self.d) / self.root, stopped, F])
         floor = np.sqrt(p.sums(F**2))
         self.S_g, self.Q_g = np.maximum(self.S_g, floor), np.maximum(self.Q_g, floor)
 
