@@ -28,19 +28,25 @@ class Referee {
   static std::string refusal(const Residuals& residuals, double tolerance);
 
  private:
+  bool weigh(const ContactProblem& problem);
   bool recompute(const ContactProblem& problem, std::span<const double> r, std::vector<double>& v_plus);
-  void find_same_islands(const ContactProblem& problem);
   void observe(const ContactProblem& problem, std::span<const double> r, Residuals& out);
   void balance(const ContactProblem& problem, std::span<const double> v_plus, Residuals& out);
+  void look_at_islands(const ContactProblem& problem);
   void look_at_terms(const ContactProblem& problem, const ContactSolution& solution, const Law& law);
   void find_changes(const ContactProblem& problem, const ContactSolution& solution, const Law& law);
   template <class LoadOf>
   void find_loads(const ContactProblem& problem, const LoadOf& load_of);
 
   Evidence at_;
-  LawCheck law_check_;                           // of the law of the last answer,
-  LawCheck (*made_by_)() = nullptr;              // made by this
-  std::vector<int> joined_band_, joined_block_;  // what the islands were found from
+  LawCheck law_check_;               // of the law of the last answer,
+  LawCheck (*made_by_)() = nullptr;  // made by this
+  /// What factor, weights and islands were found from.
+  struct Weighed {
+    std::vector<int> band, block, first;
+    std::vector<double> J, M;
+  } weighed_;
+  bool weighs_ = false;
   std::vector<double> scratch_v_, difference_, momentum_, columns_, loads_, changes_, mass_changes_, stops_, energy_;
   std::vector<double> sum_;  // per island
 };

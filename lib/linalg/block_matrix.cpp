@@ -289,7 +289,7 @@ void sizes_of_terms(const BandMatrix& J, const BlockDiagonalMatrix& columns, std
       const double* values = J.values.data() + J.offset[e];
       for (int k = 0; k < J.offset[e + 1] - J.offset[e]; ++k) sum[k % 3] += std::abs(values[k] * x[k / 3]);
     }
-    terms[c] = std::hypot(sum[0], sum[1], sum[2]);
+    terms[c] = std::sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]);
   }
 }
 

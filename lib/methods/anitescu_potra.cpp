@@ -154,8 +154,10 @@ double AnitescuPotra::split(double t1, double t2, double* part) const {
   if (t1 == 0 && t2 == 0) return 0;
   const int k = form_.polygon().k();
   const std::vector<double>&cosine = form_.polygon().cosine, &sine = form_.polygon().sine;
-  const double turns = std::atan2(t2, t1) / (2 * M_PI);
-  const int first = static_cast<int>((turns < 0 ? turns + 1 : turns) * k) % k, second = (first + 1) % k;
+  int first = 0;
+  const auto is_left_of = [&](int i) { return cosine[i % k] * t2 >= sine[i % k] * t1; };
+  while (first < k - 1 && (!is_left_of(first) || is_left_of(first + 1))) ++first;
+  const int second = (first + 1) % k;
   const double area = cosine[first] * sine[second] - sine[first] * cosine[second];
   part[first] = std::max(0.0, (t1 * sine[second] - t2 * cosine[second]) / area);
   part[second] = std::max(0.0, (cosine[first] * t2 - sine[first] * t1) / area);

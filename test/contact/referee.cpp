@@ -57,6 +57,26 @@ TEST_CASE("the exact impact of a sphere satisfies Coulomb's law, sticking and sl
   }
 }
 
+TEST_CASE("what a referee found of one event says nothing of the next, of other masses or contacts") {
+  const ContactProblem p = test::sphere({5, -10, 0}, {0, 0, -0.3});
+  ContactProblem heavy = p, long_arm = p;
+  for (double& x : heavy.M.values) x *= 2;
+  for (std::size_t i = 0; i < p.J.values.size(); i += 2) long_arm.J.values[i] *= 2;
+  Referee kept;
+  const ContactProblem* const events[] = {&p, &heavy, &long_arm, &p};
+  for (const ContactProblem* next : events) {
+    ContactSolution solution;
+    solution.impulse = sphere_impulse(p);
+    solution.impulse[0] *= 1.01;
+    std::vector<double> v_kept, v_new;
+    const Residuals again = kept.check(*next, solution, newton_law(), v_kept);
+    const Residuals afresh = Referee().check(*next, solution, newton_law(), v_new);
+    CHECK(again.law.value() == afresh.law.value());
+    CHECK(again.model == afresh.model);
+    CHECK(v_kept == v_new);
+  }
+}
+
 TEST_CASE("friction that is 0.1 % too strong does not pass") {
   const ContactProblem sphere = test::sphere({20, -3, 0}, {0, 0, 0});
   std::vector<double> r = sphere_impulse(sphere);

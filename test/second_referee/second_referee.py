@@ -118,7 +118,7 @@ class Look:
 
 
 class Judgement:
-    """One answer to one problem. `looks`: what is found with the sizes of the first look, and of the second."""
+    """One answer to one problem. `looks`: what is found with the sizes of the first look, the second, and the third."""
 
     def __init__(self, p, answer):
         self.p, self.answer, self.looks = p, answer, []
@@ -140,15 +140,22 @@ class Judgement:
         self.looks.append(self.judge())
         self.second_sizes()
         self.looks.append(self.judge())
+        self.third_sizes()
+        self.looks.append(self.judge())
 
     def expected(self):
-        """The look that counts; both where it hangs on the last bits whether there is a second one."""
-        look = self.looks[0]
-        limit = ACCEPTED if look.gap is not None else FIRST_LOOK
-        value = look.model if look.gap is None else look.infeasibility
-        near = abs(value - limit) <= look.tolerance or look.near
-        passes = look.holds if look.gap is not None else look.model <= FIRST_LOOK
-        return self.looks if near else self.looks[:1] if passes else self.looks[1:]
+        """The look that counts; those that may, where it hangs on the last bits whether there is another one."""
+        may = []
+        for look in self.looks[:-1]:
+            limit = ACCEPTED if look.gap is not None else FIRST_LOOK
+            value = look.model if look.gap is None else look.infeasibility
+            near = abs(value - limit) <= look.tolerance or look.near
+            passes = look.holds if look.gap is not None else look.model <= FIRST_LOOK
+            if near or passes:
+                may.append(look)
+            if passes and not near:
+                return may
+        return [*may, self.looks[-1]]
 
     def vector(self, name, count):
         values = self.answer[name]
@@ -199,13 +206,17 @@ class Judgement:
         p = self.p
         parts = [self.root * norm(self.r), norm(self.u) / self.root, norm(p.u_minus) / self.root]
         self.S_g = np.sqrt(np.maximum.reduce([p.sums(part**2) for part in parts]))
-        U = p.most(np.where(p.limit, 0.0, np.maximum(norm(self.u), norm(p.u_minus))))
-        shared = np.where(p.limit, 0.0, np.minimum(self.S_g[p.island], U[p.island] / self.root))
-        self.S = np.maximum.reduce([*parts, shared])
+        self.S = np.maximum.reduce(parts)
         self.Q_g = np.sqrt(p.sums(parts[2] ** 2))
         self.rho = np.zeros(p.nc)
 
     def second_sizes(self):
+        p = self.p
+        U = p.most(np.where(p.limit, 0.0, np.maximum(norm(self.u), norm(p.u_minus))))
+        shared = np.where(p.limit, 0.0, np.minimum(self.S_g[p.island], U[p.island] / self.root))
+        self.S = np.maximum(self.S, shared)
+
+    def third_sizes(self):
         p = self.p
         self.rho = self.terms_rho
         F = self.rho / (ACCEPTED * self.root)
@@ -461,7 +472,7 @@ def differences(judgement, first):
     if not judgement.finite:
         return (["holds"] if first["holds"] else []), False
     out = min((unlike(look, first) for look in judgement.expected()), key=len)
-    holds = any(look.holds for look in judgement.looks)  # sizes of a second look excuse more, not less
+    holds = any(look.holds for look in judgement.looks)  # sizes of a later look excuse more, not less
     near = any(look.near for look in judgement.looks)
     if first["holds"] != holds and not near:
         out.append(f"holds: {first['holds']} and {holds}")
