@@ -305,7 +305,8 @@ TEST_CASE("An answer that misses the tolerance is never called solved") {
   CHECK(found.status == LcpStatus::inaccurate);
   CHECK(found.residual > 0);
   CHECK(found.residual < 1e-14);
-  CHECK(std::abs(found.residual - natural_residual(p, found.z)) <= 1e-16);
+  // Of that z and no other: both are rounding, of sums in another order.
+  CHECK(found.residual == Approx(natural_residual(p, found.z)).epsilon(0.25).margin(0));
   CHECK(found.reason.find("ends refused by the check") != std::string::npos);
 }
 

@@ -211,10 +211,11 @@ TEST_CASE("newton solves every stored contact problem to 1e-8") {
 }
 
 // Those of 60,000 random problems that were the hardest (seeds 0, 500,000 and 910,000 on), and events of random scenes
-// whose rows are all but redundant (seed 15000, scenes 15 and 20), or of two hundred bodies that fall into a bin, by steps.
+// whose rows are all but redundant (seed 15000, scenes 15 and 20), or of two hundred bodies that fall into a bin, by
+// steps.
 TEST_CASE("newton solves most of the hardest problems, and says of the rest that it does not") {
   if (!fclib_available()) return;
-  int problems = 0;
+  int problems = 0, doubted = 0;
   std::map<std::string_view, int> solved;
   for (const auto& file : std::filesystem::directory_iterator(TEST_DATA "/hardest")) {
     INFO(file.path().filename().string());
@@ -222,15 +223,17 @@ TEST_CASE("newton solves most of the hardest problems, and says of the rest that
     CHECK(at.residuals.finite);
     const bool claimed = at.solution.status == NcpStatus::solved, holds = Referee::holds(at.residuals, 1e-9);
     CHECK((holds || !claimed));
+    doubted += holds && !claimed;
     CHECK((claimed || !at.solution.reason.empty()));
     ++problems;
-    if (holds) ++solved[at.solution.who];  // with mu of 1e6 newton is less sure than the referee
+    if (holds) ++solved[at.solution.who];
   }
   CHECK(problems == 13);
   // Where long steps end, the finish goes on from the best, or the central path does.
   int all = 0;
   for (const auto& [who, count] : solved) all += count;
   CHECK(all >= 11);
+  CHECK(doubted <= 1);  // random_2390, mu of 9e5: newton is less sure than the referee
   CHECK(solved["cut"] > 0);
   CHECK(solved["path"] > 0);
 }
