@@ -18,6 +18,8 @@ class ConvexJudge {
   /// Of impulses r and multipliers eta of `program`, which is the island's (1).
   Certificate operator()(const ConvexIsland& island, const ConeProgram& program, std::span<const double> r,
                          std::span<const double> eta);
+  /// 3 nc, m/s: u of the last answer that was judged.
+  const std::vector<double>& u() const { return velocities_.u; }
   /// (2) with kappa = 1.r_n and eta = 0, for the velocities of the last answer that was judged, J.
   double gap_at_own_sum(const ConvexIsland& island, const ConeProgram& program, std::span<const double> r) const;
 

@@ -21,11 +21,11 @@
 #include <cmath>
 #include <memory>
 
-#include "linalg/finite.h"
 #include "methods/convex_island.h"
 #include "methods/registry.h"
 #include "methods/restitution.h"
 #include "methods/same_event.h"
+#include "methods/weigh.h"
 #include "ncp/ncp.h"
 
 namespace cb {
@@ -59,7 +59,6 @@ class Coulomb {
   void operator()(const ContactProblem& problem, ContactSolution& solution);
 
  private:
-  bool weigh(const ContactProblem& problem, ContactSolution& solution);
   void solve(const ContactProblem& problem, const std::vector<double>& v0, bool may_start, ContactSolution& solution);
   bool approaches_again() const;
 
@@ -102,7 +101,12 @@ void Coulomb::operator()(const ContactProblem& problem, ContactSolution& solutio
   solution.clear();
   solution.as<NoWitness>();
   solution.impulse.assign(3 * nc, 0.0);
-  if (!weigh(problem, solution) || nc == 0) return;
+  if (!solver_) {
+    solution.status = Status::unavailable;
+    solution.reason = solver_failure_;
+    return;
+  }
+  if (!weigh(problem, factor_, weight_, solution) || nc == 0) return;
   find_islands(problem, islands_);
   contacts_of_.assign(islands_.of_contact, islands_.count);
   blocks_of_.assign(islands_.of_block, islands_.count);
@@ -126,28 +130,6 @@ bool Coulomb::approaches_again() const {
     nearest = std::max(nearest, -restitution_.u()[3 * c]);
   }
   return nearest > approaching * fastest;
-}
-
-// Checks the data, factors M, and finds the weights.
-bool Coulomb::weigh(const ContactProblem& problem, ContactSolution& solution) {
-  const auto fail = [&](Status status, std::string reason) {
-    solution.status = status;
-    solution.reason = std::move(reason);
-    return false;
-  };
-  if (!solver_) return fail(Status::unavailable, solver_failure_);
-  if (!all_finite(problem.M.values) || !all_finite(problem.J.values) || !all_finite(problem.v_minus) ||
-      !all_finite(problem.offset) || !all_finite(problem.mu))
-    return fail(Status::not_finite, "NaN or infinity in the contact problem");
-  if (!factor_.factor(problem.M)) return fail(Status::singular, "the mass matrix is not positive definite");
-  contact_weights(problem, factor_, weight_);
-  for (int c = 0; c < problem.nc(); ++c) {
-    if (!(weight_[c] > 0) || !std::isfinite(weight_[c]))
-      return fail(Status::input_error, "contact " + std::to_string(c) + " joins two fixed bodies (W_ii = 0)");
-    if (problem.mu[c] < 0)
-      return fail(Status::input_error, "contact " + std::to_string(c) + " has a negative coefficient of friction");
-  }
-  return true;
 }
 
 // One phase (restitution has two), from v0, island by island.

@@ -42,8 +42,8 @@
 #include <cmath>
 #include <memory>
 
-#include "linalg/finite.h"
 #include "methods/same_event.h"
+#include "methods/weigh.h"
 
 namespace cb {
 
@@ -99,7 +99,10 @@ ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& soluti
   if (previous == nullptr || !stays_at_rest(*previous)) {
     proven = bound_finder_.find(island_, bound_, iterations_);
     if (tolerances_.bounded) set_bound();
-    if (!slides_freely()) ending = propose(previous);
+    if (!slides_freely()) {
+      ending = propose(previous);
+      if (elastic_ && tolerances_.bounded) prefer_frictionless();
+    }
     if (previous != nullptr) remember(island_, tolerances_, best_.r, bound_, *previous);
   }
   if (tolerances_.answered_by) tolerances_.answered_by->add(best_.who);
@@ -169,17 +172,16 @@ void DrumwrightShell::operator()(const ContactProblem& problem, ContactSolution&
     proof.frictionless.assign(nc, 0.0);
     proof.kappa_dual.assign(problem.nv(), 0.0);
   }
-  if (!weigh(problem, solution)) return;
+  if (!weigh(problem, factor_, weight_, solution)) return;
   proof.epsilon =
       tolerances_.epsilon_relative ? *tolerances_.epsilon_relative * energy(problem, weight_) : tolerances_.epsilon;
   if (nc == 0) return;
+  elastic_ = std::any_of(problem.restitution.begin(), problem.restitution.end(), [](double e) { return e != 0; });
   second_phase_ = false;
   solve(problem, problem.v_minus, proof.epsilon, solution);
 
   // Poisson: what compression took in, restitution gives back by the fraction e.
-  bool elastic = false;
-  for (double e : problem.restitution) elastic = elastic || e != 0;
-  if (!elastic) return;
+  if (!elastic_) return;
   bounded_.assign(islands_.count, tolerances_.bounded_restitution ? 1 : 0);
   solution.restitution_scale = restitution_.give_back(problem, factor_, islands_, bounded_, solution.impulse);
   if (!approaches_again()) return;
@@ -199,31 +201,6 @@ bool DrumwrightShell::approaches_again() {
   for (std::size_t c = 0; c < islands_.of_contact.size(); ++c)
     if (-scaled(c) > tolerances_.infeasibility * fastest[islands_.of_contact[c]]) return true;
   return false;
-}
-
-// Checks the data, factors M, and finds the weights.
-bool DrumwrightShell::weigh(const ContactProblem& problem, ContactSolution& solution) {
-  if (!all_finite(problem.M.values) || !all_finite(problem.J.values) || !all_finite(problem.v_minus) ||
-      !all_finite(problem.offset) || !all_finite(problem.mu)) {
-    fail(solution, Status::not_finite, "NaN or infinity in the contact problem");
-    return false;
-  }
-  if (!factor_.factor(problem.M)) {
-    fail(solution, Status::singular, "the mass matrix is not positive definite");
-    return false;
-  }
-  contact_weights(problem, factor_, weight_);
-  for (int c = 0; c < problem.nc(); ++c) {
-    if (!(weight_[c] > 0) || !std::isfinite(weight_[c])) {
-      fail(solution, Status::input_error, "contact " + std::to_string(c) + " joins two fixed bodies (W_ii = 0)");
-      return false;
-    }
-    if (problem.mu[c] < 0) {
-      fail(solution, Status::input_error, "contact " + std::to_string(c) + " has a negative coefficient of friction");
-      return false;
-    }
-  }
-  return true;
 }
 
 // The island's answer and proof, into the whole.
@@ -277,6 +254,9 @@ void DrumwrightShell::begin_island(double epsilon, ContactSolution& solution) {
 void DrumwrightShell::set_bound() {
   program_.bounded_below = true;
   program_.kappa = program_.impulse_size = bound_.kappa;
+  // Limits of joints do not count in kappa, and their impulses may be far larger.
+  for (int c = 0; c < island_.nc(); ++c)
+    if (island_.share[c] == 0) program_.impulse_size += bound_.f[c];
 }
 
 void DrumwrightShell::clear_bound() {
@@ -309,6 +289,21 @@ bool DrumwrightShell::slides_freely() {
   // nothing where there is no friction.
   if (!tolerances_.bounded) best_.certificate.gap = judge_.gap_at_own_sum(island_, program_, best_.r);
   return judge_.good(island_, best_.certificate, Allowed::exact);
+}
+
+// The frictionless impulses keep all bounds. Where multipliers are so large that they excuse an answer of more energy,
+// it is not the least one, and restitution would gain what it has more.
+void DrumwrightShell::prefer_frictionless() {
+  judge_(island_, program_, best_.r, best_.eta);
+  double more = 0;  // J
+  for (std::size_t i = 0; i < best_.r.size(); ++i)
+    more += 0.5 * (best_.r[i] - bound_.impulse[i]) * (judge_.u()[i] + bound_.u_f[i]);
+  if (!(more > 0)) return;
+  const Certificate certificate = judge_(island_, program_, bound_.impulse, best_.eta);
+  if (!judge_.good(island_, certificate, Allowed::backward)) return;
+  best_.r = bound_.impulse;
+  best_.certificate = certificate;
+  best_.who = "frictionless";
 }
 
 // What the next event's Newton method may start from.

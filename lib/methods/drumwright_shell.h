@@ -41,7 +41,6 @@ class DrumwrightShell {
     bool inaccurate = false;
     double excess = 0;  ///< J, of the gaps of all islands, beyond rounding
   };
-  bool weigh(const ContactProblem& problem, ContactSolution& solution);
   bool approaches_again();
   void solve(const ContactProblem& problem, const std::vector<double>& v0, double epsilon, ContactSolution& solution);
   void say(const Endings& endings, double epsilon, ContactSolution& solution) const;
@@ -52,6 +51,7 @@ class DrumwrightShell {
   void clear_bound();
   bool stays_at_rest(ConvexPrevious& previous);
   bool slides_freely();
+  void prefer_frictionless();
   ConeStatus propose(ConvexPrevious* previous);
   void keep_start(const ConvexProposer& proposer, ConvexPrevious* previous);
   const ConeSolution* start_of(const ConvexPrevious* previous) const;
@@ -79,7 +79,7 @@ class DrumwrightShell {
 
   // Of the second phase of restitution.
   Restitution restitution_;
-  bool second_phase_ = false;
+  bool elastic_ = false, second_phase_ = false;
   std::vector<char> bounded_;  // per island
   std::vector<double> first_impulse_, fastest_;
 };

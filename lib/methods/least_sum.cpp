@@ -136,7 +136,7 @@ bool LeastSum::factor(Real sigma) {
   const int rows = columns_.rows();
   lu_.resize(rows);
   for (int i = 0; i < rows; ++i) lu_.add(i, i, sigma);
-  D_ = x_.cwiseQuotient(a_ + Real(proximal) * x_);
+  D_ = x_.cwiseQuotient(a_ + proximal(sigma) * x_);
   Eigen::Matrix<Real, 3, 3> normal = Eigen::Matrix<Real, 3, 3>::Zero();
   for (std::size_t k = 0; k < part_.size(); ++k) {
     normal(0, 0) = D_[k];
@@ -147,7 +147,7 @@ bool LeastSum::factor(Real sigma) {
 
 // dx, da, dnu by which x a changes by `change` and the equations come to hold. With one refinement.
 void LeastSum::step(Real sigma, const Vector& change) {
-  dx_ = (change + x_.cwiseProduct(off_a_)).cwiseQuotient(a_ + Real(proximal) * x_);
+  dx_ = (change + x_.cwiseProduct(off_a_)).cwiseQuotient(a_ + proximal(sigma) * x_);
   dnu_.set_zero(columns_.rows());
   for (int k = 0; k < 2; ++k) {
     momentum(dx_, p_);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <span>
 #include <vector>
@@ -36,8 +37,9 @@ class LeastSum {
   static constexpr double shift = 1e-13;
   // What the equations may be off by and be met: impulses of contacts that hardly touch are left out, and leave that.
   static constexpr double negligible = 1e-14;
-  // Of a step in x, which is not unique: keeps it from drifting.
-  static constexpr double proximal = 1e-25;
+  // Of a step in x, which is not unique: keeps it from drifting, and the condition of the system, 1 / (sigma proximal),
+  // to what DoubleDouble can solve. Larger where impulses are large: products of x and a end at proximal x^2.
+  static Real proximal(Real sigma) { return std::max<Real>(1e-25, 1e-33 / sigma); }
   // -: complementarity aimed at, of the present, at least: fast first; then, where products fell so far behind the
   // others that they leave no room for a turn of the path, never to the edge itself. From where on it is good enough.
   static constexpr std::array<double, 2> centres = {0, 1e-2};

@@ -35,6 +35,7 @@
 #include "methods/restitution.h"
 #include "methods/same_event.h"
 #include "methods/soft_contacts.h"
+#include "methods/weigh.h"
 
 namespace cb {
 
@@ -77,6 +78,7 @@ class Soft {
   SoftOptions options_;
   BlockCholesky factor_;
   SoftContacts contacts_;
+  std::vector<double> weight_;  // nc, 1/kg
   KktSystem system_;
   // nv. d = v - v0 and not v: near rigid contacts make forty times the error of a velocity of it, and what an event
   // changes is small beside what moves.
@@ -153,20 +155,8 @@ void Soft::change_after(const ContactProblem& problem, const std::vector<double>
 }
 
 bool Soft::begin(const ContactProblem& problem, ContactSolution& solution) {
-  if (!all_finite(problem.M.values) || !all_finite(problem.J.values) || !all_finite(problem.v_minus) ||
-      !all_finite(problem.offset) || !all_finite(problem.mu) || !all_finite(problem.restitution)) {
-    fail(solution, Status::not_finite, "NaN or infinity in the contact problem");
-    return false;
-  }
-  if (!factor_.factor(problem.M)) {
-    fail(solution, Status::singular, "the mass matrix is not positive definite");
-    return false;
-  }
-  std::string reason;
-  if (!contacts_.describe(problem, factor_, options_.softness, reason)) {
-    fail(solution, Status::input_error, reason);
-    return false;
-  }
+  if (!weigh(problem, factor_, weight_, solution)) return false;
+  contacts_.describe(problem, factor_, weight_, options_.softness);
   system_.prepare(problem.M, problem.J, options_.least_block);
   return true;
 }

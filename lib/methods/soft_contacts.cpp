@@ -21,23 +21,12 @@ bool sticks(double mu, const Regularisation& R, double u_n, double slip) { retur
 
 }  // namespace
 
-bool SoftContacts::describe(const ContactProblem& problem, const BlockCholesky& factor, const Softness& softness,
-                            std::string& reason) {
+void SoftContacts::describe(const ContactProblem& problem, const BlockCholesky& factor,
+                            const std::vector<double>& weight, const Softness& softness) {
   diagonal_blocks(problem, factor, W_);
-  contact_weights(problem, factor, weight_);
   contacts_.resize(problem.nc());
-  for (int c = 0; c < problem.nc(); ++c) {
-    if (!(weight_[c] > 0) || !std::isfinite(weight_[c])) {
-      reason = "contact " + std::to_string(c) + " joins two fixed bodies (W_ii = 0)";
-      return false;
-    }
-    if (problem.mu[c] < 0) {
-      reason = "contact " + std::to_string(c) + " has a negative coefficient of friction";
-      return false;
-    }
-    contacts_[c] = {regularisation(W_[c], is_limit(problem, c), softness), problem.mu[c], weight_[c]};
-  }
-  return true;
+  for (int c = 0; c < problem.nc(); ++c)
+    contacts_[c] = {regularisation(W_[c], is_limit(problem, c), softness), problem.mu[c], weight[c]};
 }
 
 Vector3d SoftContacts::impulse(const Contact& c, const Vector3d& u) {
@@ -104,7 +93,7 @@ double SoftContacts::residual(const std::vector<double>& r, const std::vector<do
   const int nc = static_cast<int>(contacts_.size());
   double speed = 0, impulse2 = 0, plus2 = 0, minus2 = 0, worst = 0;
   for (int c = 0; c < nc && !open.empty(); ++c) {
-    const double w = weight_[c];
+    const double w = contacts_[c].w;
     const double plus = at(u_plus, c).squaredNorm(), minus = at(u_minus, c).squaredNorm();
     speed = std::max({speed, plus, minus});
     impulse2 += w * at(r, c).squaredNorm();

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <span>
-#include <string>
 #include <vector>
 
 #include "contact/problem.h"
@@ -18,9 +17,9 @@ namespace cb {
 /// G = -dr/du, positive semidefinite.
 class SoftContacts {
  public:
-  /// Finds R and weights. False where a contact has no say (W_ii = 0) or mu < 0; `reason` names it.
-  bool describe(const ContactProblem& problem, const BlockCholesky& factor, const Softness& softness,
-                std::string& reason);
+  /// Finds R. `weight`: nc, 1/kg, all > 0.
+  void describe(const ContactProblem& problem, const BlockCholesky& factor, const std::vector<double>& weight,
+                const Softness& softness);
   /// r (3 nc, N s) at velocities u (3 nc, m/s); returns the sum of l, J.
   double impulses(const std::vector<double>& u, std::vector<double>& r) const;
   /// G (9 nc, kg) at u. `touching`: what is at most this far from parting (m/s) counts as sticking. G jumps where u =
@@ -48,7 +47,6 @@ class SoftContacts {
 
   std::vector<Contact> contacts_;
   std::vector<Eigen::Matrix3d> W_;
-  std::vector<double> weight_;
 };
 
 }  // namespace cb
