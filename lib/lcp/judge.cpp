@@ -48,9 +48,11 @@ Judgement PathJudge::vertex(Basis& basis, const ScaledLoad& load, Eigen::VectorX
 // Judges z, whose w = M z + q is in w_.
 Judgement PathJudge::judge(Basis& basis, const ScaledLoad& load, const Eigen::VectorXd& z) {
   Judgement found = first_look(load, z);
-  const double doubtful = std::max(found.beyond_rounding, overlap(load.of->groups));
+  const double doubtful = std::max(found.beyond_rounding, overlap(load.of->groups, false));
   if (doubtful > beyond_doubt && found.beyond_rounding < HUGE_VAL) {
     basis.magnitudes(z, product_);
+    product_ += load.original.cwiseAbs();
+    find_shared(basis, load, z);
     second_look(load, found);
   } else {
     found.residual = std::max(found.residual, doubtful);
@@ -58,17 +60,32 @@ Judgement PathJudge::judge(Basis& basis, const ScaledLoad& load, const Eigen::Ve
   return found;
 }
 
-// How far w_, of those that may not be negative, is below zero, as a fraction of what was before. What the data leave
-// open, `open` in shared units, product_ in others, is no error.
-double PathJudge::overlap(const LcpGroups& groups, const double* open) const {
+// How far w_, of those that may not be negative, is below zero, as a fraction of what was before. Where it is asked
+// for, what the data leave open is no error.
+double PathJudge::overlap(const LcpGroups& groups, bool excused) const {
   double worst = 0;
   for (Eigen::Index i = 0; i < groups.before.size(); ++i) {
     if (!(w_[i] < 0)) continue;
-    const double excused = open == nullptr ? 0 : term_rounding * (groups.shares[i] ? *open : product_[i]);
-    const double beyond = (-w_[i] - excused) / groups.root[i];
+    const double open = !excused ? 0 : groups.shares[i] ? shared_[groups.island[groups.of_pair[i]]] : product_[i];
+    const double beyond = (-w_[i] - term_rounding * open) / groups.root[i];
     if (beyond > worst * groups.before[i]) worst = beyond / groups.before[i];  // nothing was before: infinite
   }
   return worst;
+}
+
+void PathJudge::find_shared(Basis& basis, const ScaledLoad& load, const Eigen::VectorXd& z) {
+  const LcpGroups& groups = load.of->groups;
+  if (groups.of_pair.empty()) return;
+  z_ = z;
+  for (Eigen::Index i = 0; i < z.size(); ++i)
+    if (groups.own[i]) z_[i] = 0;
+  basis.magnitudes(z_, terms_);
+  terms_ += load.original.cwiseAbs();
+  shared_.assign(groups.islands, 0.0);
+  for (Eigen::Index i = 0; i < z.size(); ++i) {
+    double& shared = shared_[groups.island[groups.of_pair[i]]];
+    if (groups.shares[i]) shared = std::max(shared, terms_[i]);
+  }
 }
 
 bool PathJudge::ray_holds(Basis& basis, const ScaledLoad& load, const Eigen::VectorXd& cover, int variable) {
@@ -110,6 +127,7 @@ Judgement PathJudge::first_look(const ScaledLoad& load, const Eigen::VectorXd& z
   Judgement found{worst / load.judged, worst / load.judged};
   if (groups.of_pair.empty()) return found;
   size_ = groups.size;
+  excused_.setZero(size_.size());
   for (int i = 0; i < n; ++i) {
     const double of_z = z[i] * groups.root[i];
     error_[i] = std::abs(std::min(of_z, w_[i] / groups.root[i]));
@@ -120,47 +138,48 @@ Judgement PathJudge::first_look(const ScaledLoad& load, const Eigen::VectorXd& z
   return found;
 }
 
-// The same without what rounding of the terms may be, |M| z being in product_: first what a solver can do, then what
-// the data leave open.
+// The same without what rounding of the terms may be: first what a solver can do, then what the data leave open.
 void PathJudge::second_look(const ScaledLoad& load, Judgement& found) {
   const LcpGroups& groups = load.of->groups;
   const bool grouped = !groups.of_pair.empty();
   const auto n = static_cast<int>(error_.size());
-  double shared = 0;
   for (int i = 0; i < n; ++i) {
     const double root = grouped ? groups.root[i] : load.root[i];
-    product_[i] += std::abs(load.original[i]);
-    if (grouped && groups.shares[i]) shared = std::max(shared, product_[i]);
     error_[i] = std::max(0.0, error_[i] - round_off * product_[i] / root);
   }
   found.beyond_rounding = worst_of_groups(load);
   if (!grouped) return;
-  found.residual = std::max(found.residual, overlap(groups, &shared));
+  found.residual = std::max(found.residual, overlap(groups, true));
   if (found.beyond_rounding <= beyond_doubt) {
     found.residual = std::max(found.residual, found.beyond_rounding);
     return;
   }
+  excused_.setZero(size_.size());
   for (int i = 0; i < n; ++i) {
-    const double root = groups.root[i], open = groups.shares[i] ? shared : product_[i];
-    error_[i] = std::max(0.0, error_[i] - std::max(0.0, term_rounding * open - round_off * product_[i]) / root);
-    if (!groups.shares[i]) continue;
-    double& size = size_[groups.of_pair[i]];
-    size = std::max(size, product_[i] / root);
+    const int group = groups.of_pair[i];
+    const double root = groups.root[i];
+    if (groups.shares[i]) {
+      excused_[group] = term_rounding * shared_[groups.island[group]] / root;
+      size_[group] = std::max(size_[group], terms_[i] / root);
+    } else {
+      error_[i] = std::max(0.0, error_[i] - (term_rounding - round_off) * product_[i] / root);
+    }
   }
   found.residual = std::max(found.residual, worst_of_groups(load));
 }
 
-// Of error_ over size_, or over all that the problem is about where it has no groups.
+// Of error_ less what is excused of a group, over size_, or over all that the problem is about where it has no groups.
 double PathJudge::worst_of_groups(const ScaledLoad& load) {
   const std::vector<int>& group = load.of->groups.of_pair;
   if (group.empty()) return error_.maxCoeff() / load.judged;
   squares_.setZero(size_.size());
   for (Eigen::Index i = 0; i < error_.size(); ++i) squares_[group[i]] += error_[i] * error_[i];
   double worst = 0;
-  for (Eigen::Index g = 0; g < size_.size(); ++g)
-    if (squares_[g] > worst * size_[g] * size_[g])
-      worst = size_[g] > 0 ? squares_[g] / (size_[g] * size_[g]) : HUGE_VAL;
-  return std::sqrt(worst);
+  for (Eigen::Index g = 0; g < size_.size(); ++g) {
+    const double error = std::sqrt(squares_[g]) - excused_[g];
+    if (error > worst * size_[g]) worst = size_[g] > 0 ? error / size_[g] : HUGE_VAL;
+  }
+  return worst;
 }
 
 void set_own_cover(Basis& basis, const ScaledLoad& load, const std::vector<int>& active, const Eigen::VectorXd& p,

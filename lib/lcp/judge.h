@@ -15,9 +15,10 @@ namespace cb {
 /// the problem is about. What may not be negative beside other things (LcpGroups::before) counts beside these. Where it
 /// is above `beyond_doubt`, w_i may be a small sum of large terms, t_i = |q_i| + sum_j |M_ij| z_j.
 struct Judgement {
-  /// Is it an answer? Natural residual (lcp.h), or the worst error of a group where that is more. An error of
-  /// `term_rounding` t_i, or of that of any row in the same unit, is none, and a group is about t_i / s_i too: the last
-  /// bits of the data leave that open.
+  /// Is it an answer? Natural residual (lcp.h), or the worst error of a group where that is more. A group's
+  /// error of `term_rounding` t_i, or of that of any row of its island in the same unit, is none, and a group is about
+  /// t_i / s_i too, both without what acts on its own group alone (LcpGroups::own): the last bits of the data leave
+  /// that open.
   double residual = HUGE_VAL;
   /// Could it be better? The worst error of a group, `round_off` t_i of it no error. A solver that is content with
   /// less leaves what adds up over a run: a stack of 16 boxes begins to creep after 600 steps.
@@ -47,10 +48,12 @@ struct PathJudge {
   Judgement first_look(const ScaledLoad& load, const Eigen::VectorXd& z);
   void second_look(const ScaledLoad& load, Judgement& found);
   double worst_of_groups(const ScaledLoad& load);
-  double overlap(const LcpGroups& groups, const double* open = nullptr) const;
+  double overlap(const LcpGroups& groups, bool excused) const;
+  void find_shared(Basis& basis, const ScaledLoad& load, const Eigen::VectorXd& z);
 
-  Eigen::VectorXd scratch_, w_, z_, product_;
-  Eigen::VectorXd error_, size_, squares_;  // n; groups
+  Eigen::VectorXd scratch_, w_, z_, product_, terms_;  // product_: |M| z + |q|; terms_: without what acts on its own
+  Eigen::VectorXd error_, size_, squares_, excused_;   // n; groups
+  std::vector<double> shared_;                         // islands: the largest term in the unit that rows share
   std::vector<int> active_;
 };
 

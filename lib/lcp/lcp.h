@@ -19,9 +19,13 @@ struct LcpGroups {
   std::vector<int> of_pair;  ///< n: number of the group; empty: there are none
   Eigen::VectorXd size;      ///< groups: what each is about whatever the answer, unit sqrt(z w)
   Eigen::VectorXd root;      ///< n: s_i, so that z_i s_i and w_i / s_i of a group's pairs can be compared, sqrt(z w)
-  /// n: is w_i in a unit that such rows share (m/s)? Their z determine each other, and so does the rounding of what
-  /// their w are the sums of.
+  /// n: is w_i in a unit that such rows share (m/s)? Of an island their z determine each other, and so does the
+  /// rounding of what their w are the sums of.
   std::vector<char> shares;
+  /// n: does z_i act on its own group alone (a slip bound)? However large, it is no other's rounding.
+  std::vector<char> own;
+  std::vector<int> island;  ///< groups
+  int islands = 0;
   /// The first so many pairs are rates of distances: w_i < 0 is an error of its own there, held against this alone
   /// (sqrt(z w)), however large the z that carry. Empty: none.
   Eigen::VectorXd before;

@@ -255,7 +255,7 @@ void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& soluti
   restored_.assign(nc_, 0.0);
   contact_velocity(problem, problem.v_minus, u_);
   form_.set_load(problem, u_, restored_);
-  form_.group_by_contact(problem, u_);
+  form_.group_by_contact(problem, factor_, u_);
   if (!solve_phase(solution)) {
     active_set_.forget();
     resting_.forget();

@@ -16,6 +16,8 @@ namespace cb {
 
 namespace {
 
+using ConstVec3 = Eigen::Map<const Eigen::Vector3d>;
+
 /// -: an entry of W below this fraction of what its two contacts have in other directions is rounding.
 constexpr double entry_rounding = 1e-15;
 
@@ -205,30 +207,38 @@ void PolygonLcp::set_load(const ContactProblem& problem, std::span<const double>
 
 // Whatever the answer, a contact is about the velocities of all contacts of its island before the event: the fastest
 // were it this one's, but no more than all of them together (contact/referee.cpp).
-void PolygonLcp::group_by_contact(const ContactProblem& problem, std::span<const double> u) {
+void PolygonLcp::group_by_contact(const ContactProblem& problem, const BlockCholesky& factor,
+                                  std::span<const double> u) {
   const PolygonUnknowns at = this->at();
   LcpGroups& groups = lcp_.groups;
   groups.of_pair.resize(at.count());
   groups.root.resize(at.count());
   groups.shares.assign(at.count(), 0);
+  groups.own.assign(at.count(), 0);
   groups.size.resize(nc_);
   groups.before.resize(nc_);
   find_islands(problem, islands_);
+  groups.island = islands_.of_contact;
+  groups.islands = islands_.count;
   of_island_.assign(islands_.count, {0, 0});
+  bool limits = false;
   for (int c = 0; c < nc_; ++c) {
-    const double* uc = &u[3 * c];
-    const double u2 = uc[0] * uc[0] + uc[1] * uc[1] + uc[2] * uc[2];
+    const bool limit = is_limit(problem, c);  // its velocity may be in rad/s
+    const double u2 = ConstVec3(&u[3 * c]).squaredNorm();
     auto& [all, fastest] = of_island_[islands_.of_contact[c]];
-    fastest = std::max(fastest, u2);
+    if (!limit) fastest = std::max(fastest, u2);
     all += u2 / weight_[c];
     groups.of_pair[c] = c;
     groups.root[c] = std::sqrt(weight_[c]);
-    groups.shares[c] = !is_limit(problem, c);  // a joint's limit may be in rad/s
+    groups.shares[c] = !limit;
+    limits = limits || limit;
   }
+  if (limits) find_stops(problem, factor, u);
   for (int c = 0; c < nc_; ++c) {
     const auto [all, fastest] = of_island_[islands_.of_contact[c]];
+    const double own = groups.shares[c] ? fastest : stopping2(problem, c);
     groups.before[c] = std::sqrt(all);
-    groups.size[c] = std::sqrt(std::min(all, fastest / weight_[c]));
+    groups.size[c] = std::sqrt(std::min(all, std::max(own, ConstVec3(&u[3 * c]).squaredNorm()) / weight_[c]));
   }
   for (int f = 0; f < at.rough_count(); ++f) {
     const int c = rough_[f], first = at.first_direction(f);
@@ -236,8 +246,33 @@ void PolygonLcp::group_by_contact(const ContactProblem& problem, std::span<const
     std::fill_n(&groups.root[first], at.k, groups.root[c]);
     std::fill_n(&groups.shares[first], at.k, groups.shares[c]);
     groups.of_pair[at.slip_bound(f)] = c;
+    groups.own[at.slip_bound(f)] = 1;
     groups.root[at.slip_bound(f)] = 1 / groups.root[c];
   }
+}
+
+// |M^-1 J^T| |u| / w: what stopping all contacts may change.
+void PolygonLcp::find_stops(const ContactProblem& problem, const BlockCholesky& factor, std::span<const double> u) {
+  const BandMatrix& J = problem.J;
+  stops_.assign(problem.nv(), 0.0);
+  for (int c = 0; c < nc_; ++c)
+    for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
+      const int b = J.block[e], n = problem.M.block_size(b);
+      columns_ = J.entry(e).transpose();
+      factor.solve_block_in_place(b, columns_.data(), 3);
+      Eigen::Map<Eigen::VectorXd>(&stops_[problem.M.first[b]], n) +=
+          columns_.cwiseAbs() * (ConstVec3(&u[3 * c]).cwiseAbs() / weight_[c]);
+    }
+}
+
+// Square of what that makes of a limit's own velocity.
+double PolygonLcp::stopping2(const ContactProblem& problem, int limit) const {
+  const BandMatrix& J = problem.J;
+  double velocity = 0;
+  for (int e = J.band[limit]; e < J.band[limit + 1]; ++e)
+    for (int j = 0; j < J.entry(e).cols(); ++j)
+      velocity += std::abs(J.entry(e)(0, j)) * stops_[problem.M.first[J.block[e]] + j];
+  return velocity * velocity;
 }
 
 }  // namespace cb

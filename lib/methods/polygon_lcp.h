@@ -43,7 +43,7 @@ class PolygonLcp {
   /// N s).
   void set_load(const ContactProblem& problem, std::span<const double> u, std::span<const double> bound);
   /// How answers are judged: contact by contact, as the referee does, each about the velocities u before the event.
-  void group_by_contact(const ContactProblem& problem, std::span<const double> u);
+  void group_by_contact(const ContactProblem& problem, const BlockCholesky& factor, std::span<const double> u);
 
   const FrictionPolygon& polygon() const { return polygon_; }
   const LcpProblem& lcp() const { return lcp_; }
@@ -52,6 +52,8 @@ class PolygonLcp {
 
  private:
   void drop_rounding();
+  void find_stops(const ContactProblem& problem, const BlockCholesky& factor, std::span<const double> u);
+  double stopping2(const ContactProblem& problem, int limit) const;
   void band(const ContactProblem& problem, int c, int column, const Eigen::Vector3d& direction);
   void diagonal(int row);
   void add_normal_columns(const ContactProblem& problem);
@@ -66,7 +68,9 @@ class PolygonLcp {
   std::vector<double> weight_;
   Eigen::ArrayXd row_scale_;  // 3 nc
   Islands islands_;
-  std::vector<std::array<double, 2>> of_island_;  // sum of u^2 / w, J; largest u^2
+  std::vector<std::array<double, 2>> of_island_;  // sum of u^2 / w, J; largest u^2, but for limits
+  std::vector<double> stops_;                     // nv
+  Eigen::MatrixX3d columns_;
 };
 
 }  // namespace cb
