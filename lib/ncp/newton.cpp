@@ -38,7 +38,7 @@ namespace {
 
 struct NewtonOptions : NcpOptions {
   AlartCurnierNewton::Options quick{.returns = 0}, finish, careful{.limit = 100, .returns = 6},
-      cut{.limit = 1000, .patience = 100, .enough = 1e-10, .cut = true}, patient{.limit = 500, .patience = 50};
+      cut{.limit = 1000, .patience = 100, .cut = true}, patient{.limit = 500, .patience = 50};
   InteriorSystem::Options interior;
   LongSteps::Options long_steps;
   PathSteps::Options path;
@@ -52,7 +52,7 @@ struct NewtonOptions : NcpOptions {
   double near_finish = 1e-4;    ///< -: error from which it is not given up at its first failure
   double least_error = 1e-10;   ///< -: error that is rounding
   double ahead = 1e-4;          ///< -: proximal term of the finish, over that error
-  double near_rounding = 1e-6;  ///< -: natural residual after the finish from which rounding is looked at
+  double near_rounding = 1e-3;  ///< -: natural residual after the finish from which rounding is looked at
   double near = 1e-2;           ///< -: natural residual from which the finish from the best comes before a path
   /// -: of the fastest velocity before: contacts that part more slowly carry in the first guess.
   double touching = 1e-10;
@@ -64,6 +64,7 @@ class NcpNewton {
     static_cast<NcpOptions&>(o_) = options;
     o_.quick.tolerance = o_.finish.tolerance = o_.careful.tolerance = o_.cut.tolerance = o_.patient.tolerance =
         options.tolerance;
+    o_.cut.enough = options.accepted;
   }
   void operator()(const NcpProblem& problem, NcpSolution& solution);
 
