@@ -40,11 +40,12 @@ void ConeWorkspace::prepare(const ConeProgram& p, const ConeOptions& options) {
   find_scales(p, q, scales);
 }
 
-Certificate check(const ConeProgram& p, const ConeOptions& options, ConeWorkspace& w, ConeSolution& x) {
+Certificate check(const ConeProgram& p, const ConeOptions& options, ConeWorkspace& w, ConeSolution& x,
+                  bool at_rounding) {
   w.velocities.evaluate(p, x.r, eta_of(p, x));
   Certificate certificate = certify(p, x.r, x.eta, w.velocities, w.q);
   const double exact = exact_gap * w.scales.size * w.scales.size;
-  if (certificate.infeasibility > options.feasibility || std::abs(certificate.gap) > exact) {
+  if (certificate.infeasibility > options.feasibility || (!at_rounding && std::abs(certificate.gap) > exact)) {
     w.velocities.bound_rounding(p, x.r, {});
     certificate = certify(p, x.r, x.eta, w.velocities, w.q, options.rounding_units);
   }

@@ -21,7 +21,9 @@ struct ConeWorkspace {
 };
 
 /// What an answer is worth, rounding considered where it does not do without; into its gap and infeasibility.
-Certificate check(const ConeProgram& program, const ConeOptions& options, ConeWorkspace& workspace, ConeSolution& x);
+/// `at_rounding`: its natural map is, and its gap matters no more.
+Certificate check(const ConeProgram& program, const ConeOptions& options, ConeWorkspace& workspace, ConeSolution& x,
+                  bool at_rounding = false);
 
 /// eta of `x`, or nothing where the program has none.
 inline std::span<const double> eta_of(const ConeProgram& program, const ConeSolution& x) {

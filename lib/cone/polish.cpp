@@ -216,11 +216,12 @@ bool Polish::accept() {
   if (!(best_ < HUGE_VAL)) return false;
   w_.best.iterations = x_.iterations;
   x_ = w_.best;
-  const Certificate certificate = check(p_, options_, w_, x_);
-  // Large impulses raise rounding itself; that is the excuse of the last attempt, and of programs without eta.
   const double size = w_.scales.size;
+  bool at_rounding = best_ <= options_.rounding * size;
+  const Certificate certificate = check(p_, options_, w_, x_, at_rounding);
+  // Large impulses raise rounding itself; that is the excuse of the last attempt, and of programs without eta.
   const double large = rules_.goes_back || !p_.has_eta() ? options_.rounding * certificate.size : 0;
-  const bool at_rounding = best_ <= std::max(options_.rounding * size, large) || best_ <= last_bits();
+  at_rounding = at_rounding || best_ <= large || best_ <= last_bits();
   const bool accepted =
       x_.infeasibility <= options_.feasibility &&
       (at_rounding || std::abs(x_.gap) <= std::max(exact_gap * size * size, certificate.gap_rounding));
