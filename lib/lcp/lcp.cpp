@@ -47,7 +47,8 @@ bool condense(const LcpProblem& problem, LcpProblem& dense) {
   if (lu.info() != Eigen::Success) return false;
   dense.expanded = false;
   dense.M = problem.D;
-  dense.M -= problem.C * lu.solve(Eigen::MatrixXd(problem.B));
+  // Eigen points at the first of no columns.
+  if (problem.B.cols() > 0) dense.M -= problem.C * lu.solve(Eigen::MatrixXd(problem.B));
   dense.q = problem.q - problem.C * lu.solve(problem.a);
   return true;
 }
