@@ -9,6 +9,7 @@
 // is explicit, of the same order in h.
 #include "dynamics/implicit_joints.h"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 
 namespace cb {
@@ -55,8 +56,8 @@ void ImplicitJoints::accelerations(const Model& model, const Tree& tree, const S
   a = k.cwiseProduct(qd);  // of K: S M S qd
   force_ -= h_ * (k.cwiseProduct(M_ * a) + part(now_.stiffness).cwiseProduct(qd));
   add_to(tree, M_);
-  llt_.compute(M_);
-  a = llt_.solve(force_);
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> in_place(M_);
+  a = in_place.solve(force_);
 }
 
 }  // namespace cb

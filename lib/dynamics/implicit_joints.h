@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <span>
 #include <vector>
 
@@ -42,7 +42,6 @@ class ImplicitJoints {
   CompositeBody composite_body_;
   Eigen::MatrixXd M_;
   Eigen::VectorXd force_;
-  Eigen::LLT<Eigen::MatrixXd> llt_;
 };
 
 }  // namespace cb

@@ -8,8 +8,12 @@ namespace {
 
 constexpr std::size_t line = 64;  // bytes, also the widest vector register
 
+void* try_to_allocate(std::size_t size) noexcept {
+  return std::aligned_alloc(line, (size + line - 1) / line * line + (size == 0 ? line : 0));
+}
+
 void* allocate(std::size_t size) {
-  void* memory = std::aligned_alloc(line, (size + line - 1) / line * line + (size == 0 ? line : 0));
+  void* memory = try_to_allocate(size);
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
 }
@@ -18,6 +22,9 @@ void* allocate(std::size_t size) {
 
 void* operator new(std::size_t size) { return allocate(size); }
 void* operator new[](std::size_t size) { return allocate(size); }
+// The library's own call the above; a sanitizer's do not.
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept { return try_to_allocate(size); }
+void* operator new[](std::size_t size, const std::nothrow_t&) noexcept { return try_to_allocate(size); }
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete[](void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }

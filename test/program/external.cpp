@@ -163,6 +163,7 @@ TEST_CASE("the limit of time and Ctrl-C are heard while another program is waite
   CHECK_FALSE(there(directory.path() / "pid"));
 }
 
+#if !defined(__SANITIZE_ADDRESS__)  // which is given no limit
 TEST_CASE("a limit of memory holds for the other program too", "[program][external]") {
   TemporaryDirectory directory;
   const Result result =
@@ -171,6 +172,7 @@ TEST_CASE("a limit of memory holds for the other program too", "[program][extern
   CHECK(result.code == 0);
   CHECK(std::atol(read_file(directory.path() / "limit").c_str()) >= 300 * 1024);  // kB; "unlimited" is 0
 }
+#endif
 
 TEST_CASE("flags of another program are refused in one line", "[program][external]") {
   const auto refuse = [](std::vector<std::string> more, const std::vector<std::string>& parts) {
