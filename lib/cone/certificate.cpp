@@ -67,16 +67,21 @@ void ConeVelocities::bound_rounding(const ConeProgram& p, std::span<const double
 
 namespace {
 
-// The largest of impulses, velocities, and velocities without impulses: sqrt(J).
-double size_of(const ConeProgram& p, std::span<const double> r, std::span<const double> u, std::span<const double> q) {
-  double size_r = 0, size_u = 0, size_q = 0;
+// Squares of the sizes of impulses, velocities, and velocities without impulses: J.
+struct Sizes {
+  double r = 0, u = 0, q = 0;
+  double largest() const { return std::sqrt(std::max({r, u, q})); }
+};
+
+Sizes sizes_of(const ConeProgram& p, std::span<const double> r, std::span<const double> u, std::span<const double> q) {
+  Sizes size;
   for (int c = 0; c < p.nc(); ++c) {
     const double w = (*p.weight)[c];
-    size_r += w * vec3(&r[3 * c]).squaredNorm();
-    size_u += vec3(&u[3 * c]).squaredNorm() / w;
-    size_q += vec3(&q[3 * c]).squaredNorm() / w;
+    size.r += w * vec3(&r[3 * c]).squaredNorm();
+    size.u += vec3(&u[3 * c]).squaredNorm() / w;
+    size.q += vec3(&q[3 * c]).squaredNorm() / w;
   }
-  return std::sqrt(std::max({size_r, size_u, size_q}));
+  return size;
 }
 
 // What rounding excuses: the velocity of a contact, sqrt(J); what s may be wrong by; a sum of impulses.
@@ -88,8 +93,8 @@ struct Excuse {
 };
 
 // Least s that puts y into the dual cone where the bound counts a contact; elsewhere what is missing is a violation,
-// whose worst is returned, of `size`.
-double put_into_dual(const ConeProgram& p, double size, Excuse& excuse, double& s) {
+// whose worst is returned, sqrt(J).
+double put_into_dual(const ConeProgram& p, Excuse& excuse, double& s) {
   double worst = 0;
   for (int c = 0; c < p.nc(); ++c) {
     const double root_w = std::sqrt((*p.weight)[c]), excused = (1 + (*p.mu)[c]) * excuse(c);
@@ -100,10 +105,23 @@ double put_into_dual(const ConeProgram& p, double size, Excuse& excuse, double& 
       s = std::max(s, short_of);
       excuse.s = std::max(excuse.s, excused * root_w);
     } else {
-      worst = std::max(worst, (short_of / root_w - excused) / size);
+      worst = std::max(worst, short_of / root_w - excused);
     }
   }
   return worst;
+}
+
+// Velocities are wrong by what rounding excuses, and the impulses that they determine: what that makes of the gap, J.
+double rounding_of_gap(const ConeProgram& p, const Excuse& excuse, std::span<const double> r,
+                       std::span<const double> eta, double s) {
+  if (excuse.velocities.rounding.empty()) return 0;
+  double sum = 0;
+  for (int c = 0; c < p.nc(); ++c) {
+    const double root_w = std::sqrt((*p.weight)[c]), multiplier = eta.empty() ? 0 : std::abs(eta[c]);
+    const double y = vec3(&excuse.velocities.u_hat[3 * c]).norm() + 2 * std::abs(s);
+    sum += excuse(c) * (root_w * (vec3(&r[3 * c]).norm() + multiplier) + y / root_w);
+  }
+  return sum;
 }
 
 }  // namespace
@@ -111,36 +129,34 @@ double put_into_dual(const ConeProgram& p, double size, Excuse& excuse, double& 
 Certificate certify(const ConeProgram& p, std::span<const double> r, std::span<const double> eta,
                     const ConeVelocities& velocities, std::span<const double> q, double rounding_units) {
   Certificate out;
-  out.size = size_of(p, r, velocities.u, q);
+  const Sizes sizes = sizes_of(p, r, velocities.u, q);
+  out.size = sizes.largest();
   const double size = out.size > 0 ? out.size : 1;
   Excuse excuse{velocities, rounding_units};
-  double worst = put_into_dual(p, size, excuse, out.s), gap = 0, sum = 0, approaching = 0, before = 0;
+  double worst = put_into_dual(p, excuse, out.s), approach = 0, gap = 0, sum = 0, approaching = 0;  // worst: of `size`
   const auto violated = [&](double x) { worst = std::max(worst, x); };
-  for (int c = 0; c < p.nc(); ++c) before += vec3(&q[3 * c]).squaredNorm() / (*p.weight)[c];
-  before = std::min(std::sqrt(before), p.before);
-  if (before == 0) before = size;
   for (int c = 0; c < p.nc(); ++c) {
     const double root_w = std::sqrt((*p.weight)[c]), along_bound = p.share_of(c) * r[3 * c];
     const double u_n = velocities.u[3 * c];
     gap += (eta.empty() ? 0 : eta[c] * (p.is_fixed(c) ? u_n : std::max(u_n + p.slack_of(c), 0.0))) +
            vec3(&r[3 * c]).dot(vec3(&velocities.u_hat[3 * c])) + out.s * along_bound;
     sum += along_bound;
-    approaching += std::abs(q[3 * c]) / (*p.weight)[c];
-    // Velocities are wrong by that, and the impulses that they determine.
-    const double multiplier = eta.empty() ? 0 : std::abs(eta[c]);
-    const double y = vec3(&velocities.u_hat[3 * c]).norm() + 2 * std::abs(out.s);
-    out.gap_rounding += excuse(c) * (root_w * (vec3(&r[3 * c]).norm() + multiplier) + y / root_w);
-    violated(-r[3 * c] * root_w / size);
-    violated((tangential(&r[3 * c]) - (*p.mu)[c] * r[3 * c]) * root_w / size);
-    // Beside what approached, too: large impulses make no approach small (docs/judging.md).
-    if (p.bounded_below || !p.has_bound()) violated(((-u_n - p.slack_of(c)) / root_w - excuse(c)) / before);
-    if (p.is_fixed(c)) violated((std::abs(u_n) / root_w - excuse(c)) / size);
-    if (!eta.empty() && !p.is_fixed(c)) violated(-eta[c] * root_w / size);
+    violated(-r[3 * c] * root_w);
+    violated((tangential(&r[3 * c]) - (*p.mu)[c] * r[3 * c]) * root_w);
+    if (p.bounded_below || !p.has_bound()) approach = std::max(approach, (-u_n - p.slack_of(c)) / root_w - excuse(c));
+    if (p.is_fixed(c)) violated(std::abs(u_n) / root_w - excuse(c));
+    if (!eta.empty() && !p.is_fixed(c)) violated(-eta[c] * root_w);
   }
+  // Beside what approached, too: large impulses make no approach small (docs/judging.md).
+  double before = std::min(std::sqrt(sizes.q), p.before);
+  if (before == 0) before = size;
+  worst = std::max(worst / size, approach / before);
+  out.gap_rounding = rounding_of_gap(p, excuse, r, eta, out.s);
   if (p.has_bound()) {
     gap += out.s * std::max(p.kappa - sum, 0.0);
+    for (int c = 0; c < p.nc(); ++c) approaching += std::abs(q[3 * c]) / (*p.weight)[c];
     const double kappa_size = std::max(approaching, std::abs(p.kappa));
-    violated((sum - p.kappa - excuse.sum) / (kappa_size > 0 ? kappa_size : 1));
+    worst = std::max(worst, (sum - p.kappa - excuse.sum) / (kappa_size > 0 ? kappa_size : 1));
     const double sum_rounding = rounding_units * std::numeric_limits<double>::epsilon() * kappa_size;
     out.gap_rounding += std::abs(out.s) * (excuse.sum + sum_rounding) + excuse.s * std::abs(p.kappa);
   }
