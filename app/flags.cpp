@@ -88,6 +88,20 @@ void check_command(const CLI::App& program, const std::string& first) {
                                suggest(first, names, "there are")));
 }
 
+void check_values(const CLI::App& program, const std::string& command, std::span<const char* const> arguments) {
+  if (command.empty()) return;
+  const CLI::App& owner = *program.get_subcommand(command);
+  for (std::size_t i = 1; i < arguments.size(); ++i) {
+    const std::string_view name = arguments[i - 1], next = arguments[i];
+    if (!name.starts_with("--") || !next.starts_with("--")) continue;
+    const CLI::Option* flag = owner.get_option_no_throw(std::string(name));
+    if (flag != nullptr && flag->get_items_expected_min() > 0 &&
+        owner.get_option_no_throw(std::string(next)) != nullptr)
+      throw UsageError(
+          fmt::format("{}: its value is missing before {}; contactbench {} --help says more", name, next, command));
+  }
+}
+
 std::string unknown_flag(CLI::App& program, const std::string& command) {
   const std::vector<std::string> rest = program.remaining(true);
   if (rest.empty()) return {};

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,6 +27,8 @@ Overrides set_flags(const std::vector<std::string>& values);
 
 /// Throws UsageError where the first argument is neither a flag nor a command.
 void check_command(const CLI::App& program, const std::string& first);
+/// Throws UsageError where another flag stands in the place of a flag's value.
+void check_values(const CLI::App& program, const std::string& command, std::span<const char* const> arguments);
 /// The commands there are, as a message goes on.
 std::string commands_of(const CLI::App& program);
 /// The message for arguments that no flag took.

@@ -53,6 +53,7 @@ int run(int argc, char** argv) {
     if (argc < 2) throw cb::UsageError("a command is missing: " + cb::commands_of(program));
     cb::check_command(program, argv[1]);
     if (argv[1][0] != '-') command = argv[1];
+    cb::check_values(program, command, {argv, static_cast<std::size_t>(argc)});
     program.parse(argc, argv);
     if (!action) throw cb::UsageError("a command is missing: " + cb::commands_of(program));
     return action();

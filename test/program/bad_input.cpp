@@ -60,6 +60,8 @@ TEST_CASE("a name that is not in a table comes with the ones that are", "[progra
 TEST_CASE("a misspelt flag is named, also where it leaves one that is needed missing", "[program]") {
   refused({"run", "sticking_box.xml", "--methd", "ap"}, {"--methd", "did you mean \"--method\""});
   refused({"run", "--methd", "ap", "sticking_box.xml"}, {"--methd", "did you mean \"--method\""});
+  refused({"run", "sticking_box.xml", "--method", "ap", "--warm-start", "--duration", "1"},
+          {"--warm-start: its value is missing before --duration"});
   refused({"run", "sticking_box.xml"}, {"--method is required"});
 }
 
