@@ -111,91 +111,53 @@ struct StoredEvent {
   }
 };
 
+/// Every solver of ap answers to the stored events as the referee asks, to `residual`.
+void expect_answers(std::initializer_list<const char*> names, int k, double residual) {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problems are not read");
+    return;
+  }
+  for (const char* name : names)
+    for (const char* solver : {"lemke", "path", "ynl"}) {
+      const StoredEvent event(name, solver, k);
+      INFO(name << " " << solver << " " << k << " edges " << event.solution.reason);
+      CHECK(event.solution.status == Status::ok);
+      CHECK(event.residual <= residual);
+    }
+}
+
 }  // namespace
 
 // Boxes on a belt and on a cart, masses 1e3 apart, and a stack with restitution, whose first phase leaves faster
 // velocities than there were: vertices within 1e-10 of the event were wrong by 1e-9 of what their lightest contact
 // carries.
 TEST_CASE("What a light box carries is found as exactly as what a heavy one carries", "[ap]") {
-  if (!fclib_available()) {
-    WARN("no HDF5 in this build: the stored problems are not read");
-    return;
-  }
-  for (const char* name : {"ap_cart", "ap_belt", "ap_elastic_stack"})
-    for (const char* solver : {"lemke", "path", "ynl"}) {
-      const StoredEvent event(name, solver, 4);
-      INFO(name << " " << solver << " " << event.solution.reason);
-      CHECK(event.solution.status == Status::ok);
-      CHECK(event.residual <= 1e-12);
-    }
+  expect_answers({"ap_cart", "ap_belt", "ap_elastic_stack"}, 4, 1e-12);
 }
 
 // Two robots of a campaign: a limit that rests to 1e-14 in a tree that turns, and one whose W has 1e-33 beside the
 // other limit's for a zero.
 TEST_CASE("What a limit at rest has left by rounding is no error", "[ap]") {
-  if (!fclib_available()) {
-    WARN("no HDF5 in this build: the stored problems are not read");
-    return;
-  }
-  for (const char* name : {"ap_limit_at_rest", "ap_limit_apart"})
-    for (const char* solver : {"lemke", "path", "ynl"}) {
-      const StoredEvent event(name, solver, 4);
-      INFO(name << " " << solver << " " << event.solution.reason);
-      CHECK(event.solution.status == Status::ok);
-      CHECK(event.residual <= 1e-9);
-    }
+  expect_answers({"ap_limit_at_rest", "ap_limit_apart"}, 4, 1e-9);
 }
 
 // A stack whose heavy impulses hide from a solver that its light contact still approaches.
 TEST_CASE("An approach is an error beside what approached for solvers of ap too", "[ap]") {
-  if (!fclib_available()) {
-    WARN("no HDF5 in this build: the stored problems are not read");
-    return;
-  }
-  for (const char* solver : {"lemke", "path", "ynl"}) {
-    const StoredEvent event("ap_light_among_heavy", solver, 4);
-    INFO(solver << " " << event.solution.reason);
-    CHECK(event.solution.status == Status::ok);
-    CHECK(event.residual <= 1e-9);
-  }
+  expect_answers({"ap_light_among_heavy"}, 4, 1e-9);
 }
 
 // A wall where a contact that carries nothing has a slip bound of 5e5 m/s, a contact at rest that is off by rounding in
 // each of four directions, and a limit after restitution, whose own velocity is 1e-14 beside 1e-2: solvers took the
 // error of other pairs, or 1e-14 rad/s, for rounding.
 TEST_CASE("What solvers of ap excuse is what the referee excuses", "[ap]") {
-  if (!fclib_available()) {
-    WARN("no HDF5 in this build: the stored problems are not read");
-    return;
-  }
-  for (const char* name : {"ap_large_slip_bound", "ap_at_rest_beside", "ap_limit_second_phase"})
-    for (const char* solver : {"lemke", "path", "ynl"}) {
-      const StoredEvent event(name, solver, 8);
-      INFO(name << " " << solver << " " << event.solution.reason);
-      CHECK(event.solution.status == Status::ok);
-      CHECK(event.residual <= 1e-9);
-    }
-  for (const char* solver : {"lemke", "path", "ynl"})
-    for (const int k : {8, 16}) {
-      const StoredEvent event("ap_belt", solver, k);
-      INFO(solver << " " << k << " edges");
-      CHECK(event.residual <= 1e-9);
-    }
+  expect_answers({"ap_large_slip_bound", "ap_at_rest_beside", "ap_limit_second_phase", "ap_belt"}, 8, 1e-9);
+  expect_answers({"ap_belt"}, 16, 1e-9);
 }
 
 // A stack whose light boxes approach at 1e-11 m/s beside terms of 3 m/s: which of them carries is decided by values
 // that a ratio test with an allowance of 1e-12 does not see.
 TEST_CASE("Contacts that approach by a hair are told from those that do not", "[ap]") {
-  if (!fclib_available()) {
-    WARN("no HDF5 in this build: the stored problems are not read");
-    return;
-  }
-  for (const char* solver : {"lemke", "path", "ynl"}) {
-    const StoredEvent event("ap_slow_stack", solver, 8);
-    INFO(solver << " " << event.solution.reason);
-    CHECK(event.solution.status == Status::ok);
-    CHECK(event.residual <= 1e-12);
-  }
+  expect_answers({"ap_slow_stack"}, 8, 1e-12);
 }
 
 // A stack of boxes at rest, 22 contacts. From a cover of ones the search went through 4000 dead ends first.
