@@ -62,7 +62,7 @@ class AnitescuPotra {
 
  private:
   bool start_at_rest(const ContactProblem& problem, ContactSolution& solution);
-  bool solve_phase(ContactSolution& solution);
+  bool solve_phase(const ContactProblem& problem, ContactSolution& solution);
   void append_answer(std::vector<double>& z) const;
   void bound_idle_slip(const ContactProblem& problem, ContactSolution& solution);
   double split(double t1, double t2, double* part) const;
@@ -93,6 +93,7 @@ class AnitescuPotra {
   std::vector<std::array<double, 2>> gained_;  // per island, J: r.(u+ + u-)/2, r.u-
 
   bool warm_ = false;
+  bool grouped_ = false;  // are the pairs of the present event grouped?
   std::shared_ptr<long> warm_starts_;
   RestingImpulse resting_{3};
   double size_ = 0;  // sqrt(J), of the event
@@ -164,9 +165,10 @@ double AnitescuPotra::split(double t1, double t2, double* part) const {
   return part[first] + part[second];
 }
 
-bool AnitescuPotra::solve_phase(ContactSolution& solution) {
+bool AnitescuPotra::solve_phase(const ContactProblem& problem, ContactSolution& solution) {
   const bool warm = warm_ && active_set_.find(form_.lcp(), form_.at(), u_, answer_);
   if (warm && warm_starts_) ++*warm_starts_;
+  if (!warm && !grouped_) form_.group_by_contact(problem, factor_, u_);
   if (!warm) solver_(form_.lcp(), answer_);
   solution.iterations += answer_.pivots;
   solution.claimed_residual = std::max(solution.claimed_residual, answer_.residual);
@@ -255,8 +257,9 @@ void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& soluti
   restored_.assign(nc_, 0.0);
   contact_velocity(problem, problem.v_minus, u_);
   form_.set_load(problem, u_, restored_);
-  form_.group_by_contact(problem, factor_, u_);
-  if (!solve_phase(solution)) {
+  grouped_ = elastic;  // beside what was before the event, in the second phase too
+  if (elastic) form_.group_by_contact(problem, factor_, u_);
+  if (!solve_phase(problem, solution)) {
     active_set_.forget();
     resting_.forget();
     return;
@@ -283,7 +286,7 @@ void AnitescuPotra::decompress(const ContactProblem& problem, ContactSolution& s
     solution = compression_;
     form_.sizes() = sizes_;
     give_back(problem, solution);
-    if (!solve_phase(solution)) return;
+    if (!solve_phase(problem, solution)) return;
     add_impulses(solution);
   } while (bound_gains(problem, solution));
 }
