@@ -3,7 +3,7 @@
 #   scripts/test.sh              the program as it is released
 #   scripts/test.sh --sanitize   the same tests under the address and undefined-behaviour sanitizers (build-sanitize/)
 #   scripts/test.sh --long       besides, the tests marked [.long], the scenes against their exact answers, error against
-#                                run time, the reproduction
+#                                run time, the reproduction, sweeps by Slurm and Dask under kills
 #   scripts/test.sh --tidy       besides, clang-tidy over the sources (needs clang-tidy)
 #   scripts/test.sh --mutants    instead, one planted fault at a time in a copy: do the tests notice? (test/mutation/campaign.py; hours)
 #   scripts/test.sh --no-setup   without looking for missing packages
@@ -51,6 +51,7 @@ if [ "$long" = yes ]; then
   python3 test/acceptance/same_bytes.py "$folder/bin/contactbench" || failed=1
   python3 test/acceptance/any_scene.py "$folder/bin/contactbench" --jobs "$(jobs)" || failed=1
   "$(find_python)" test/acceptance/reproduction.py "$folder/bin/contactbench" || failed=1
+  "$(find_python)" test/acceptance/other_machines.py "$folder/bin/contactbench" || failed=1
 fi
 ctest --test-dir "$folder" --output-on-failure --parallel "$(jobs)" || failed=1
 exit "$failed"

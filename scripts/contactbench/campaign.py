@@ -19,7 +19,7 @@ import time
 from pathlib import Path
 
 from . import look, program, reduce, scenes
-from .references import digest
+from .program import digest
 from .runs import write_table
 from .templates import render
 

@@ -4,13 +4,15 @@ does: always one record with a typed status.
 
 The program writes into a folder of its own under RUNS/.doing, which becomes RUNS/<name> by one rename when its record
 (run.json) is complete. So a run is there whole or not at all, and a late writer of a killed sweep disturbs nobody. As a
-script this reads a job as JSON from standard input and prints the record: that is how another engine calls it. Hence
-nothing but the standard library here.
+script this reads a job as JSON from standard input and prints the record (Dask), or does the jobs of a file (Slurm).
+Hence nothing but the standard library here.
 """
 import argparse
 import collections
 import ctypes
+import errno
 import functools
+import hashlib
 import json
 import math
 import os
@@ -32,13 +34,14 @@ TAIL = 1 << 16  # bytes of what a program says that are kept
 FILE_LIMIT = 16 << 30  # bytes that one file of a run may have
 WARM_UP = 0.1  # s, of a timed run done once before it counts: caches, clock and page tables are as it wants them
 BUSY = 0.25  # cores that others may use before a run counts as disturbed
+TRIES = 3  # tasks of Slurm that may be lost at one run before it is left alone
 AGAIN = ("interrupted", "write_failed")  # statuses that say nothing about the method: done again by themselves
 PR_SET_PDEATHSIG = 1
 LIBC = ctypes.CDLL(None)
 NO_MEMORY = re.compile(r"bad_alloc|out of memory|MemoryError|cannot allocate memory|std::length_error", re.IGNORECASE)
 
 active = set()  # processes to be ended with the sweep
-lock = threading.Lock()
+lock = threading.RLock()  # a signal may come while it is held, and what ends all takes it
 over = threading.Event()  # the sweep is ended: nothing is started any more, and what was killed is no result
 
 
@@ -132,11 +135,25 @@ def choices(said: dict, outside=(), unavailable=False) -> tuple[list[tuple], dic
 
 
 @functools.cache
-def files_of(program, file, parameters: str) -> tuple[str, ...]:
+def files_of(program, file, parameters: str, timeout: float | None = None) -> tuple[str, ...]:
     """The files that a scene reads, of which the program knows: its own and those of its robots. Its own where it is
-    refused."""
-    ended = call(program, "check", file, "--files", *settings(parameters.split()))
+    refused, or does not come back."""
+    try:
+        ended = call(program, "check", file, "--files", *settings(parameters.split()), timeout=timeout)
+    except (OSError, Late):
+        return (str(file), )
     return tuple(ended.stdout.splitlines()) if ended.returncode == 0 else (str(file), )
+
+
+def digest(*paths) -> str:
+    """Of the bytes of files together. Each set of files is read once, until one of them is another."""
+    return digest_of(
+        tuple((str(path), at.st_mtime_ns, at.st_size, at.st_ino) for path, at in zip(paths, map(os.stat, paths))))
+
+
+@functools.cache
+def digest_of(files: tuple) -> str:
+    return hashlib.sha256(b"".join(Path(path).read_bytes() for path, *_ in files)).hexdigest()[:16]
 
 
 def read_vector(path: Path) -> list[float]:
@@ -329,12 +346,12 @@ def reached(folder: Path) -> float | None:
 # Runs of a sweep.
 
 
-def job_of(run, program, scene, runs, statuses, time_limit, memory_limit_mb=4096, record_every=1, timed=True, key="",
+def job_of(run, program, scene, file, runs, statuses, time_limit, memory_limit_mb=4096, record_every=1, timed=True,
            deadline=None, record_contacts=False):
     """What `do` needs to know of a run (plan.Run). The program keeps its own limit; the outer one is for one that does
     not come back."""
     return {
-        "asked": run.asked(), "flags": run.flags(), "key": key, "program": program, "scene": scene, "runs": str(runs),
+        "asked": run.asked(), "flags": run.flags(), "program": program, "scene": scene, "file": file, "runs": str(runs),
         "statuses": statuses, "timed": timed, "time_limit_s": time_limit, "wall_limit_s": 1.2 * time_limit + 10,
         "memory_limit_mb": memory_limit_mb, "record_every": record_every, "deadline": deadline,
         "record_contacts": record_contacts}
@@ -348,25 +365,49 @@ def within(job: dict, now: float) -> dict:
     return {**job, "time_limit_s": left, "wall_limit_s": 1.2 * left + 10}
 
 
-def do(job: dict, load: Load) -> dict:
-    """Does one job of `job_of`; returns its record, which is then in RUNS/<name>/run.json too."""
+def do(job: dict, load: Load, doing: Path | None = None, ended: dict | None = None) -> dict:
+    """Does one job of `job_of`; returns its record, which is then in RUNS/<name>/run.json too. `doing`: folder of what
+    is half done [RUNS/.doing]; `ended`: how the run ended (`not_run`), of one that is not done."""
     runs, name = Path(job["runs"]), job["asked"]["run"]
+    runs.mkdir(parents=True, exist_ok=True)
     job = within(job, time.time())
-    scratch = runs / DOING / f"{name}.{uuid.uuid4().hex[:12]}"
-    scratch.mkdir(parents=True)
+    if job["time_limit_s"] <= 0:
+        ended = not_run("time_limit", "not begun: the time of the sweep was spent")
+    scratch = begin(doing or runs / DOING, name)
     record = {
-        **job["asked"], "flags": job["flags"], "key": job["key"], "limits": [
-            job["time_limit_s"], job["memory_limit_mb"]], "record_every": job["record_every"],
-        "record_contacts": job["record_contacts"]}
-    if job["time_limit_s"] > 0:
-        record.update(done(job, scratch, load))
-    else:
-        record.update(status="time_limit", reason="not begun: the time of the sweep was spent", exit_code=None,
-                      finished=False, t_reached=None, wall_s=0.0, peak_memory_mb=None, other_cores=None, busy=None)
+        **job["asked"], "flags": job["flags"], **read_by(job), "limits": [job["time_limit_s"], job["memory_limit_mb"]],
+        "record_every": job["record_every"], "record_contacts": job["record_contacts"]}
+    record |= ended or done(job, scratch, load)
     if over.is_set():
         raise Ended
     publish(record, scratch, runs / name)
     return record
+
+
+def begin(doing: Path, name: str) -> Path:
+    """A new folder in `doing` for a run, with its record, empty yet. What `doing` is in must be there: a submission that
+    is revoked does not come back by this."""
+    doing.mkdir(exist_ok=True)
+    scratch = doing / f"{name}.{uuid.uuid4().hex[:12]}"
+    scratch.mkdir()
+    (scratch / "run.json").touch()
+    return scratch
+
+
+def read_by(job: dict) -> dict:
+    """What a run reads: its scene's files (also a robot's), and a key that changes when one of them or the program
+    does."""
+    files = files_of(job["program"], job["file"], job["asked"]["parameters"], job["wall_limit_s"])
+    try:
+        return {"files": list(files), "key": digest(job["program"], *files)}
+    except OSError:
+        return {"files": list(files), "key": ""}  # the run will say what is not there
+
+
+def not_run(status: str, reason: str) -> dict:
+    return {
+        "status": status, "reason": reason, "exit_code": None, "finished": False, "t_reached": None, "wall_s": 0.0,
+        "peak_memory_mb": None, "other_cores": None, "busy": None}
 
 
 def done(job: dict, scratch: Path, load: Load) -> dict:
@@ -404,17 +445,38 @@ def done(job: dict, scratch: Path, load: Load) -> dict:
 
 
 def publish(record, scratch, place):
-    with open(scratch / "run.json", "w") as file:
+    # "r+": where the folder was taken away (`clear`) and the program made another of its name, there is no record.
+    with open(scratch / "run.json", "r+") as file:
         file.write(json.dumps(record, indent=1) + "\n")
         file.flush()
         os.fsync(file.fileno())
     old = scratch.with_name(scratch.name + ".old")
+    while True:
+        try:
+            os.rename(place, old)
+        except FileNotFoundError:
+            pass
+        try:
+            os.rename(scratch, place)
+            break
+        except OSError as error:
+            # Another task that does the same run was between the two: the last one stays.
+            if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
+                raise
+            shutil.rmtree(old, ignore_errors=True)
+    shutil.rmtree(old, ignore_errors=True)
+
+
+def clear(folder: Path) -> None:
+    """Takes a folder away at once and then deletes it: who still writes into it finds no place, and publishes nothing
+    that lacks a file."""
+    away = folder.with_name(f"{folder.name}.away.{uuid.uuid4().hex[:12]}")
     try:
-        os.rename(place, old)
+        os.rename(folder, away)
     except FileNotFoundError:
         pass
-    os.rename(scratch, place)
-    shutil.rmtree(old, ignore_errors=True)
+    for some in folder.parent.glob(f"{folder.name}.away.*"):
+        shutil.rmtree(some, ignore_errors=True)
 
 
 def elsewhere(client, job, priority):
@@ -424,7 +486,52 @@ def elsewhere(client, job, priority):
                          text=True, capture_output=True, pure=False, priority=priority, retries=2)
 
 
+def lines_of(log: Path, start: int = 0) -> tuple[list[dict], int]:
+    """What a task has said from byte `start` on, as whole lines, and where they end."""
+    with open(log, "rb") as file:
+        file.seek(start)
+        said = file.read()
+    whole = said[:said.rfind(b"\n") + 1]
+    return [json.loads(line) for line in whole.splitlines()], start + len(whole)
+
+
+def do_chunk(file: Path) -> None:
+    """What an array task of Slurm does (slurm.py): the jobs of a file one after another, until its time is over or the
+    file is gone. What it begins and the record of what it did stand in a log of this start alone; what an earlier start
+    did is not done again, nor what TRIES of them were lost at."""
+    chunk, begun, there = json.loads(file.read_text()), collections.Counter(), set()
+    for log in file.parent.glob(f"{file.stem}.*.log"):
+        for line in lines_of(log)[0]:
+            begun[line["run"]] += "record" not in line
+            there |= {line["run"]} if "record" in line else set()
+    load, end = Load(), time.monotonic() + (chunk["seconds"] or math.inf)
+    with open(file.with_suffix(f".{uuid.uuid4().hex[:12]}.log"), "w") as log:
+
+        def say(**line):
+            log.write(json.dumps(line) + "\n")
+            log.flush()
+            os.fsync(log.fileno())
+
+        for job in chunk["jobs"]:
+            name, start = job["asked"]["run"], time.monotonic()
+            if name in there or begun[name] >= TRIES:
+                continue
+            if start > end or not file.exists():
+                return
+            say(run=name)
+            try:
+                record = do(job, load, file.parent / DOING)
+            except FileNotFoundError:
+                if file.exists():
+                    raise
+                return  # revoked
+            say(run=name, record=record, took_s=round(time.monotonic() - start, 4))
+
+
 if __name__ == "__main__":
     LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
     signal.signal(signal.SIGTERM, lambda *_: (end_all(), os._exit(143)))
-    json.dump(do(json.load(sys.stdin), Load()), sys.stdout)
+    if sys.argv[1:]:
+        do_chunk(Path(sys.argv[1]))
+    else:
+        json.dump(do(json.load(sys.stdin), Load()), sys.stdout)

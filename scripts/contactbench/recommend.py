@@ -164,7 +164,7 @@ def once(run, step, measure, options, results):
         scene, statuses = file if Path(options.scene).is_file() else f"{run.scene}.xml", program.statuses_of(
             listed(options.program))
         record = program.do(
-            program.job_of(run, options.program, scene, runs, statuses, options.limit, record_every=every),
+            program.job_of(run, options.program, scene, file, runs, statuses, options.limit, record_every=every),
             program.Load())
         folder, parameters = Path(runs) / run.name, run.asked()["parameters"]
         certified = references.read(results.folder / "references", run.scene, parameters,

@@ -6,7 +6,6 @@ stored.
   scripts/references.py my.xml --duration 2 --out DIR  one scene
 """
 import csv
-import hashlib
 import json
 import math
 import shutil
@@ -15,6 +14,7 @@ import tempfile
 from pathlib import Path
 
 from . import program
+from .program import digest
 
 INTERVAL = 0.1  # s, between the moments of a reference
 ERROR = "certified_linf_m"
@@ -27,10 +27,6 @@ COARSER = 10  # times the accuracy: what a run with that is off by is more than 
 SHARE = 0.1  # of the error that the scene's own step makes: what two methods may differ by at most
 FIRST = ("--method", "convex")
 SECOND = (("--method", "coulomb"), ("--method", "ap", "--solver", "lemke"), ("--method", "ap", "--solver", "path"))
-
-
-def digest(*paths):
-    return hashlib.sha256(b"".join(Path(path).read_bytes() for path in paths)).hexdigest()[:16]
 
 
 def name_of(scene, parameters):

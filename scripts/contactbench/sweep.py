@@ -5,20 +5,21 @@ a row with a typed status. What is finished is not done again, whatever interrup
   scripts/sweep.py scenarios/sweeps/*.toml --profile paper --jobs 8 --timed-alone
   scripts/sweep.py scenarios/sweeps/paper.toml --rerun crash --rerun time_limit
   scripts/sweep.py scenarios/sweeps/paper.toml --engine dask:tcp://head:8786
+  scripts/sweep.py scenarios/sweeps/paper.toml --engine slurm --slurm "--partition=short --time=1:00:00"
 """
 import concurrent.futures
 import contextlib
 import fcntl
 import json
 import os
-import shutil
+import shlex
 import signal
 import sys
 import tempfile
 import time
 from pathlib import Path
 
-from . import program, references, worth
+from . import program, references, slurm, worth
 from .plan import plan
 from .program import ProgramError
 from .runs import LIMITS, gather, rows_of
@@ -33,26 +34,46 @@ def arguments(words):
     parser.add_argument("--out", type=Path, help="folder of runs.csv and manifest.json [results]")
     parser.add_argument("--references", type=Path,
                         help="folder of certified references (scripts/references.py) [OUT/references]")
-    parser.add_argument("--jobs", type=int, default=1,
-                        help="runs at a time, 0: one a core [1: timings are not disturbed]")
+    parser.add_argument(
+        "--jobs", type=int, help="runs at a time, 0: one a core [1: timings are not disturbed; "
+        "with --engine slurm as many as Slurm lets]")
     parser.add_argument("--timed-alone", action="store_true",
                         help="runs whose times count go one at a time, after the others went --jobs at a time")
     parser.add_argument(
         "--budget", type=float, metavar="HOURS",
         help="end after this time: what is not done by then is a row `time_limit`, done when the sweep goes on")
-    parser.add_argument("--engine", default="local", help="local, dask (a cluster here), dask:ADDRESS [local]")
+    parser.add_argument("--engine", default="local", help="local, dask (a cluster here), dask:ADDRESS, slurm [local]")
+    parser.add_argument("--slurm", default="", metavar="OPTIONS",
+                        help='of sbatch, for --engine slurm: "--partition=short --time=1:00:00"')
+    parser.add_argument("--chunk", type=int, metavar="N",
+                        help="runs that a task of Slurm does one after another [as many as take it minutes]")
+    parser.add_argument("--submit-only", action="store_true",
+                        help="give the runs to Slurm and end; the same command without it waits and gathers")
     parser.add_argument("--rerun", action="append", default=[], metavar="STATUS",
                         help="do runs with this status again (or `all`)")
     parser.add_argument("--keep", action="store_true",
                         help="keep finished runs although program or scene have changed since")
     parser.add_argument("--dry-run", action="store_true", help="say what would be done, and do nothing")
     parsed = parser.parse_intermixed_args(words)
+    on_slurm = parsed.engine == "slurm"
+    if parsed.jobs is None:
+        parsed.jobs = 0 if on_slurm else 1
     if parsed.jobs < 0:
         parser.error("--jobs must not be negative")
+    if not on_slurm and (parsed.slurm or parsed.chunk is not None or parsed.submit_only):
+        parser.error("--slurm, --chunk and --submit-only are of --engine slurm")
+    try:
+        shlex.split(parsed.slurm)
+    except ValueError as error:
+        parser.error(f"--slurm: {error}")
+    if parsed.chunk is not None and parsed.chunk < 1:
+        parser.error("--chunk must be at least 1")
+    if parsed.submit_only and parsed.timed_alone:
+        parser.error("--timed-alone waits until the other runs are done: not with --submit-only")
     if parsed.budget is not None and not parsed.budget > 0:
         parser.error("--budget must be a positive number of hours")
     parsed.deadline = None if parsed.budget is None else time.time() + 3600 * parsed.budget
-    parsed.jobs = parsed.jobs or os.cpu_count() or 1
+    parsed.jobs = parsed.jobs if on_slurm else parsed.jobs or os.cpu_count() or 1
     parsed.out = parsed.out or program.ROOT / "results"
     parsed.references = parsed.references or parsed.out / "references"
     parsed.runs = parsed.runs or program.ROOT / "results" / "runs" / (parsed.profile or "default")
@@ -60,8 +81,8 @@ def arguments(words):
 
 
 def local(todo, count, done):
-    """An engine, as is each of `dask`: does the jobs, `count` at a time, and calls done(record) in this process after
-    every run."""
+    """An engine, as is each of `dask` and `slurm.engine`: does the jobs, `count` at a time, and calls done(record) in
+    this process after every run."""
     load = program.Load()
     with concurrent.futures.ThreadPoolExecutor(count) as pool:
         try:
@@ -102,45 +123,61 @@ def dask(address):
     return engine
 
 
-def engine_of(name):
-    kind, _, address = name.partition(":")
-    if kind == "dask":
-        return dask(address)
-    if kind == "local" and not address:
-        return local
-    raise ProgramError(f"no engine '{name}'; there are: local, dask, dask:SCHEDULER-ADDRESS")
+ENGINES = {  # name: what makes it of an address and the options
+    "local": lambda address, options: local, "dask": lambda address, options: dask(address),
+    "slurm": lambda address, options: slurm.engine(options, lambda job: is_done(job, options))}
 
 
-def files_of(options, scenes, run):
-    return program.files_of(options.program, run.file or scenes[run.scene]["file"], run.asked()["parameters"])
+def engine_of(options):
+    kind, _, address = options.engine.partition(":")
+    if kind not in ENGINES or address and kind != "dask":
+        raise ProgramError(f"no engine '{options.engine}'; there are: local, dask, dask:SCHEDULER-ADDRESS, slurm")
+    return ENGINES[kind](address, options)
+
+
+def file_of(run, scenes):
+    return run.file or scenes[run.scene]["file"]
 
 
 def certified(runs, listed, options):
     """{(scene, parameters): its certified reference}, of those that have one."""
-    asked = {(run.scene, run.asked()["parameters"]): run for run in runs}
-    found = {
-        scene: references.read(options.references, *scene, files_of(options, program.scenes_of(listed), run))
-        for scene, run in asked.items()}
+    scenes, found = program.scenes_of(listed), {}
+    for run in runs:
+        scene = run.scene, run.asked()["parameters"]
+        if scene not in found:
+            there = (options.references / f"{references.name_of(*scene)}.json").exists()
+            found[scene] = there and references.read(options.references, *scene,
+                                                     program.files_of(options.program, file_of(run, scenes), scene[1]))
     return {scene: known for scene, known in found.items() if known}
 
 
 def jobs_of(runs, listed, options):
-    """What `program.do` needs to know of each run; `key` changes when program, scene (its own file or a robot's) or
-    flags do."""
-    path, scenes = str(Path(options.program).resolve()), program.scenes_of(listed)
-    read = {run: files_of(options, scenes, run) for run in runs}
-    keys = {files: references.digest(path, *files) for files in set(read.values())}
+    """What `program.do` needs to know of each run."""
+    path, scenes, statuses = str(Path(
+        options.program).resolve()), program.scenes_of(listed), program.statuses_of(listed)
     return [
-        program.job_of(run, path, run.file or f"{run.scene}.xml", options.runs.resolve(), program.statuses_of(listed),
-                       run.time_limit_s, run.memory_limit_mb, run.record_every, run.timed, keys[read[run]],
-                       options.deadline, run.record_contacts) for run in runs]
+        program.job_of(run, path, run.file or f"{run.scene}.xml", file_of(run, scenes), options.runs.resolve(),
+                       statuses, run.time_limit_s, run.memory_limit_mb, run.record_every, run.timed, options.deadline,
+                       run.record_contacts) for run in runs]
+
+
+def unchanged(record, job):
+    """Whether program and scene (its own file or a robot's) are those of the record. What a scene reads follows from
+    the files that it read: the program is asked only where one of them is no longer there."""
+    files = record.get("files") or []
+    if not files or not all(map(os.path.exists, files)):
+        files = program.files_of(job["program"], job["file"], job["asked"]["parameters"])
+    try:
+        return record.get("key") == program.digest(job["program"], *files)
+    except OSError:
+        return False
 
 
 def is_done(job, options):
     record = program.read_json(options.runs / job["asked"]["run"] / "run.json")
     if not isinstance(record, dict) or record.get("status") in program.AGAIN or record.get("flags") != job["flags"]:
         return False
-    if {record["status"], "all"} & set(options.rerun) or not (options.keep or record.get("key") == job["key"]):
+    if {record["status"], "all"} & set(options.rerun) or not (options.keep or unchanged(record, job)):
         return False
     # A wider limit may change the end of a run that a limit cut; finer files are wanted where none or coarser ones are.
     if record["status"] in LIMITS and record["limits"] != [job["time_limit_s"], job["memory_limit_mb"]]:
@@ -205,7 +242,8 @@ def do_all(todo, engine, options):
     together = [job for run, job in todo if not (options.timed_alone and run.timed)]
     try:
         for some, count in ((together, options.jobs), (alone, 1)):
-            if some:
+            # Slurm may still hold jobs where nothing is left to do.
+            if some or not todo and options.engine == "slurm":
                 engine(some, count, progress.done)
     finally:
         progress.close()
@@ -228,8 +266,8 @@ def sweep(options):
         listed = program.listed(options.program)
     except ProgramError as error:
         raise ProgramError(f"{error}. --program names another one") from None
+    engine = engine_of(options)
     runs, missing = plan(options.sweeps, options.profile, listed)
-    engine = engine_of(options.engine)
     for name, reason in missing.items():
         print(f"{name} is left out: {reason}")
     known = certified(runs, listed, options)
@@ -239,9 +277,11 @@ def sweep(options):
         to_do(runs + members, listed, options, show=True)
         return
     with only_one_sweep(options.runs):
-        shutil.rmtree(options.runs / program.DOING, ignore_errors=True)  # what a killed sweep left half done
+        program.clear(options.runs / program.DOING)  # what a killed sweep left half done
         try:
             do_all(to_do(runs + members, listed, options), engine, options)
+            if options.submit_only:
+                return
             further = unsettled(runs, options, known)
             if further:
                 print(f"{len({run.cell for run in further})} cells differ with the last bits of their start or the "
@@ -249,8 +289,10 @@ def sweep(options):
                 do_all(to_do(further, listed, options), engine, options)
                 members += further
         finally:
-            shutil.rmtree(options.runs / program.DOING, ignore_errors=True)
-        stray = sorted({f.name for f in options.runs.iterdir() if f.is_dir()} - {run.name for run in runs + members})
+            program.clear(options.runs / program.DOING)
+        with os.scandir(options.runs) as entries:
+            folders = {entry.name for entry in entries if entry.is_dir() and not entry.name.startswith(".")}
+        stray = sorted(folders - {run.name for run in runs + members})
         if stray:
             print(
                 f"{len(stray)} folders are of no run of these sweeps and stay out of the tables: {', '.join(stray[:5])}"

@@ -139,6 +139,37 @@ class Depths(unittest.TestCase):
         for point, want in (([1 + 3, 2 + 4, 0], 5), ([0, 2.5, 0], 0.5), ([0, 0, 1.2], 0.2), ([0, 1.9, 0], -0.1)):
             self.assertAlmostEqual(float(look.point_cylinder(c, R, 1.0, 4.0, np.array([point], dtype=float))[0]), want, delta=1e-15)
 
+    def test_a_cube_of_points_is_the_box_to_points_planes_boxes_and_itself(self):
+        rng = np.random.default_rng(2)
+        half = np.array([0.5, 0.3, 0.7])
+        surface = np.array([[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)]) * half
+        cube, box = look.Shape("hull", "h", "h", np.zeros(3), np.eye(3), points=surface), look.Shape("box", "b", "b", np.zeros(3), np.eye(3), half=half)
+        self.assertEqual((len(cube.solid.loops), {len(loop) for loop in cube.solid.loops}, len(cube.solid.edges)), (6, {4}, 12))
+        k, other = 200, look.Shape("box", "o", "o", np.zeros(3), np.eye(3), half=np.array([0.4, 0.6, 0.2]))
+        p, q = rng.normal(size=(k, 3)), rng.normal(size=(2, k, 4))
+        still, R, Q = np.zeros((k, 3)), look.matrix(q[0]), look.matrix(q[1])
+        plane = look.Shape("half_space", "p", "", np.zeros(3), np.eye(3), normal=np.array([0.0, 1.0, 0.0]))
+        by_axes = look.box_box(still, R, np.broadcast_to(half, (k, 3)), p, Q, np.broadcast_to(other.half, (k, 3)))
+        np.testing.assert_allclose(look.apart(cube, still, R, other, p, Q), by_axes, atol=1e-12)
+        np.testing.assert_allclose(look.above_plane(plane, cube, p, Q), look.above_plane(plane, box, p, Q), atol=1e-12)
+        np.testing.assert_allclose(look.point_solid(cube.solid, still, R, p), look.point_box(still, R, half, p), atol=1e-12)
+        volume, centre, inertia = cube.solid.moments()
+        self.assertAlmostEqual(volume, 8 * np.prod(half), delta=1e-12)
+        np.testing.assert_allclose(centre, 0, atol=1e-14)
+        np.testing.assert_allclose(np.diag(inertia), look.inertia_of(box, volume), atol=1e-12)
+
+    def test_a_capsule_is_as_far_as_the_nearest_point_of_its_axis(self):
+        rod = look.Shape("capsule", "c", "c", np.zeros(3), np.eye(3), radius=0.25, length=2.0)
+        lying, ball = turned([0, 0, 1], -math.pi / 2)[None], look.Shape("sphere", "s", "s", np.zeros(3), np.eye(3), radius=0.5)
+        table = look.Shape("box", "t", "t", np.zeros(3), np.eye(3), half=np.array([2.0, 0.5, 2.0]))
+        at = lambda *x: np.array([x], dtype=float)
+        for shape, where, want in ((table, at(0.5, 0.7, 0), -0.05), (table, at(3 + 3, 0.5 + 4, 0), math.hypot(3, 4) - 0.25),
+                                   (ball, at(1 + 0.6, 0.8, 0), 0.25), (rod, at(0.7, 0.6, 0), 0.1)):
+            R = lying if shape is rod else np.eye(3)[None]
+            for gap in (look.apart(rod, where, lying, shape, at(0, 0, 0), R), look.apart(shape, at(0, 0, 0), R, rod, where, lying)):
+                self.assertAlmostEqual(float(gap[0]), want, delta=1e-12, msg=shape.kind)
+        self.assertAlmostEqual(float(look.inertia_of(look.Shape("capsule", "", "", 0, 0, radius=0.5, length=0.0), 1.0)[0]), 0.1, delta=1e-15)
+
     def test_a_tilted_cylinder_stands_on_the_lowest_point_of_its_rim(self):
         plane = look.Shape("half_space", "p", "", np.zeros(3), np.eye(3), normal=np.array([0.0, 1.0, 0.0]))
         can = look.Shape("cylinder", "c", "c", np.zeros(3), np.eye(3), radius=0.3, length=0.8)

@@ -1,0 +1,216 @@
+"""scripts/sweep.py --engine slurm on stand-ins for Slurm and the program: the same table as on one machine, whatever becomes of
+tasks. With a Slurm that is one: test/acceptance/other_machines.py."""
+import collections
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+from pathlib import Path
+
+import standin
+import standin_slurm
+from contactbench import program
+from contactbench.runs import TIMING
+
+ROOT = Path(__file__).resolve().parents[2]
+
+CELLS = """
+outside = ["pgs"]
+timed = false
+time_limit_s = 60
+memory_limit_mb = 200
+[[runs]]
+scene = "sliding_box"
+k = [4, 8]
+epsilon = ["1e-2", "1e-12"]
+[[runs]]
+scene = "stack"
+set.boxes = [1, 2]
+methods = ["ap"]
+k = [4, 8]
+"""
+COUNT = 11
+ONE = 'timed = false\n[[runs]]\nscene = "sliding_box"\nmethods = ["mirtich"]\n'
+
+
+class Slurm(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
+        self.addCleanup(folder.cleanup)
+        self.top = Path(folder.name)
+        self.program, self.sweep = standin.write(self.top / "program"), self.top / "small.toml"
+        self.sweep.write_text(CELLS)
+        self.slurm = standin_slurm.write(self.top / "slurm")
+
+    def fates(self, *fates):
+        (self.slurm / "FATES").write_text(json.dumps(fates))
+
+    def command(self, *words, out="out", engine="slurm"):
+        return [sys.executable, str(ROOT / "scripts/sweep.py"), str(self.sweep), "--program", str(self.program), "--runs",
+                str(self.top / out / "runs"), "--out", str(self.top / out), "--engine", engine, *words]
+
+    def environment(self, slow=0.0, **fakes):
+        return standin.environment(FAKE=json.dumps(fakes), LOG=str(self.top / "log"), SLOW=str(slow),
+                                   PATH=f"{self.slurm}:{os.environ['PATH']}")
+
+    def run_sweep(self, *words, out="out", engine="slurm", code=0, slow=0.0, **fakes):
+        ended = subprocess.run(self.command(*words, out=out, engine=engine), capture_output=True, text=True, timeout=300,
+                               env=self.environment(slow, **fakes))
+        self.assertEqual(ended.returncode, code, ended.stdout + ended.stderr)
+        return ended.stdout + ended.stderr
+
+    def table(self, out="out"):
+        with open(self.top / out / "runs.csv", newline="") as file:
+            return [{c: v for c, v in row.items() if c not in TIMING} for row in csv.DictReader(file)]
+
+    def starts(self):
+        return (self.top / "log").read_text().splitlines() if (self.top / "log").exists() else []
+
+    def submitted(self):
+        return (self.slurm / "sbatch.log").read_text().splitlines()
+
+    def no_debris(self, out="out"):
+        hidden = {path.name for path in (self.top / out / "runs").iterdir() if path.name.startswith(".")}
+        self.assertEqual(hidden, {".lock"})
+
+    def wait_for(self, so):
+        deadline = time.monotonic() + 60
+        while not so() and time.monotonic() < deadline:
+            time.sleep(0.02)
+        self.assertTrue(so())
+
+    def test_the_table_is_that_of_one_machine_and_no_array_is_larger_than_slurm_takes(self):
+        self.run_sweep(out="here", engine="local", stack="crash")
+        self.run_sweep("--chunk", "1", "--jobs", "2", "--slurm", "--partition=short --comment='two words'", out="there", stack="crash")
+        self.assertEqual(self.table("here"), self.table("there"))
+        self.assertEqual(len(self.table("there")), COUNT)
+        (said, ) = self.submitted()
+        self.assertIn("--array=0-3%2 ", said)
+        self.assertIn("--mem=456M", said)
+        self.assertIn("--partition=short --comment=two words", said)
+        self.no_debris("there")
+
+    def test_tasks_that_are_lost_in_any_way_cost_no_run(self):
+        self.run_sweep(out="calm", engine="local")
+        (self.top / "log").unlink()
+        self.fates("NODE_FAIL", "forgotten", "held", "TIMEOUT")
+        said = self.run_sweep("--chunk", "3", slow=0.2)
+        for end in ("NODE_FAIL", "CANCELLED", "LAUNCH_FAILED", "TIMEOUT"):
+            self.assertIn(f"is lost ({end})", said)
+        self.assertEqual(self.table(), self.table("calm"))
+        # A task loses the run that it is at.
+        self.assertLessEqual(len(self.starts()), COUNT + 3)
+        self.no_debris()
+
+    def test_a_run_at_which_three_tasks_were_lost_is_a_row_with_what_ended_them(self):
+        self.sweep.write_text(ONE)
+        for end, status in (("TIMEOUT", "time_limit"), ("OUT_OF_MEMORY", "memory_limit"), ("NODE_FAIL", "interrupted")):
+            self.fates(end, end, end)
+            self.run_sweep("--rerun", "all", slow=30)
+            (row, ) = self.table()
+            self.assertEqual((row["status"], row["reason"]), (status, f"3 tasks of Slurm were lost at it; the last: {end}"))
+        # What says nothing of the run is done again by itself.
+        self.run_sweep()
+        self.assertEqual([row["status"] for row in self.table()], ["ok"])
+
+    def test_where_no_task_begins_its_runs_the_sweep_ends_with_what_they_wrote(self):
+        self.fates(*["silent"] * 20)
+        said = self.run_sweep(code=1)
+        self.assertIn("3 tasks of Slurm one after another did not begin their runs; the last: FAILED, and wrote: no such python here", said)
+        self.no_debris()
+
+    def test_two_tasks_that_do_the_same_runs_at_the_same_time_make_one_row_of_each(self):
+        self.run_sweep(out="calm", engine="local")
+        self.fates("twice", "twice", "twice")
+        self.run_sweep("--chunk", "4", slow=0.05)
+        self.assertEqual(self.table(), self.table("calm"))
+
+    def test_a_killed_sweep_leaves_its_jobs_and_the_same_command_goes_on_with_them(self):
+        sweep = subprocess.Popen(self.command("--chunk", "3"), env=self.environment(0.3), stdout=subprocess.DEVNULL,
+                                 stderr=subprocess.DEVNULL)
+        self.wait_for(lambda: len(self.starts()) > 2)
+        sweep.kill()
+        sweep.wait()
+        self.assertIn("runs are with Slurm already", self.run_sweep("--chunk", "3", slow=0.3))
+        self.assertEqual(collections.Counter(row["status"] for row in self.table()), {"ok": COUNT})
+        self.assertEqual((len(self.submitted()), len(self.starts())), (1, COUNT))
+        self.no_debris()
+
+    def test_jobs_that_do_what_is_no_longer_wanted_are_cancelled(self):
+        self.run_sweep("--submit-only", "--chunk", "3", slow=0.5)
+        self.sweep.write_text(CELLS.replace("time_limit_s = 60", "time_limit_s = 61"))
+        said = self.run_sweep("--chunk", "3")
+        self.assertNotIn("with Slurm already", said)
+        self.assertEqual(collections.Counter(row["status"] for row in self.table()), {"ok": COUNT})
+        self.no_debris()
+
+    def test_an_interrupted_sweep_cancels_its_jobs(self):
+        sweep = subprocess.Popen(self.command(), env=self.environment(20), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.wait_for(lambda: len(self.starts()) > 0)
+        sweep.send_signal(signal.SIGINT)
+        said, _ = sweep.communicate(timeout=30)
+        self.assertEqual(sweep.returncode, 130)
+        self.assertIn("cancels its jobs of Slurm", said)
+        self.assertEqual({task.read_text() for task in self.slurm.glob("contactbench-*")}, {"CANCELLED|None"})
+        self.no_debris()
+
+    def test_runs_that_were_only_submitted_are_gathered_later(self):
+        self.assertIn("the same command without --submit-only waits", self.run_sweep("--submit-only"))
+        self.assertFalse((self.top / "out/runs.csv").exists())
+        self.wait_for(lambda: len(self.starts()) == COUNT)
+        self.run_sweep()
+        self.assertEqual(len(self.table()), COUNT)
+        self.assertEqual((len(self.submitted()), len(self.starts())), (1, COUNT))
+        self.no_debris()
+
+    def test_without_slurm_it_says_what_to_install(self):
+        empty = self.top / "empty"
+        empty.mkdir()
+        ended = subprocess.run(self.command(), capture_output=True, text=True, timeout=60, env={**self.environment(), "PATH": str(empty)})
+        self.assertEqual((ended.returncode, ended.stdout), (2, ""))
+        self.assertEqual(len(ended.stderr.splitlines()), 1)
+        self.assertIn("apt install slurm-client", ended.stderr)
+
+    def test_what_sbatch_refuses_is_said_and_leaves_nothing(self):
+        said = self.run_sweep("--slurm=--partition=nowhere", code=1)
+        self.assertIn("sbatch takes no job: sbatch: error: invalid partition specified: nowhere. Options of sbatch go into --slurm", said)
+        self.no_debris()
+
+    def test_flags_of_slurm_are_of_no_other_engine(self):
+        for words in (["--chunk", "3"], ["--slurm=--time=1"], ["--submit-only"]):
+            self.assertIn("are of --engine slurm", self.run_sweep(*words, engine="local", code=2))
+        self.assertIn("--slurm: No closing quotation", self.run_sweep("--slurm='", code=2))
+
+
+class Publish(unittest.TestCase):
+    def test_writers_of_the_same_run_at_the_same_time_leave_one_whole_run(self):
+        with tempfile.TemporaryDirectory() as folder:
+            doing, place, faults = Path(folder) / "doing", Path(folder) / "run", []
+
+            def write(writer):
+                try:
+                    for n in range(100):
+                        scratch = program.begin(doing, str(writer))
+                        (scratch / "summary.json").write_text(f"{writer} {n}")
+                        program.publish({"by": f"{writer} {n}"}, scratch, place)
+                except OSError as error:
+                    faults.append(error)
+
+            writers = [threading.Thread(target=write, args=(n, )) for n in range(4)]
+            for writer in writers:
+                writer.start()
+            for writer in writers:
+                writer.join()
+            self.assertEqual(faults, [])
+            self.assertEqual(json.loads((place / "run.json").read_text())["by"], (place / "summary.json").read_text())
+            self.assertEqual(list(doing.iterdir()), [])
+
+
+if __name__ == "__main__":
+    unittest.main()
