@@ -384,6 +384,7 @@ bool BaseStep::approaching() {
 
 bool BaseStep::find_approaching() {
   approaches_.clear();
+  partings_.clear();
   if (!scenario_.model.trees.empty()) drive();
   for (const ContactPoint& contact : contacts_) {
     double speed = gravity_speed_;  // before terms cancel: what rolls is at rest where it touches, to their rounding
@@ -397,9 +398,10 @@ bool BaseStep::find_approaching() {
     };
     const Vec3 v_a = velocity(contact.shape_a), v_b = velocity(contact.shape_b);
     const double u_n = contact.normal.dot(v_a - v_b);
-    if (rest_speed_ > 0) leave_out_restitution(approaches_.size(), -u_n);
+    if (rest_speed_ > 0) partings_.push_back(restitution_[partings_.size()] * -u_n);
     approaches_.push_back(closing_speed(contact, u_n) < -options_.approach * speed ? 1 : 0);
   }
+  if (rest_speed_ > 0) leave_out_restitution();
   if (!scenario_.model.trees.empty()) find_limits();
   if (std::find(approaches_.begin(), approaches_.end(), 1) == approaches_.end()) return false;
   select_islands();

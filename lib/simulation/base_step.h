@@ -95,7 +95,7 @@ class BaseStep {
   void set_state(const State& state);
   /// Forces of the scene that push from time t (s) on.
   void choose_forces_at(double t);
-  /// Restitution is left out of contacts that would part with less than this, m/s.
+  /// Restitution is left out where no contact would part with more than this, m/s.
   void set_rest_speed(double speed) { rest_speed_ = speed; }
   /// Are contacts of free bodies kept closed as those of robots are (drift.h)?
   void hold_contacts(bool hold) {
@@ -168,7 +168,7 @@ class BaseStep {
   void fail(Status status, std::string reason);
   double closing_speed(const ContactPoint& contact, double u_n) const;
   void add_gaps();
-  void leave_out_restitution(std::size_t contact, double approach);
+  void leave_out_restitution();
   /// How fast shape a's point at a contact moves as seen from b's, m/s; and the sum of the terms' sizes.
   struct Relative {
     Vec3 u;
@@ -187,7 +187,7 @@ class BaseStep {
   Lap::Clock::time_point started_;
   std::vector<char> force_on_;  // per force of the scene: does it push in this step?
   double step_ = 0;             // s, h of the last kick
-  double rest_speed_ = 0;       // m/s: contacts that would part with less have no restitution
+  double rest_speed_ = 0;       // m/s: where no contact would part with more, none has restitution
   bool hold_contacts_ = false, trial_ = false;
   double ahead_ = 0;          // s: what is looked ahead in contacts_; 0: they touch
   double reach_ = 0;          // m: and how far anything gets in that
@@ -204,6 +204,7 @@ class BaseStep {
   std::vector<ContactPoint>& event_contacts() { return islands_.all() ? contacts_ : event_contacts_; }
   std::vector<ContactPoint> contacts_, event_contacts_;  // all that touch
   std::vector<char> approaches_;                         // per contact and limit that was found
+  std::vector<double> partings_;                         // per contact that was found: e times its approach, m/s
   EventIslands islands_;
   std::mt19937_64 random_;  // of the order of contacts
   std::vector<LimitContact> limits_;

@@ -33,16 +33,20 @@ void BaseStep::forgive() {
   reason_.clear();
 }
 
-// With `approach`, m/s, at a contact it would part with e times that.
-void BaseStep::leave_out_restitution(std::size_t contact, double approach) {
-  double& e = restitution_[contact];
-  const double speed = e * approach;
-  if (e == 0 || speed > rest_speed_) return;
-  e = 0;
-  if (trial_ || !(speed > 0)) return;
-  ++record_.bounces_left_out;
-  record_.bounce_speed = std::max(record_.bounce_speed, speed);
-  record_.bounce_distance = std::max(record_.bounce_distance, speed * step_);
+// partings_: e times what each contact approaches with. Beside an impact what rests keeps its restitution, too: it
+// passes the shock on.
+void BaseStep::leave_out_restitution() {
+  double fastest = 0;
+  for (const double speed : partings_) fastest = std::max(fastest, speed);
+  if (fastest > rest_speed_) return;
+  for (std::size_t c = 0; c < partings_.size(); ++c) {
+    const double speed = partings_[c];
+    restitution_[c] = 0;
+    if (trial_ || !(speed > 0)) continue;
+    ++record_.bounces_left_out;
+    record_.bounce_speed = std::max(record_.bounce_speed, speed);
+    record_.bounce_distance = std::max(record_.bounce_distance, speed * step_);
+  }
 }
 
 BaseStep::Relative BaseStep::relative_velocity(const ContactPoint& contact) const {

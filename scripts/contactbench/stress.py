@@ -5,12 +5,14 @@ whether it is a right answer, a typed failure, a departure that the model itself
   scripts/stress.py --quick                     the first row of each case
   scripts/stress.py --engines                   the engines that are installed too (docs/engines.md)
   scripts/stress.py --only M1 --only T2         some cases, printed only
+  scripts/stress.py --accuracy 1e-6             every scene by a wanted accuracy in place of its step; printed only
   scripts/stress.py --random 100 --seed 7       instead: a campaign of random scenes (docs/campaign.md),
                                                 results/stress/random.{csv,md}; goes on where it was stopped
 
 Verdicts:
   right    the error is within the case's bound
-  typed    the program says itself that there is no (accurate) answer
+  typed    the program says itself that there is no (accurate) answer; with --accuracy: that it is further off than
+           what was wanted
   model    the checked residual is at most 1e-6: the answer is what the method's model says, which departs from the
            case's expectation for a reason that cases.toml names for this method
   engine   an engine is off: its own, whatever the bound
@@ -32,8 +34,7 @@ from pathlib import Path
 from . import campaign, limits, measures, problems, program, scenes
 from .measures import BAD, VERDICTS
 from .plan import member_flags
-from .program import ROOT
-from .references import digest
+from .program import ROOT, digest
 from .runs import write_table
 from .templates import render
 
@@ -47,7 +48,8 @@ MEMORY_MB = 4000
 DEPARTS = {}  # the general ones of the cases
 BLANK = {
     **dict.fromkeys(COLUMNS), "hung": False, "nan": False, "false_claims": 0, "place": None, "memory": None,
-    "engine": False}
+    "engine": False, "wanted": 0.0, "estimate": 0.0}
+NEAR = 10  # times of a wanted accuracy within which an error is (docs/stepping.md)
 
 
 def methods_of(listed):
@@ -90,6 +92,14 @@ def row_flags(row):
         for word in ((name, str(value)) if name.startswith("--") else ("--set", f"{name}={value}"))]
 
 
+def with_accuracy(flags, accuracy):
+    """Flags of a run by a wanted accuracy in place of a step; as they are without one."""
+    if not accuracy:
+        return flags
+    at = flags.index("--step") if "--step" in flags else len(flags)
+    return [*flags[:at], *flags[at + 2:], "--accuracy", f"{accuracy:g}", "--record-interval", "1e-3"]
+
+
 def scene_file(name):
     stress = ROOT / "scenarios" / "stress" / f"{name}.xml"
     return stress if stress.exists() else ROOT / "scenarios" / f"{name}.xml"
@@ -107,8 +117,10 @@ def plan(cases, columns, options):
     for number, case in enumerate(cases["case"]):
         if options.only and case["id"] not in options.only or quick and case.get("long"):
             continue
+        if options.accuracy and case.get("measure") in measures.BY_STEPS:
+            continue
         chosen, first = [c for c in columns if c[0] in case.get("methods", [c[0]])], case["rows"][0]
-        if case.get("other_program") and options.other_program:
+        if case.get("other_program") and options.other_program and not options.accuracy:
             jobs += [{
                 "case": number, "row": "by the other program", "first": False, "method": name,
                 "flags": flags + row_flags(first), "drawn": None, "program": options.other_program}
@@ -121,7 +133,7 @@ def plan(cases, columns, options):
             (["--perturb", f"{one[0]:g}", "--seed", str(one[1])] if one else [])} for row in rows_of(case, quick)
                  for name, flags in chosen if takes(flags, row) for one in drawn]
     return [{
-        **job, "flags": job["flags"] +
+        **job, "flags": with_accuracy(job["flags"], options.accuracy) +
         ([] if "--engine" in job["flags"] else member_flags(options.member, job["flags"]))} for job in jobs]
 
 
@@ -141,7 +153,8 @@ def do_run(job, case, options):
             "residual": residuals["max"], "false_claims": residuals["false_claims"],
             "energy_gain": summary["energy"]["max_gain_relative"], "penetration": summary["max_penetration"],
             "solve_s": summary["time"]["solve_s"], "iterations": summary["iterations_total"],
-            "memory": summary["peak_memory_mb"], "nan": run.has_nan()}
+            "memory": summary["peak_memory_mb"], "nan": run.has_nan(), "wanted": options.accuracy,
+            "estimate": summary.get("accuracy", {}).get("estimated_error_m", 0.0)}
         if cell["status"] in ("ok", "inaccurate") and not cell["nan"]:
             error, note = getattr(measures, case["measure"])(run, case, job["row"])
             cell["place" if isinstance(error, list) else "error"] = error
@@ -172,8 +185,10 @@ def judge(cell, case, method):
         return "silent"
     if cell["error"] is None:
         return "defect"
-    if cell["error"] <= case["bound"]:
+    if cell["error"] <= max(case["bound"], NEAR * cell["wanted"]):
         return "right"
+    if cell["estimate"] > cell["wanted"]:
+        return "typed"
     return "model" if reason_of(case, method) else "wrong"
 
 
@@ -408,13 +423,14 @@ def run_all(cases, options):
     with tempfile.TemporaryDirectory(prefix="stress") as options.scratch, concurrent.futures.ThreadPoolExecutor(
             options.jobs) as pool:
         jobs = plan(cases, columns + beside, options)
-        solves = [
+        solves = [] if options.accuracy else [
             j for j in problem_jobs(cases, columns, listed, options.only, options.scratch)
             if not options.method or j["method"] in options.method]
         futures = [pool.submit(do_run, job, cases["case"][job["case"]], options) for job in jobs]
         futures += [pool.submit(do_problem, job, options) for job in solves]
         wanted = {
-            kind: [case for case in cases[kind] if not options.only or case["id"] in options.only]
+            kind:
+            [case for case in cases[kind] if not options.accuracy and (not options.only or case["id"] in options.only)]
             for kind in ("limit", "critical")}
         found = [
             pool.submit(do_limit, row, case, options) for case in wanted["limit"]
@@ -452,6 +468,8 @@ def arguments():
     parser.add_argument("--reduce", action="store_true", help="makes failing random scenes smaller, into OUT/reduced")
     parser.add_argument("--other-program", metavar="PROGRAM",
                         help="a build that rounds in another way (preset portable), to compare with in N1")
+    parser.add_argument("--accuracy", type=float, default=0.0, metavar="A",
+                        help="m, that each run is to reach in place of its step")
     parser.add_argument("--member", type=int, default=0, metavar="N",
                         help="each run as member N of an ensemble (docs/numbers.md)")
     parser.add_argument("--quick", action="store_true",
@@ -480,7 +498,7 @@ def main():
             print(said[:300])
     counts = ", ".join(f"{sum(r['verdict'] == v for r in rows)} {v}" for v in VERDICTS)
     print(f"{len(rows)} cells: {counts}; {runs} runs in {time.monotonic() - began:.0f} s")
-    if not options.only and not options.method:
+    if not options.only and not options.method and not options.accuracy:
         from . import heatmap  # matplotlib is for this alone
         options.out.mkdir(parents=True, exist_ok=True)
         write_tables(rows, options.out, manifest_of(options, runs))

@@ -61,7 +61,8 @@ class Arch(unittest.TestCase):
 
 class Verdicts(unittest.TestCase):
     case = {"bound": 1e-9, "departs": {"convex/bound-off": "a reason"}}
-    good = {"status": "ok", "hung": False, "nan": False, "residual": 1e-12, "false_claims": 0, "error": 0.0, "engine": False}
+    good = {"status": "ok", "hung": False, "nan": False, "residual": 1e-12, "false_claims": 0, "error": 0.0, "engine": False,
+            "wanted": 0.0, "estimate": 0.0}
 
     def judge(self, method="ap/lemke", **changed):
         return stress.judge({**self.good, **changed}, self.case, method)
@@ -78,6 +79,19 @@ class Verdicts(unittest.TestCase):
         for fault in ({"status": "crash"}, {"hung": True}, {"nan": True}):
             self.assertEqual(self.judge(**fault), "defect")
 
+    def test_a_wanted_accuracy_is_reached_or_said_to_be_missed(self):
+        self.assertEqual(self.judge(error=9e-6, wanted=1e-6), "right")
+        self.assertEqual(self.judge(error=1e-3, wanted=1e-6), "wrong")
+        self.assertEqual(self.judge(error=1e-3, wanted=1e-6, estimate=5e-4), "typed")
+        self.assertEqual(stress.with_accuracy(["--method", "ap", "--step", "1e-3", "--prune", "off"], 1e-6),
+                         ["--method", "ap", "--prune", "off", "--accuracy", "1e-06", "--record-interval", "1e-3"])
+        self.assertEqual(stress.with_accuracy(["--step", "1e-3"], 0), ["--step", "1e-3"])
+
+    def test_ways_of_a_step_have_the_limit_of_none(self):
+        v, a, h = 0.5, 4.9, 1e-3
+        self.assertAlmostEqual(measures.slowed(v, a, 10, h), sum(h * (v - a * h * k) for k in range(1, 11)), delta=1e-15)
+        self.assertAlmostEqual(measures.slowed(v, a, 10**9, 1e-9), v * v / (2 * a), delta=1e-9)
+        self.assertEqual(measures.slowed(v, 0, 10, h), 10 * h * v)
 
     def test_an_engine_that_is_off_is_no_fault_of_the_program(self):
         self.assertEqual(self.judge("ode/quick", engine=True, residual=None), "right")
@@ -96,7 +110,7 @@ class Engines(unittest.TestCase):
         self.assertEqual(columns[1:], [("ode/quick", ["--engine", "ode", "--variant", "quick"])])
         cases = {"case": [{"id": "A", "rows": [{"n": 1}, {"n": 1, "--prune": "off"}, {"--step": 1e-3}]},
                           {"id": "B", "methods": ["ap/lemke"], "rows": [{}]}]}
-        options = mock.Mock(quick=False, only=[], other_program=None, member=1, program="")
+        options = mock.Mock(quick=False, only=[], other_program=None, member=1, program="", accuracy=0.0)
         jobs = stress.plan(cases, columns, options)
         self.assertEqual([(j["case"], j["row"]) for j in jobs if j["method"] == "ode/quick"], [(0, "n=1"), (0, "--step 0.001")])
         self.assertEqual(sum(j["method"] == "ap/lemke" for j in jobs), 4)

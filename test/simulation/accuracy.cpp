@@ -306,6 +306,23 @@ TEST_CASE("a ball bounces where it should until its bounces are too low to matte
   }
 }
 
+TEST_CASE("a shock passes through balls that touch at rest without loss") {
+  // e = 1, all at once: u_n+ = -u_n- at both contacts, -1/3, 2/3 and 2/3 of the speed (Poisson).
+  Scenario s = empty_scene(1e-3, 1);
+  add_sphere(s, 0.5, 1, {-1.5, 0, 0}, {1, 0, 0});
+  add_sphere(s, 0.5, 1, {0, 0, 0});
+  add_sphere(s, 0.5, 1, {1, 0, 0});
+  collide_all(s, 0, 1);
+  for (const char* method : {"ap", "convex", "coulomb"}) {
+    INFO(method);
+    const Ended ended = run(s, accurate(s, 1e-6), method);
+    CHECK(ended.tally.impacts == 1);
+    CHECK(ended.state.v[0] == Approx(-1.0 / 3).epsilon(1e-12));
+    CHECK(ended.state.v[6] == Approx(2.0 / 3).epsilon(1e-12));
+    CHECK(ended.state.v[12] == Approx(2.0 / 3).epsilon(1e-12));
+  }
+}
+
 TEST_CASE("macro steps end at records") {
   const Scenario s = circle(1);
   SimulationOptions options = accurate(s, 1e-6);
