@@ -3,10 +3,10 @@
 //   bench_siconos_solvers [--limit SECONDS] [--rounds N] [--accepted RESIDUAL] [--csv FILE] [WORD | PATH ...]
 // Siconos is given W = J M^-1 J^T and q = J v- + w, which is not counted, in each storage that its documentation names
 // for the solver, and with each of its two factorisations (users' guide, "Friction-contact problems"; options other
-// than these, tolerance and number of iterations are its defaults); ours are given M and J, and what they form of them
-// is counted. Everybody starts from zero, e = 0. The referee judges all alike: residual of Coulomb's law
-// (docs/judging.md), accepted up to 1e-8. Siconos' tolerances are in other measures: where the referee doesn't accept
-// an answer for 1e-8, 1e-9, ... 1e-13 is asked for instead, and what counts is the time for the first that it accepts.
+// than these, tolerance and number of iterations are its defaults); ours are given M, its factor and J, and what they
+// form of them is counted. Everybody starts from zero, e = 0. The referee judges all alike: residual of Coulomb's law
+// (docs/judging.md), accepted up to 1e-8. Tolerances are in other measures: where the referee doesn't accept an answer
+// for 1e-8, 1e-9, ... 1e-13 is asked for instead, and what counts is the time for the first that it accepts.
 
 #include <dlfcn.h>
 
@@ -19,7 +19,8 @@
 #include "contact/problem_files.h"
 #include "contact/referee.h"
 #include "contest.h"
-#include "methods/registry.h"
+#include "methods/weigh.h"
+#include "ncp/ncp.h"
 
 #ifdef HAVE_SICONOS
 #include <FrictionContactProblem.h>
@@ -40,8 +41,14 @@ struct Problem {
   StoredProblem stored;
   Eigen::MatrixXd W;      ///< 3 nc x 3 nc
   std::vector<double> q;  ///< 3 nc
+  BlockCholesky factor;   ///< of M
+  std::vector<double> weight;
 
   const ContactProblem& contact() const { return stored.problem; }
+  NcpProblem ncp() const {
+    const ContactProblem& p = contact();
+    return {&p.M, &factor, &p.J, p.v_minus, p.offset, p.mu, weight, {}};
+  }
 };
 
 Problem read(const std::string& path) {
@@ -50,13 +57,13 @@ Problem read(const std::string& path) {
   out.stored = read_contact_problem(path, {.symmetrise = true});
   ContactProblem& contact = out.stored.problem;
   contact.restitution.assign(contact.restitution.size(), 0.0);
+  ContactSolution not_asked;
+  if (!weigh(contact, out.factor, out.weight, not_asked)) throw FileError(path + ": " + not_asked.reason);
   if (out.stored.W.rows() > 0) {
     out.W = out.stored.W;
     out.q = out.stored.q;
   } else {
-    BlockCholesky factor;
-    factor.factor(contact.M);
-    delassus(contact, factor, out.W);
+    delassus(contact, out.factor, out.W);
     contact_velocity(contact, contact.v_minus, out.q);
   }
   return out;
@@ -70,21 +77,45 @@ double law_residual(const ContactProblem& contact, const ContactSolution& soluti
   return residuals.finite ? residuals.law.value_or(HUGE_VAL) : HUGE_VAL;
 }
 
-Contestant ours(const MethodRow& row, std::string_view solver, const Problem& problem, double accepted) {
-  MethodOptions options;
-  options.solver = solver;
-  const ContactMethod method = row.make(options);
-  const auto solution = std::make_shared<ContactSolution>();
-  const ContactProblem& contact = problem.contact();
-  return {std::string(row.name) + (solver.empty() ? "" : " " + std::string(solver)),
-          [=, &contact] { method(contact, *solution); },
-          [=, &contact](Report& report) {
-            report.claims = solution->status == Status::ok;
-            set_status(report, std::string(name(solution->status)));
-            report.iterations = solution->iterations;
-            report.residual = law_residual(contact, *solution);
+/// A solver of ours, called anew for each tolerance.
+struct Own {
+  const NcpSolverRow* row = nullptr;
+  NcpProblem problem;
+  double tolerance = 1e-8;
+  NcpSolver solver;
+  NcpSolution solution;
+
+  void prepare() {
+    if (solver) return;
+    NcpOptions options;
+    options.tolerance = tolerance;
+    options.accepted = std::max(options.accepted, tolerance);
+    solver = row->make(options);
+  }
+};
+
+Contestant ours(const NcpSolverRow& row, const Problem& problem, double accepted) {
+  const auto data = std::make_shared<Own>();
+  data->row = &row;
+  data->problem = problem.ncp();
+  return {"coulomb " + std::string(row.name),
+          [data] { data->solver(data->problem, data->solution); },
+          [data, &contact = problem.contact()](Report& report) {
+            report.claims = data->solution.status == NcpStatus::solved;
+            set_status(report, std::string(name(data->solution.status)));
+            report.asked = data->tolerance;
+            report.iterations = data->solution.iterations;
+            ContactSolution solution;
+            solution.impulse = data->solution.r;
+            report.residual = law_residual(contact, solution);
           },
-          0, accepted};
+          0,
+          accepted,
+          [data] { data->prepare(); },
+          [data] {
+            data->solver = nullptr;
+            return (data->tolerance /= 10) > 0.9e-13;
+          }};
 }
 
 #ifdef HAVE_SICONOS
@@ -178,12 +209,8 @@ Contestant peer(const PeerSolver& solver, const Problem& problem, double accepte
 
 std::vector<Contestant> contestants_of(const Problem& problem, double accepted) {
   std::vector<Contestant> out;
-  for (const MethodRow& row : methods()) {
-    const bool exact = row.name == "coulomb";
-    if (!exact && row.name != "convex") continue;
-    for (const SolverRow& solver : row.solvers)
-      if (solver.unavailable.empty()) out.push_back(ours(row, solver.name, problem, accepted));
-  }
+  for (const NcpSolverRow& row : ncp_solvers())
+    if (row.unavailable.empty()) out.push_back(ours(row, problem, accepted));
 #ifdef HAVE_SICONOS
   for (const PeerSolver& solver : peer_solvers) out.push_back(peer(solver, problem, accepted));
 #endif

@@ -147,6 +147,11 @@ void Coulomb::solve(const ContactProblem& problem, const std::vector<double>& v0
       part.start = start_;
     }
     solver_(part, answer_);
+    if (start && answer_.status > NcpStatus::inaccurate) {  // it was a bad one
+      solution.iterations += answer_.iterations;
+      part.start = {};
+      solver_(part, answer_);
+    }
     if (answered_by_ && !answer_.who.empty()) answered_by_->add(answer_.who);
     solution.size += 3 * nc;
     solution.iterations += answer_.iterations;

@@ -43,6 +43,7 @@ struct NewtonOptions : NcpOptions {
   LongSteps::Options long_steps;
   PathSteps::Options path;
   double far = 100;             ///< -: first impulses and velocities of the second path, over the first's
+  int guess_patience = 4;       ///< steps of a guess in a row that do not halve the residual
   int long_limit = 100;         ///< long steps,
   int patience = 10;            ///< and of those in a row that do not halve the error
   int path_limit = 3000;        ///< steps along a path,
@@ -109,6 +110,7 @@ bool NcpNewton::offer(double residual, std::string_view who, NcpSolution& soluti
 // Newton's method from the event before, else with all contacts closed that do not part: what rests takes one step.
 bool NcpNewton::guess(std::string_view who, NcpSolution& solution) {
   AlartCurnierNewton::Options o = o_.quick;
+  o.patience = o_.guess_patience;
   if (problem_->start.size() == solution.r.size()) {
     tried_.assign(problem_->start.begin(), problem_->start.end());
   } else {

@@ -37,7 +37,7 @@ using Vec3 = Eigen::Map<Vector3d>;
 using ConstVec3 = Eigen::Map<const Vector3d>;
 
 struct NsgsOptions : NcpOptions {
-  int check_every = 10;  ///< sweeps between two checks; more: cheaper sweeps, later endings
+  int check_every = 10;  ///< sweeps between two checks, at most: where one changes less than the tolerance, one is due
   int limit = 10000;     ///< sweeps, where nothing else is asked for
   bool bisection = false;
   /// -: largest change of an impulse within a sweep, over the largest impulse, at which it rests. Larger: less of
@@ -160,10 +160,11 @@ void Nsgs::operator()(const NcpProblem& p, NcpSolution& solution) {
   const int limit = o_.sweeps > 0 ? o_.sweeps : o_.iteration_limit > 0 ? o_.iteration_limit : o_.limit;
   bool at_rest = false, done = check(solution);
   while (!done && !at_rest && solution.iterations < limit) {
-    double change = 0;
-    for (int k = 0; k < o_.check_every && solution.iterations < limit; ++k, ++solution.iterations) {
+    double change = HUGE_VAL;
+    for (int k = 0; k < o_.check_every && solution.iterations < limit && change > o_.tolerance; ++k) {
       poll_stop();
       change = sweep(p);
+      ++solution.iterations;
     }
     if (!all_finite(r_)) break;
     done = check(solution);

