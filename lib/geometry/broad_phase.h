@@ -3,12 +3,14 @@
 #include <utility>
 #include <vector>
 
+#include "geometry/box_grid.h"
 #include "geometry/shapes.h"
 
 namespace cb {
 
-/// Finds the pairs of shapes that may meet in a step, by sweep and prune over boxes swept along the motion.
-/// Near-linear in the number of shapes for scenes whose shapes are spread out; does not allocate after its first calls.
+/// Finds the pairs of shapes that may meet in a step, over boxes swept along the motion: by sweep and prune, or by
+/// grids where many shapes are beside each other as seen along the axis of the sweep (the pairs are the same). Linear
+/// in the number of shapes but for sorting; does not allocate after its first calls.
 class BroadPhase {
  public:
   /// `allowed(i, j)` (i < j) says whether a pair of shapes is declared to collide; fixed with fixed is never asked.
@@ -22,15 +24,12 @@ class BroadPhase {
   void sweep(const std::vector<Shape>& shapes, const std::vector<Motion>& motions, double margin, double horizon);
   void sweep_finite(const std::vector<Shape>& shapes, const std::vector<Motion>& motions, double margin, double horizon,
                     int swept);
+  bool sweep_sorted(std::size_t limit);
 
-  /// Bounding box of a shape (no half-space) over the horizon, widened by half the margin.
-  struct Interval {
-    Vec3 low, high;
-    int shape;
-    bool fixed;
-  };
-  std::vector<Interval> intervals_;  ///< in last call's order along axis_
+  std::vector<SweptBox> intervals_;  ///< in last call's order along axis_
+  BoxGrid grid_;
   int axis_ = 0;
+  int by_grid_ = 0;       ///< calls to come that do without a sweep
   int shape_count_ = -1;  ///< of the call that filled intervals_
   std::vector<std::pair<int, int>> candidates_, pairs_;
 };

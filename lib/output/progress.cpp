@@ -16,8 +16,9 @@ void Progress::print(Clock::time_point now, double t, double duration, int conta
   const double spent = std::chrono::duration<double>(now - start_).count();
   const auto left = t > 0 ? std::lround(spent * (duration - t) / t) : 0;
   // A terminal that went away must not end the run.
-  std::fputs(fmt::format("\r{:.3f} of {:g} s ({:.0f} %), {} contacts, {}:{:02}:{:02} left\033[K", t, duration,
-                         100 * t / duration, contacts, left / 3600, left / 60 % 60, left % 60)
+  std::fputs(fmt::format("\r{:.3f} of {:g} s ({:.0f} %) at {:.3g} of real time, {} contacts, {}:{:02}:{:02} left\033[K",
+                         t, duration, 100 * t / duration, spent > 0 ? t / spent : 0, contacts, left / 3600,
+                         left / 60 % 60, left % 60)
                  .c_str(),
              stderr);
   std::fflush(stderr);

@@ -7,7 +7,8 @@
 // Differences from the source:
 //   1. The set of points held begins with those that are too deep, and others enter only where a displacement closes
 //      them: G = N M^-1 N^T is formed over that set alone, which is small beside the pile around it.
-//   2. G is scaled to a unit diagonal and raised by a ridge: where points share a face it is singular. What the ridge
+//   2. Where the set is large, or its exchanges do not end, it is interior point steps (least_displacement.cpp).
+//   3. G is scaled to a unit diagonal and raised by a ridge: where points share a face it is singular. What the ridge
 //      leaves, the next linearisation takes away. Rows of joint limits have none, so that they hold exactly and points
 //      that contradict them give way.
 // When it fails: bodies that are wedged in. After `rounds` it returns; the caller looks at what is left.
@@ -26,8 +27,10 @@ namespace cb {
 namespace {
 
 constexpr int rounds = 60;        // linearisations; two or three do, more where bodies turn far
-constexpr int exchanges = 60;     // of the set, one linearisation; beyond: the next one
-constexpr int whole = 20;         // exchanges of all points at once; then one leaves at a time, which cannot cycle
+constexpr int patience = 10;      // of them in a row that do not halve the depth, where interior point steps are needed
+constexpr int exchanges = 60;     // of the set, one linearisation; beyond: interior point steps
+constexpr int whole = 20;         // exchanges of all points at once; then one leaves at a time
+constexpr int most = 200;         // points held; of more interior point steps are cheaper than a dense factor
 constexpr double ridge = 1e-11;   // of G's diagonal
 constexpr double missed = 0.1;    // of the closed gap: N d >= wanted - missed * closed
 constexpr double reach_of = 4;    // depths: points with gaps up to these are looked at
@@ -41,14 +44,19 @@ Overlap::Removed Overlap::remove(const Scenario& scenario, const std::vector<dou
                                  const std::vector<double>& radius, double depth, const FindPairs& find_pairs,
                                  std::vector<Motion>& motions, State& state) {
   Removed removed{depth, 0};
-  for (int round = 0; round < rounds; ++round) {
+  large_ = false;
+  double mark = HUGE_VAL;
+  for (int round = 0, since = 0; round < rounds; ++round) {
     const double reach = reach_of * depth;
     depth = find_points(scenario, motions, tolerance, find_pairs(2 * reach), reach);
     if (depth == 0) break;
+    since = depth < 0.5 * mark ? 0 : since + 1;
+    if (since == 0) mark = depth;
+    if (large_ && since > patience) break;
     add_limits(scenario, limit_tolerance, state);
     prepare(scenario, state);
     d_.setZero(problem_.nv());
-    for (int island = 0; island < islands_.count; ++island) solve(of_island_[island]);
+    for (int island = 0; island < islands_.count; ++island) solve(island);
     const double moved = move(scenario, radius, state);
     removed.displacement += moved;
     for (std::size_t i = 0; i < motions.size(); ++i) shape_motion(scenario.shapes[i], state, motions[i]);
@@ -95,6 +103,7 @@ void Overlap::prepare(const Scenario& scenario, const State& state) {
   assembler_.assemble(scenario.model, state, scenario.shapes, points_, limits_, zeros_, zeros_, 0, problem_, owners_);
   find_islands(problem_, islands_);
   of_island_.assign(islands_.of_contact, islands_.count);
+  blocks_of_.assign(islands_.of_block, islands_.count);
   in_.assign(wanted_.size(), 0);
   scale_.assign(wanted_.size(), 0.0);
   row_.clear();
@@ -161,23 +170,32 @@ bool Overlap::solve_working_set() {
 }
 
 // Adds the least displacement of one island to d_.
-void Overlap::solve(std::span<const int> island) {
+void Overlap::solve(int which) {
+  if (exchange_sets(of_island_[which])) return;
+  large_ = true;
+  for (const int b : blocks_of_[which]) d_.segment(problem_.M.first[b], problem_.M.block_size(b)).setZero();
+  least_.solve(problem_, of_island_[which], blocks_of_[which], wanted_, scale_, d_);
+}
+
+// False where the set came to no end, or is large.
+bool Overlap::exchange_sets(std::span<const int> island) {
   working_.clear();
   for (const int c : island)
     if (wanted_[c] > 0 && scale_[c] > 0) {
       in_[c] = 1;
       working_.push_back(c);
     }
-  if (working_.empty()) return;
+  if (working_.empty()) return true;
   for (int exchange = 0; exchange < exchanges; ++exchange) {
     poll_stop();
+    if (working_.size() > most) return false;
     // Where all left at once, those that are too deep come back below.
     lambda_.resize(0);
-    if (!working_.empty() && !solve_working_set()) return;
+    if (!working_.empty() && !solve_working_set()) return false;
     // Points that pull leave: all, or from some time on the one that pulls most.
     const double worst = working_.empty() ? 0 : lambda_.minCoeff();
     const double kept = working_.empty() ? 0 : -negative * lambda_.cwiseAbs().maxCoeff();
-    const bool leaving = worst < kept && exchange + 1 < exchanges;
+    const bool leaving = worst < kept;
     for (const int c : working_)
       for (int e = problem_.J.band[c]; e < problem_.J.band[c + 1]; ++e)
         d_.segment(problem_.M.first[problem_.J.block[e]], problem_.M.block_size(problem_.J.block[e])).setZero();
@@ -201,8 +219,9 @@ void Overlap::solve(std::span<const int> island) {
         in_[c] = 1;
         working_.push_back(c);
       }
-    if (working_.size() == before) return;
+    if (working_.size() == before) return true;
   }
+  return false;
 }
 
 // Moves the bodies by d_; returns the furthest that a point of one moves.

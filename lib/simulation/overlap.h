@@ -8,6 +8,7 @@
 #include "contact/assemble.h"
 #include "contact/islands.h"
 #include "scenario/scenario.h"
+#include "simulation/least_displacement.h"
 
 namespace cb {
 
@@ -40,7 +41,8 @@ class Overlap {
                      const std::vector<std::pair<int, int>>& pairs, double reach);
   void add_limits(const Scenario& scenario, double tolerance, const State& state);
   void prepare(const Scenario& scenario, const State& state);
-  void solve(std::span<const int> island);
+  void solve(int island);
+  bool exchange_sets(std::span<const int> island);
   bool solve_working_set();
   void add_to_displacement(int c, double lambda);
   double opened(int c) const;
@@ -56,7 +58,9 @@ class Overlap {
   std::vector<BlockOwner> owners_;
   std::vector<double> zeros_;
   Islands islands_;
-  Groups of_island_;
+  Groups of_island_, blocks_of_;  // points and blocks, per island
+  LeastDisplacement least_;
+  bool large_ = false;  // was it needed?
   BlockCholesky factor_;
   std::vector<double> row_, moved_;  // entries of N, and of N M^-1, as problem_.J's without tangents
   std::vector<double> scale_;        // per point: 1 / sqrt(N M^-1 N^T)

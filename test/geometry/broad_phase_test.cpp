@@ -91,6 +91,36 @@ TEST_CASE("Spheres at rest: the pairs are exactly those whose bounding cubes ove
   }
 }
 
+TEST_CASE(
+    "In a heap of sizes from a millimetre to ten metres the pairs are exactly those whose bounding cubes overlap") {
+  Random random(34);
+  constexpr int count = 1500;
+  Scene scene;
+  for (int i = 0; i < count; ++i)
+    scene.add(sphere(i % 100 == 0 ? random.in(1, 10) : std::exp(random.in(-7, 0))), at(random.vector(4)));
+  for (const Vec3& from : {Vec3(0, 0, 0), Vec3(1e5, -1e5, 1e5)}) {  // far away, where lengths are rounded
+    for (Motion& motion : scene.motions) motion.pose.p += from;
+    Pairs expected;
+    for (int i = 0; i < count; ++i)
+      for (int j = i + 1; j < count; ++j) {
+        const Vec3 apart = (scene.motions[i].pose.p - scene.motions[j].pose.p).cwiseAbs();
+        if (apart.maxCoeff() <= scene.shapes[i].radius + scene.shapes[j].radius + 0.1) expected.emplace_back(i, j);
+      }
+    BroadPhase broad_phase;
+    for (int call = 0; call < 100; ++call)  // grids, and sweeps that are tried again
+      REQUIRE(broad_phase.pairs(scene.shapes, scene.motions, 0.1, 0.0, all) == expected);
+  }
+}
+
+TEST_CASE("A layer of many bodies pairs each with its eight neighbours") {
+  constexpr int columns = 120;
+  Scene scene;
+  for (int i = 0; i < columns * columns; ++i) scene.add(sphere(0.5), at(0.9 * (i % columns), 0, 0.9 * (i / columns)));
+  BroadPhase broad_phase;
+  CHECK(broad_phase.pairs(scene.shapes, scene.motions, 1e-3, 1e-3, all).size() ==
+        static_cast<std::size_t>(2 * columns * (columns - 1) + 2 * (columns - 1) * (columns - 1)));
+}
+
 TEST_CASE("A stack pairs each cube with its neighbours and the lowest with the ground") {
   Scene scene;
   scene.add(half_space(), at(0, 0, 0));

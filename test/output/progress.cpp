@@ -44,7 +44,7 @@ class Terminal {
 
 }  // namespace
 
-TEST_CASE("a terminal is told how far a run is and the time that is left at the pace so far", "[output]") {
+TEST_CASE("a terminal is told how far a run is and its rate and the time that is left at the pace so far", "[output]") {
   const Terminal terminal;
   if (!terminal.works) {
     WARN("no terminals here");
@@ -54,7 +54,7 @@ TEST_CASE("a terminal is told how far a run is and the time that is left at the 
   const Progress::Clock::time_point start = Progress::Clock::now();
   progress.update(start + std::chrono::seconds(3700), 0.5, 2, 7);
   const std::string line = terminal.said();
-  CHECK(line.find("0.500 of 2 s (25 %), 7 contacts, 3:05:00 left") != std::string::npos);
+  CHECK(line.find("0.500 of 2 s (25 %) at 0.000135 of real time, 7 contacts, 3:05:00 left") != std::string::npos);
   progress.update(start + std::chrono::seconds(3800), 0, 2, 7);
-  CHECK(terminal.said().find("0 %), 7 contacts, 0:00:00 left") != std::string::npos);
+  CHECK(terminal.said().find("0 %) at 0 of real time, 7 contacts, 0:00:00 left") != std::string::npos);
 }

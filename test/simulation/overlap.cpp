@@ -138,6 +138,24 @@ TEST_CASE("a body that is pushed out pushes on what it touches, and opens no gap
     CHECK(seen.state.pose[static_cast<std::size_t>(i)].p[0] - i == Approx(d / 4).epsilon(1e-4));
 }
 
+TEST_CASE("a long row of bodies, each in the next, spreads evenly about its middle", "[overlap]") {
+  // Equal masses that overlap by d each: least displacement keeps the centre of mass and moves body i by
+  // d (i - (n - 1) / 2). Too many points for one dense factor (simulation/least_displacement.h).
+  constexpr int n = 401;
+  constexpr double d = 1e-5;
+  Scenario s = without_gravity();
+  for (int i = 0; i < n; ++i) test::add_sphere(s, 0.5, 1, {i * (1 - d), 0, 0});
+  test::collide_all(s, 0);
+  const Seen seen = look(s);
+  REQUIRE(seen.status == Status::ok);
+  CHECK(seen.deepest <= 1e-9);
+  for (int i = 0; i < n; ++i) {
+    const double moved = seen.state.pose[static_cast<std::size_t>(i)].p[0] - i * (1 - d);
+    CHECK(moved == Approx(d * (i - (n - 1) / 2.0)).epsilon(1e-4).margin(1e-9));
+  }
+  CHECK(seen.displacement == Approx(d * (n - 1) / 2).epsilon(1e-4));
+}
+
 TEST_CASE("a body wedged between walls ends the run as penetration, and the reason names the two", "[overlap]") {
   Scenario s = without_gravity();
   test::add_sphere(s, 0.5, 1, {0, 0, 0});
