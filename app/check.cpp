@@ -24,12 +24,21 @@ using Json = nlohmann::ordered_json;
 
 std::string vector_text(const Vec3& v) { return fmt::format("({:g}, {:g}, {:g})", v[0], v[1], v[2]); }
 
-/// "2 box, 1 half_space"
+/// "2 box, 1 half_space, 3 hull (8 to 20 vertices)"
 std::string shapes_text(const std::vector<Shape>& shapes) {
   std::map<std::string_view, int> counts;
-  for (const Shape& shape : shapes) ++counts[cb::name(shape.kind)];
+  std::size_t least = std::numeric_limits<std::size_t>::max(), most = 0;
+  for (const Shape& shape : shapes) {
+    ++counts[cb::name(shape.kind)];
+    if (shape.kind != ShapeKind::hull) continue;
+    least = std::min(least, shape.hull->polytope.vertices.size());
+    most = std::max(most, shape.hull->polytope.vertices.size());
+  }
   std::string text;
   for (const auto& [kind, count] : counts) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, kind);
+  if (most > 0)
+    text.insert(text.find("hull") + 4,
+                least == most ? fmt::format(" ({} vertices)", most) : fmt::format(" ({} to {} vertices)", least, most));
   return text;
 }
 

@@ -159,13 +159,19 @@ btCollisionShape* BulletScene::make_shape(const Shape& shape, double margin) {
         throw Unsupported("a disc (" + shape.name + "): Bullet's cylinders have a length");
       made = std::make_unique<btCylinderShape>(vector(shape.half_extents));
       break;
+    case ShapeKind::capsule:
+      made = std::make_unique<btCapsuleShape>(scalar(shape.radius), scalar(2 * shape.half_extents.y()));
+      break;
+    case ShapeKind::hull:
+      throw Unsupported("a hull (" + shape.name + "): Bullet's are larger than their points by a margin");
     case ShapeKind::half_space: {
       const Vec3 n = shape.local.q * Vec3::UnitY();
       made = std::make_unique<btStaticPlaneShape>(vector(n), scalar(n.dot(shape.local.p)));
       break;
     }
   }
-  if (margin >= 0 && shape.kind != ShapeKind::sphere) made->setMargin(scalar(margin));
+  if (margin >= 0 && shape.kind != ShapeKind::sphere && shape.kind != ShapeKind::capsule)
+    made->setMargin(scalar(margin));
   shapes_.push_back(std::move(made));
   return shapes_.back().get();
 }

@@ -119,6 +119,15 @@ class Mjcf {
         size = fmt::format("{:.17g} {:.17g}", shape.radius, shape.half_extents.y());
         turn = turn * Quat::FromTwoVectors(Vec3::UnitZ(), Vec3::UnitY());
         break;
+      case ShapeKind::capsule:  // likewise
+        if (shape.half_extents.y() == 0)
+          throw Unsupported("a capsule without length (" + shape.name + "): MuJoCo's have one");
+        kind = "capsule";
+        size = fmt::format("{:.17g} {:.17g}", shape.radius, shape.half_extents.y());
+        turn = turn * Quat::FromTwoVectors(Vec3::UnitZ(), Vec3::UnitY());
+        break;
+      case ShapeKind::hull:
+        throw Unsupported("a hull (" + shape.name + "): the adapter makes no mesh for MuJoCo");
       case ShapeKind::half_space:  // its normal is z in MuJoCo, y here
         kind = "plane";
         size = "0 0 1";

@@ -115,6 +115,10 @@ dGeomID OdeScene::make_geom(const Shape& shape) const {
     case ShapeKind::cylinder:
       if (size.y() == 0) throw Unsupported("a disc (" + shape.name + "): ODE's cylinders have a length");
       return dCreateCylinder(space_, shape.radius, size.y());
+    case ShapeKind::capsule:
+      return dCreateCapsule(space_, shape.radius, size.y());
+    case ShapeKind::hull:
+      throw Unsupported("a hull (" + shape.name + "): the adapter has no planes and polygons for ODE's");
     case ShapeKind::half_space:
       break;
   }
@@ -122,10 +126,11 @@ dGeomID OdeScene::make_geom(const Shape& shape) const {
   return dCreatePlane(space_, n.x(), n.y(), n.z(), n.dot(shape.local.p));
 }
 
-/// ODE's cylinders lie along z, the scene's along y.
+/// ODE's cylinders and capsules lie along z, the scene's along y.
 void OdeScene::place(const Shape& shape, dGeomID geom) const {
   Quat turn = shape.local.q;
-  if (shape.kind == ShapeKind::cylinder) turn = turn * Quat::FromTwoVectors(Vec3::UnitZ(), Vec3::UnitY());
+  if (shape.kind == ShapeKind::cylinder || shape.kind == ShapeKind::capsule)
+    turn = turn * Quat::FromTwoVectors(Vec3::UnitZ(), Vec3::UnitY());
   const Vec3& p = shape.local.p;
   const dQuaternion q = {turn.w(), turn.x(), turn.y(), turn.z()};
   if (shape.body < 0) {

@@ -4,9 +4,9 @@
 
 #include <cstdint>
 #include <optional>
-#include <vector>
 
 #include "geometry/box_box.h"
+#include "geometry/core_time.h"
 
 namespace cb {
 
@@ -181,21 +181,6 @@ double time_to_gap(const BoxPair& pair, double target, double closed, double hor
   });
 }
 
-// How fast the points of two boxes that are closed now approach, m/s: they are the caller's, who binds them or not.
-double closing_speed(const BoxPair& pair, double tolerance) {
-  const auto& [shape_a, motion_a, shape_b, motion_b, fastest, margin] = pair;
-  thread_local std::vector<ContactPoint> points;  // does not allocate after its first calls
-  points.clear();
-  contact_points(shape_a, motion_a.pose, 0, shape_b, motion_b.pose, 1, tolerance, points);
-  double speed = 0;
-  for (const ContactPoint& point : points) {
-    const Vec3 v_a = motion_a.v + motion_a.w.cross(point.position - motion_a.pose.p);
-    const Vec3 v_b = motion_b.v + motion_b.w.cross(point.position - motion_b.pose.p);
-    speed = std::max(speed, -point.normal.dot(v_a - v_b));
-  }
-  return speed;
-}
-
 // Closed: another feature arrives (a face beside the edge that touches, an edge where a corner has left its face) when
 // the boxes get deeper than they are now by more than the arcs of what touches explain,
 //   arcs = (2 (w_a + w_b) fastest + w_a^2 r_a + w_b^2 r_b) S^2 / 2   over the horizon S,
@@ -207,7 +192,7 @@ double time_to_depth(const BoxPair& pair, double gap_now, const Goal& goal) {
                         w_b * w_b * pair.shape_b.half_extents.norm();
   double target = std::min(0.0, gap_now) - 2 * goal.closed - second * goal.horizon * goal.horizon / 2;
   if (gap_now - fastest * goal.horizon > target) return goal.horizon;
-  target -= closing_speed(pair, goal.closed) * goal.horizon;
+  target -= closing_speed(pair.shape_a, pair.motion_a, pair.shape_b, pair.motion_b, goal.closed) * goal.horizon;
   bool arrived = false;
   const double t = time_to_gap(pair, target, target + goal.closed, goal.horizon,
                                [&](const SeparatingAxis&, bool) { arrived = true; });

@@ -13,6 +13,7 @@
 #include <cmath>
 
 #include "geometry/box_box.h"
+#include "geometry/core.h"
 #include "geometry/shapes.h"
 
 namespace cb {
@@ -25,17 +26,6 @@ Vec3 plane_normal(const Pose& pose) {
   return {2 * (q.x() * q.y() - q.w() * q.z()), 1 - 2 * (q.x() * q.x() + q.z() * q.z()),
           2 * (q.y() * q.z() + q.w() * q.x())};
 }
-
-// Where contact points go, with the sign that turns a normal that pushes the first shape of a routine away from the
-// second into one that pushes a away from b.
-struct Sink {
-  std::vector<ContactPoint>& out;
-  double sign;
-  int index_a, index_b;
-  void add(const Vec3& position, const Vec3& normal, double gap) const {
-    out.push_back({position, sign * normal, gap, index_a, index_b});
-  }
-};
 
 // The points of the surface lattice of a box with `grid` points along each edge that are within `tolerance` of a plane,
 // in the order of the corners: x fastest. Points inside the box are none of the lattice.
@@ -283,6 +273,8 @@ int contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape&
         box_on_box(a, pose_a, b, pose_b, closed, tol, straight);
       else if (b.kind == ShapeKind::sphere)
         sphere_on_box(b, pose_b, a, pose_a, tol, turned);
+      else if (b.kind != ShapeKind::cylinder)
+        core_points(a, pose_a, b, pose_b, closed, tol, straight);
       break;
     case ShapeKind::sphere:
       if (b.kind == ShapeKind::half_space)
@@ -291,8 +283,10 @@ int contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape&
         sphere_on_box(a, pose_a, b, pose_b, tol, straight);
       else if (b.kind == ShapeKind::sphere)
         sphere_on_sphere(a, pose_a, b, pose_b, tol, straight);
-      else
+      else if (b.kind == ShapeKind::cylinder)
         sphere_on_cylinder(a, pose_a, b, pose_b, tol, straight);
+      else
+        core_points(a, pose_a, b, pose_b, closed, tol, straight);
       break;
     case ShapeKind::cylinder:
       if (b.kind == ShapeKind::half_space)
@@ -300,16 +294,31 @@ int contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape&
       else if (b.kind == ShapeKind::sphere)
         sphere_on_cylinder(b, pose_b, a, pose_a, tol, turned);
       break;
+    case ShapeKind::capsule:
+    case ShapeKind::hull:
+      if (b.kind == ShapeKind::half_space)
+        core_on_plane(a, pose_a, plane_normal(pose_b), pose_b.p, tol, straight);
+      else if (b.kind != ShapeKind::cylinder)
+        core_points(a, pose_a, b, pose_b, closed, tol, straight);
+      break;
     case ShapeKind::half_space:
       if (b.kind == ShapeKind::box) return box_on_plane(b, pose_b, pose_a, tol, corners_only, turned);
       if (b.kind == ShapeKind::sphere)
         sphere_on_plane(b, pose_b, pose_a, tol, turned);
       else if (b.kind == ShapeKind::cylinder)
         cylinder_on_plane(b, pose_b, pose_a, closed, tol, turned);
+      else if (b.kind != ShapeKind::half_space)
+        core_on_plane(b, pose_b, plane_normal(pose_a), pose_a.p, tol, turned);
       break;
   }
   return 0;
 }
+
+namespace {
+
+bool is_capsule_or_hull(ShapeKind kind) { return kind == ShapeKind::capsule || kind == ShapeKind::hull; }
+
+}  // namespace
 
 double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
   if (a.kind == ShapeKind::half_space) {
@@ -318,6 +327,7 @@ double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose
   }
   if (b.kind == ShapeKind::half_space) {
     const Vec3 n = plane_normal(pose_b);
+    if (is_capsule_or_hull(a.kind)) return core_height(a, pose_a, n, pose_b.p);
     const double centre = n.dot(pose_a.p - pose_b.p);
     if (a.kind == ShapeKind::sphere) return centre - a.radius;
     const Mat3 R = pose_a.q.toRotationMatrix();
@@ -328,13 +338,17 @@ double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose
   }
   if (a.kind == ShapeKind::sphere && b.kind == ShapeKind::sphere)
     return (pose_a.p - pose_b.p).norm() - a.radius - b.radius;
+  if ((is_capsule_or_hull(a.kind) && has_core(b.kind)) || (is_capsule_or_hull(b.kind) && has_core(a.kind)))
+    return core_separation(a, pose_a, b, pose_b);
   if (a.kind == ShapeKind::sphere) return separation(b, pose_b, a, pose_a);
   if (b.kind == ShapeKind::sphere)
     return (a.kind == ShapeKind::box ? nearest_on_box(a, pose_a, pose_b.p, b.radius)
                                      : nearest_on_cylinder(a, pose_a, pose_b.p, b.radius))
         .gap;
-  // A cylinder is within the box around it: a bound.
-  const PlacedBox box_a(a, pose_a), box_b(b, pose_b);
+  // A cylinder is within the box around it, and so is what touches none: a bound.
+  PlacedBox box_a(a, pose_a), box_b(b, pose_b);
+  box_a.h = a.box_around();
+  box_b.h = b.box_around();
   return separating_axis(box_a, box_b, RelativeBox(box_a, box_b), 0).gap;
 }
 

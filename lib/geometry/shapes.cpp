@@ -15,6 +15,10 @@ std::string_view name(ShapeKind kind) {
       return "box";
     case ShapeKind::cylinder:
       return "cylinder";
+    case ShapeKind::capsule:
+      return "capsule";
+    case ShapeKind::hull:
+      return "hull";
     case ShapeKind::half_space:
       break;
   }
@@ -27,12 +31,21 @@ double Shape::bounding_radius() const {
       return radius;
     case ShapeKind::cylinder:
       return std::hypot(radius, half_extents.y());
+    case ShapeKind::capsule:
+      return half_extents.y() + radius;
+    case ShapeKind::hull:
+      return hull->radius;
     case ShapeKind::box:
       return half_extents.norm();
     case ShapeKind::half_space:
       break;
   }
   return std::numeric_limits<double>::infinity();
+}
+
+Vec3 Shape::box_around() const {
+  if (kind == ShapeKind::sphere) return Vec3::Constant(radius);
+  return kind == ShapeKind::capsule ? Vec3(radius, half_extents.y() + radius, radius) : half_extents;
 }
 
 double Shape::size() const {
@@ -42,6 +55,10 @@ double Shape::size() const {
     case ShapeKind::box:
     case ShapeKind::cylinder:
       return 2 * half_extents.maxCoeff();
+    case ShapeKind::capsule:
+      return 2 * (half_extents.y() + radius);
+    case ShapeKind::hull:
+      return hull->size;
     case ShapeKind::half_space:
       break;
   }
@@ -50,9 +67,9 @@ double Shape::size() const {
 
 bool can_touch(ShapeKind a, ShapeKind b) {
   if (a == ShapeKind::half_space && b == ShapeKind::half_space) return false;
-  const bool cylinder_a = a == ShapeKind::cylinder, cylinder_b = b == ShapeKind::cylinder;
-  if (cylinder_a && cylinder_b) return false;
-  return !(cylinder_a && b == ShapeKind::box) && !(cylinder_b && a == ShapeKind::box);
+  const auto round_or_plane = [](ShapeKind kind) { return kind == ShapeKind::sphere || kind == ShapeKind::half_space; };
+  if (a == ShapeKind::cylinder) return round_or_plane(b);
+  return b != ShapeKind::cylinder || round_or_plane(a);
 }
 
 void contact_tangents(const Vec3& normal, double angle, Vec3& t1, Vec3& t2) {

@@ -13,6 +13,7 @@
 //      sphere on half-space, sphere on sphere: closed form;
 //      box on half-space: each of the eight corners that is open now, on its own (gap as a function of time in closed
 //      form, a sine plus a line);
+//      capsule or hull on half-space: each open vertex of the core, likewise;
 //      cylinder on half-space: the lowest point of each end, where it is open; of an end whose lowest point touches the
 //      half of the rim across from it, so that it finds when it stands flat;
 //      sphere on box, sphere on cylinder, box on box while the pair is open: the best separating plane, which turns
@@ -20,7 +21,8 @@
 //      while the pair is closed: the corners of the patch that the two touching faces share and that are open (vertex
 //      over face both ways, edge over edge), so that a box on its edge finds when it lies flat; for a corner of the
 //      patch that moves along an edge the bound K is an estimate (doubled), not proved. Whatever else of a closed pair
-//      of boxes arrives is found as the time at which they get deeper than what touches explains (box_box_time.cpp).
+//      of boxes arrives is found as the time at which they get deeper than what touches explains (box_box_time.cpp);
+//      capsule or hull on anything else: core_time.cpp.
 // Does not fail: after `max_advancements` it returns the safe time reached.
 // Tolerances are raised to 4 ulp of the largest coordinate (resolved_tolerance).
 #include <cmath>
@@ -28,6 +30,8 @@
 #include "geometry/advancement.h"
 #include "geometry/box_box.h"
 #include "geometry/box_box_time.h"
+#include "geometry/core.h"
+#include "geometry/core_time.h"
 #include "geometry/shapes.h"
 
 namespace cb {
@@ -124,6 +128,32 @@ double box_to_plane(const Shape& box, const Motion& motion, const Pose& plane, c
     const double A = sx * across.x() + sy * across.y() + sz * across.z();
     const double B = sx * ahead.x() + sy * ahead.y() + sz * ahead.z();
     first = corner_to_plane(gap_now, A, B, omega, speed, target, first);
+  }
+  return first;
+}
+
+double core_to_plane(const Shape& shape, const Motion& motion, const Pose& plane, const Goal& goal) {
+  const Vec3 n = plane_normal(plane), n_x_w = n.cross(motion.w);
+  const double speed = n.dot(motion.v), turning = n_x_w.norm(), reach = core_reach(shape);
+  const double fastest = turning * reach - speed;
+  if (fastest * goal.horizon <= goal.closed - goal.target) return goal.horizon;
+  thread_local PlacedCore core;  // does not allocate after its first calls
+  core.place(shape, motion.pose, motion.pose.p);
+  const double centre = n.dot(motion.pose.p - plane.p) - core.radius;
+  if (centre - reach - goal.closed > fastest * goal.horizon) return goal.horizon;
+
+  // As a box's corners (above); where nothing turns they come down at the same speed.
+  const double omega = motion.w.norm();
+  const Vec3 axis = turning > 0 ? Vec3(motion.w / omega) : Vec3(Vec3::Zero());
+  const Vec3 across = n - n.dot(axis) * axis, ahead = turning > 0 ? Vec3(n_x_w / omega) : Vec3(Vec3::Zero());
+  double first = goal.horizon;
+  for (const Vec3& x : core.x) {
+    const double gap = centre + n.dot(x);
+    if (gap <= goal.closed || gap - goal.closed > fastest * first) continue;
+    if (turning > 0)
+      first = corner_to_plane(gap, x.dot(across), x.dot(ahead), omega, speed, goal.target, first);
+    else if (speed < 0)
+      first = std::min(first, (gap - goal.target) / -speed);
   }
   return first;
 }
@@ -277,19 +307,28 @@ double time_of_contact(const Shape& a, const Motion& motion_a, const Shape& b, c
       if (b.kind == ShapeKind::half_space) return box_to_plane(a, motion_a, motion_b.pose, goal);
       if (b.kind == ShapeKind::box) return box_to_box(a, motion_a, b, motion_b, goal);
       if (b.kind == ShapeKind::sphere) return sphere_to_solid(b, motion_b, a, motion_a, goal);
+      if (b.kind != ShapeKind::cylinder) return core_to_core(a, motion_a, b, motion_b, goal);
       break;
     case ShapeKind::sphere:
       if (b.kind == ShapeKind::half_space) return sphere_to_plane(a, motion_a, motion_b.pose, goal);
       if (b.kind == ShapeKind::sphere) return sphere_to_sphere(a, motion_a, b, motion_b, goal);
+      if (b.kind != ShapeKind::box && b.kind != ShapeKind::cylinder)
+        return core_to_core(a, motion_a, b, motion_b, goal);
       return sphere_to_solid(a, motion_a, b, motion_b, goal);
     case ShapeKind::cylinder:
       if (b.kind == ShapeKind::half_space) return cylinder_to_plane(a, motion_a, motion_b.pose, goal);
       if (b.kind == ShapeKind::sphere) return sphere_to_solid(b, motion_b, a, motion_a, goal);
       break;
+    case ShapeKind::capsule:
+    case ShapeKind::hull:
+      if (b.kind == ShapeKind::half_space) return core_to_plane(a, motion_a, motion_b.pose, goal);
+      if (b.kind != ShapeKind::cylinder) return core_to_core(a, motion_a, b, motion_b, goal);
+      break;
     case ShapeKind::half_space:
       if (b.kind == ShapeKind::box) return box_to_plane(b, motion_b, motion_a.pose, goal);
       if (b.kind == ShapeKind::sphere) return sphere_to_plane(b, motion_b, motion_a.pose, goal);
       if (b.kind == ShapeKind::cylinder) return cylinder_to_plane(b, motion_b, motion_a.pose, goal);
+      if (b.kind != ShapeKind::half_space) return core_to_plane(b, motion_b, motion_a.pose, goal);
       break;
   }
   return horizon;

@@ -36,6 +36,26 @@ void write_shapes(const std::filesystem::path& path, const Scenario& scenario) {
   }
 }
 
+// A row for each corner of each face, counter-clockwise seen from outside, in the shape's frame; no file without hulls.
+void write_hulls(const std::filesystem::path& path, const Scenario& scenario) {
+  std::optional<RowFile> file;
+  for (const Shape& shape : scenario.shapes) {
+    if (shape.kind != ShapeKind::hull) continue;
+    if (!file) file.emplace(path, hulls_header);
+    const std::string shape_name = csv_cell(shape.name);
+    const Polytope& hull = shape.hull->polytope;
+    for (std::size_t f = 0; f < hull.faces.size(); ++f)
+      for (int k = 0; k < hull.faces[f].count; ++k) {
+        char* out = file->begin_row(shape_name.size() + 5 * number_room);
+        out = print_text(print_text(out, shape_name), ",");
+        *(out = print_number(out, static_cast<double>(f)))++ = ',';
+        out = cells(out, hull.vertices[static_cast<std::size_t>(hull.corner(hull.faces[f], k))]);
+        out[-1] = '\n';
+        file->end_row(out);
+      }
+  }
+}
+
 double largest(const std::vector<double>& numbers, std::size_t count) {
   double most = 0;
   for (std::size_t i = 0; i < count; ++i) most = std::max(most, std::abs(numbers[i]));
@@ -55,8 +75,9 @@ ContactMode contact_mode(const double* r, const double* u, double largest_impuls
 
 ContactFile::ContactFile(const std::filesystem::path& directory, const Scenario& scenario, bool wanted, long every)
     : scenario_(scenario), every_(every) {
-  const auto contacts = directory / "contacts.csv", shapes = directory / "shapes.csv";
+  const auto contacts = directory / "contacts.csv", shapes = directory / "shapes.csv", hulls = directory / "hulls.csv";
   std::error_code ignored;
+  std::filesystem::remove(hulls, ignored);
   if (!wanted || every_ <= 0) {
     std::filesystem::remove(contacts, ignored);
     std::filesystem::remove(shapes, ignored);
@@ -65,6 +86,7 @@ ContactFile::ContactFile(const std::filesystem::path& directory, const Scenario&
   for (const Shape& shape : scenario.shapes) names_.push_back(csv_cell(shape.name));
   contacts_.emplace(contacts, contacts_header);
   write_shapes(shapes, scenario);
+  write_hulls(hulls, scenario);
 }
 
 void ContactFile::event(const EventRecord& event) {

@@ -13,6 +13,7 @@
 namespace cb {
 
 inline constexpr std::string_view contacts_header = "t,step,a,b,px,py,pz,nx,ny,nz,ux,uy,uz,rx,ry,rz,mode\n";
+inline constexpr std::string_view hulls_header = "shape,face,x,y,z\n";
 inline constexpr std::string_view shapes_header = "shape,body,kind,px,py,pz,qw,qx,qy,qz,radius,hx,hy,hz\n";
 
 /// What a contact does after an event.

@@ -16,7 +16,7 @@ namespace {
 constexpr double degree = std::numbers::pi / 180;
 constexpr int depth_limit = 100;  // parentheses within parentheses
 const std::vector<std::string>& functions() {
-  static const std::vector<std::string> names{"sin", "cos", "tan", "acos", "sqrt", "min", "max", "if"};
+  static const std::vector<std::string> names{"sin", "cos", "tan", "acos", "sqrt", "min", "max", "floor", "mod", "if"};
   return names;
 }
 
@@ -171,14 +171,23 @@ class Parser {
     std::vector<double> x{sum()};
     while (take(',')) x.push_back(sum());
     expect(')', "to close the function");
-    const bool many = found == "min" || found == "max";
-    if (many ? x.size() < 2 : x.size() != 1)
-      fail_at(begin, fmt::format("{} takes {}, not {}", found, many ? "two numbers or more" : "one number", x.size()));
+    const bool many = found == "min" || found == "max", two = found == "mod";
+    if (two ? x.size() != 2 : many ? x.size() < 2 : x.size() != 1)
+      fail_at(begin, fmt::format("{} takes {}, not {}", found,
+                                 two    ? "two numbers"
+                                 : many ? "two numbers or more"
+                                        : "one number",
+                                 x.size()));
     if (found == "sin") return std::sin(x[0]);
     if (found == "cos") return std::cos(x[0]);
     if (found == "tan") return std::tan(x[0]);
     if (found == "min") return *std::min_element(x.begin(), x.end());
     if (found == "max") return *std::max_element(x.begin(), x.end());
+    if (found == "floor") return std::floor(x[0]);
+    if (found == "mod") {
+      if (chosen_ && x[1] == 0) fail_at(begin, "mod by zero");
+      return finite(x[0] - x[1] * std::floor(x[0] / x[1]), begin, "mod");
+    }
     if (found == "acos") {
       if (chosen_ && std::abs(x[0]) > 1) fail_at(begin, fmt::format("acos({}); it takes numbers from -1 to 1", x[0]));
       return finite(std::acos(x[0]), begin, "acos");
@@ -243,7 +252,8 @@ bool is_name(std::string_view text) {
 }
 
 bool is_reserved(std::string_view name) {
-  return name == "pi" || name == "deg" || std::find(functions().begin(), functions().end(), name) != functions().end();
+  return name == "pi" || name == "deg" || name == "index" ||
+         std::find(functions().begin(), functions().end(), name) != functions().end();
 }
 
 }  // namespace cb

@@ -28,7 +28,8 @@ struct ExpressionError : std::runtime_error {
 ///   sum      = product { (+|-) product }
 ///   product  = factor { (*|/) factor }
 ///   factor   = (+|-) factor | number | name | ( sum ) | function ( sum {, sum} ) | if ( name = word, sum, sum )
-///   function = sin cos tan acos sqrt min max;  names: those of the scope, pi, and deg = pi / 180
+///   function = sin cos tan acos sqrt min max floor mod;  names: those of the scope, pi, and deg = pi / 180
+/// mod(a, b) = a - b floor(a / b), of the sign of b.
 /// Both branches of an `if` must be sound, only the chosen one is computed. Names that occur are added to `used`.
 /// Throws ExpressionError.
 double evaluate(std::string_view text, const Scope& scope, std::set<std::string>& used);
@@ -38,7 +39,7 @@ bool read_number(std::string_view text, double& value);
 
 /// A letter, then letters, digits and underscores.
 bool is_name(std::string_view text);
-/// Names that expressions keep for themselves (pi, sin, if ...).
+/// Names that expressions keep for themselves (pi, sin, if, index ...).
 bool is_reserved(std::string_view name);
 
 }  // namespace cb

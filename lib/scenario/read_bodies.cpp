@@ -1,4 +1,4 @@
-// Reads <bodies>: half-spaces, boxes, spheres, cylinders, arrays of them; robots are read_robots.cpp's.
+// Reads <bodies>: half-spaces, solids, arrays of them; robots are read_robots.cpp's.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -102,6 +102,7 @@ void read_body(Reading& in, const XmlElement& element, const Vec3& offset, const
   std::vector<std::string> optional{"mass",     "density",          "fixed",     "axis", "angle", "quaternion",
                                     "velocity", "angular_velocity", "moves_with"};
   if (element.name == "box") optional.push_back("contact_grid");
+  for (const std::string& name : takes(element)) optional.push_back(name);
   check_attributes(in.source, element, needs(element), optional);
   const Solid solid = read_solid(in, element);
   Shape shape = solid.shape;
@@ -111,6 +112,7 @@ void read_body(Reading& in, const XmlElement& element, const Vec3& offset, const
   Pose pose;
   pose.p = in.vector(*element.find("position"), "x y z in m") + offset;
   pose.q = in.orientation(element);
+  pose = placed(pose, solid);
 
   if (is_fixed(in, element)) {
     shape.local = pose;
@@ -140,21 +142,28 @@ void read_body(Reading& in, const XmlElement& element, const Vec3& offset, const
 }
 
 void read_array(Reading& in, const XmlElement& element) {
-  check_attributes(in.source, element, {"count", "offset"}, {});
-  const XmlAttribute& count_attribute = *element.find("count");
-  const long count = in.values.integer(count_attribute, 1, array_limit);
-  const Vec3 offset = in.vector(*element.find("offset"), "x y z in m");
-  if (offset.isZero(0) && count > 1)
-    in.values.fail(*element.find("offset"),
-                   "offset is 0 0 0: all bodies would be in one place; write the step from one to the next");
+  check_attributes(in.source, element, {"count"}, {"offset"});
+  const long count = in.values.integer(*element.find("count"), 1, array_limit);
+  const XmlAttribute* step = element.find("offset");
+  const Vec3 offset = step != nullptr ? in.vector(*step, "x y z in m") : Vec3::Zero();
+  if (step != nullptr && offset.isZero(0) && count > 1)
+    in.values.fail(*step, "offset is 0 0 0: all bodies would be in one place; write the step from one to the next");
   if (element.children.empty()) in.source.fail(element.at, "an empty <array>; put one <box> or <sphere> into it");
   const XmlElement& child = element.children.front();
   if (!is_solid(child)) in.fail_child(child, "<array>", solids(), "it repeats:");
   if (element.children.size() > 1)
     in.source.fail(element.children[1].at, "a second element in <array>; write one <array> for each");
+  const XmlAttribute* position = child.find("position");
+  if (step == nullptr && count > 1 && position != nullptr && position->value.find("index") == std::string::npos)
+    in.source.fail(
+        element.at,
+        "<array> needs an offset, the step from one copy to the next, or a position by the index of the copy");
   const int array = in.arrays++;
-  for (long i = 0; i < count; ++i)
+  for (long i = 0; i < count; ++i) {
+    in.values.set_index(i);
     read_body(in, child, static_cast<double>(i) * offset, fmt::format("_{}", i + 1), array);
+  }
+  in.values.set_index(Values::none_of_array);
 }
 
 }  // namespace
@@ -171,7 +180,8 @@ void read_bodies(Reading& in, const XmlElement& element) {
     else if (child.name == "robot")
       read_robot(in, child);
     else
-      in.fail_child(child, "<bodies>", {"half_space", "box", "sphere", "cylinder", "array", "robot"});
+      in.fail_child(child, "<bodies>",
+                    {"half_space", "box", "sphere", "cylinder", "capsule", "hull", "array", "robot"});
   }
   if (in.scenario.model.bodies.empty())
     in.source.fail(element.at, "no body that can move; add a <box> or a <sphere> with a mass");

@@ -33,11 +33,15 @@ RobotDescription::Link read_link(Reading& in, const XmlElement& element) {
   for (const XmlElement& child : element.children) {
     if (!is_solid(child)) in.fail_child(child, "<link>", solids(), "its shapes are:");
     check_empty(in.source, child);
-    check_attributes(in.source, child, needs(child), {"axis", "angle", "quaternion"});
-    Shape shape = read_solid(in, child).shape;
+    std::vector<std::string> optional{"axis", "angle", "quaternion"};
+    for (const std::string& name : takes(child)) optional.push_back(name);
+    check_attributes(in.source, child, needs(child), optional);
+    const Solid solid = read_solid(in, child);
+    Shape shape = solid.shape;
     shape.name = in.name_of(child, "a shape");
     shape.local.p = in.vector(*child.find("position"), "x y z in m");
     shape.local.q = in.orientation(child);
+    shape.local = placed(shape.local, solid);
     link.shapes.push_back(std::move(shape));
     link.shape_at.push_back(child.find("name")->value_at);
   }
@@ -150,6 +154,9 @@ void read_urdf_robot(Reading& in, const XmlElement& element) {
   in.scenario.files.push_back(source.file);
   UrdfRobot urdf = read_urdf(source, base != nullptr && in.one_of(*base, {"fixed", "free"}) == "free",
                              prefix != nullptr ? prefix->value : std::string());
+  for (const std::string& mesh : urdf.files)
+    if (std::find(in.scenario.files.begin(), in.scenario.files.end(), mesh) == in.scenario.files.end())
+      in.scenario.files.push_back(mesh);
   RobotDescription& robot = urdf.robot;
   robot.name = in.name_of(element, "a robot");
   for (const Tree& tree : in.scenario.model.trees)

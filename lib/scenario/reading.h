@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -45,6 +46,9 @@ struct Reading {
   std::vector<Declared> declared;
   std::map<std::string, int> index;  ///< of a body's name in `declared`
   int arrays = 0;
+  /// Hulls that were read, by their points (m) or by file and scale: shapes that are alike share one.
+  std::map<std::vector<double>, std::shared_ptr<const Hull>> hull_of_points;
+  std::map<std::pair<std::string, double>, std::shared_ptr<const Hull>> hull_of_file;
   std::vector<Pose> zero_pose;  ///< of links, by body: in the robot's zero pose
 
  private:

@@ -4,17 +4,25 @@
 //   1. A fixed base is the world: the root's inertia is not used, its shapes stand still.
 //   2. A link without inertia on a fixed joint is a part of its parent (tool frames, mounts). On a joint that moves it
 //      is an error.
-//   3. A mesh is never a shape: it is left out and reported, as all that a simulation does not use.
+//   3. A mesh of a collision counts as its convex hull where its file is an OBJ or STL file beside the URDF file; else
+//      it is left out and reported, as all that a simulation does not use.
+//   4. A collision may be a <capsule radius length>, along z like a cylinder, which newer readers know, and Debian's
+//      liburdfdom does not: it is told of a cylinder.
 // liburdfdom knows no places. Elements are found again in the text by their names, with pugixml, which also says what
 // is not well formed.
 #include "scenario/urdf.h"
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <map>
 #include <pugixml.hpp>
+#include <set>
+#include <sstream>
 
 #include "scenario/expression.h"
+#include "scenario/mesh_file.h"
+#include "scenario/solid.h"
 
 #ifdef CONTACTBENCH_HAVE_URDFDOM
 #include <console_bridge/console.h>
@@ -150,13 +158,19 @@ class Reader {
   }
 
   void look_into_link(const pugi::xml_node& link) {
+    int collisions = 0;
     for (const pugi::xml_node& node : link.children()) {
       if (node.type() != pugi::node_element) continue;
       const std::string kind = node.name();
       if (kind == "collision") {
-        if (const pugi::xml_node mesh = node.child("geometry").child("mesh"))
-          left_out_.add("<mesh> of a <collision> (a link collides with its boxes, spheres and cylinders only)",
-                        offset(mesh));
+        if (node.child("geometry").child("capsule")) capsules_.emplace(link.attribute("name").value(), collisions);
+        ++collisions;
+        const pugi::xml_node mesh = node.child("geometry").child("mesh");
+        if (mesh && mesh_path(mesh.attribute("filename").value()).empty())
+          left_out_.add(
+              "<mesh> of a <collision> (its hull collides where it is an OBJ or STL file that is found from "
+              "the URDF file's folder on)",
+              offset(mesh));
       } else if (kind != "inertial") {
         left_out_.add('<' + kind + '>', offset(node));
       }
@@ -181,6 +195,13 @@ class Reader {
     }
   }
 
+  /// The file of a mesh that is read; empty where there is none. What begins with package:// is known to ROS alone.
+  std::string mesh_path(const std::string& filename) const {
+    const std::string path = filename.starts_with("file://") ? filename.substr(7) : filename;
+    const std::string beside = (std::filesystem::path(source_.file).parent_path() / path).string();
+    return is_mesh_name(path) && std::filesystem::is_regular_file(beside) ? beside : std::string();
+  }
+
   std::size_t link_at(const std::string& name) const {
     const auto found = link_at_.find(name);
     return found == link_at_.end() ? root_at_ : found->second;
@@ -195,9 +216,14 @@ class Reader {
 
   void parse() {
     check_joints();
+    std::ostringstream renamed;
+    for (const pugi::xml_node& link : document_.child("robot").children("link"))
+      for (pugi::xml_node collision : link.children("collision"))
+        if (pugi::xml_node capsule = collision.child("geometry").child("capsule")) capsule.set_name("cylinder");
+    if (!capsules_.empty()) document_.save(renamed, "", pugi::format_raw);
     const Messages messages;
     try {
-      model_ = urdf::parseURDF(source_.text);
+      model_ = urdf::parseURDF(capsules_.empty() ? source_.text : renamed.str());
     } catch (const std::exception& error) {
       source_.fail(place_of(error.what()), fmt::format("liburdfdom: {}", error.what()));
     }
@@ -353,28 +379,36 @@ class Reader {
   /// The collision shapes of a link go to the description's link `carrier`, or to what stands still.
   void add_shapes(const urdf::Link& from, const Pose& frame, const std::string& carrier) {
     const std::size_t at = link_at(from.name);
-    int count = 0;
+    int count = 0, number = 0;
     for (const urdf::CollisionSharedPtr& collision : from.collision_array) {
-      if (!collision || !collision->geometry || collision->geometry->type == urdf::Geometry::MESH) continue;
-      Shape shape;
+      const bool capsule = capsules_.contains({from.name, number++});
+      if (!collision || !collision->geometry) continue;
+      Solid solid;
+      Shape& shape = solid.shape;
+      if (collision->geometry->type == urdf::Geometry::MESH) {
+        solid = hull_of(static_cast<const urdf::Mesh&>(*collision->geometry), from.name, at);
+        if (!shape.hull) continue;
+      }
       shape.name = named(from.name) + (count == 0 ? "" : fmt::format("_{}", count + 1));
       ++count;
-      shape.local = frame * pose(collision->origin, at);
+      shape.local = placed(frame * pose(collision->origin, at), solid);
       if (collision->geometry->type == urdf::Geometry::BOX) {
         shape.kind = ShapeKind::box;
         shape.half_extents = vector(static_cast<const urdf::Box&>(*collision->geometry).dim, at) / 2;
       } else if (collision->geometry->type == urdf::Geometry::SPHERE) {
         shape.kind = ShapeKind::sphere;
         shape.radius = static_cast<const urdf::Sphere&>(*collision->geometry).radius;
-      } else {
+      } else if (collision->geometry->type == urdf::Geometry::CYLINDER) {
         const auto& cylinder = static_cast<const urdf::Cylinder&>(*collision->geometry);
-        shape.kind = ShapeKind::cylinder;
+        shape.kind = capsule ? ShapeKind::capsule : ShapeKind::cylinder;
         shape.radius = cylinder.radius;
         shape.half_extents = Vec3(cylinder.radius, cylinder.length / 2, cylinder.radius);
         // Along z there, along y here.
         shape.local.q = (shape.local.q * Quat(std::sqrt(0.5), std::sqrt(0.5), 0, 0)).normalized();
       }
-      const double least = shape.kind == ShapeKind::sphere ? shape.radius : shape.half_extents.minCoeff();
+      const double least = shape.kind == ShapeKind::sphere || shape.kind == ShapeKind::capsule
+                               ? shape.radius + std::min(0.0, shape.half_extents.y())
+                               : shape.half_extents.minCoeff();
       if (!(least > 0) || !std::isfinite(shape.size()))
         source_.fail(at, fmt::format("a <collision> of {} has no size; all lengths have to be more than 0", from.name));
       if (carrier == "world") {
@@ -389,6 +423,25 @@ class Reader {
     }
   }
 
+  /// The hull of a mesh; without one where the file is left out.
+  Solid hull_of(const urdf::Mesh& mesh, const std::string& link, std::size_t at) {
+    Solid solid;
+    const std::string path = mesh_path(mesh.filename);
+    if (path.empty()) return solid;
+    try {
+      std::vector<Vec3> points = read_mesh_points(path, 1);
+      const Vec3 scale = vector(mesh.scale, at);
+      for (Vec3& x : points) x = x.cwiseProduct(scale);
+      auto hull = std::make_shared<Hull>(make_hull(points));
+      solid.frame = hull->frame;
+      solid.shape = hull_shape(std::move(hull));
+      out_.files.push_back(path);
+    } catch (const std::runtime_error& error) {
+      source_.fail(at, fmt::format("the mesh of a <collision> of {}: {}: {}", link, path, error.what()));
+    }
+    return solid;
+  }
+
   const SourceText& source_;
   bool free_base_;
   std::string prefix_;
@@ -396,6 +449,7 @@ class Reader {
   pugi::xml_document document_;
   std::size_t root_at_ = 0;
   std::map<std::string, std::size_t> link_at_, joint_at_;
+  std::set<std::pair<std::string, int> > capsules_;  ///< of a link: which of its <collision> elements
   urdf::ModelInterfaceSharedPtr model_;
   UrdfRobot out_;
 };

@@ -209,6 +209,13 @@ void Values::declare_derived(const XmlElement& element) {
   parameters_.push_back(std::move(parameter));
 }
 
+void Values::set_index(long index) {
+  if (index == none_of_array)
+    scope_.erase("index");
+  else
+    scope_["index"].number = static_cast<double>(index);
+}
+
 void Values::check_overrides() const {
   std::vector<std::string> names;
   for (const Parameter& parameter : parameters_)
@@ -302,6 +309,14 @@ std::vector<double> Values::numbers(const XmlAttribute& attribute, std::size_t c
   if (values.size() != count)
     fail(attribute, fmt::format("{} has {} number{}; it takes {} ({})", attribute.name, values.size(),
                                 values.size() == 1 ? "" : "s", count, meaning));
+  return values;
+}
+
+std::vector<double> Values::points(const XmlAttribute& attribute) {
+  std::vector<double> values = tokens(attribute, scope_, used_);
+  if (values.size() % 3 != 0)
+    fail(attribute,
+         fmt::format("{} has {} numbers; it takes three for each point (x y z in m)", attribute.name, values.size()));
   return values;
 }
 

@@ -38,6 +38,8 @@ class Values {
 
   /// `meaning`: what the numbers are, for messages: "x y z in m".
   std::vector<double> numbers(const XmlAttribute& attribute, std::size_t count, std::string_view meaning);
+  /// Any number of points of three coordinates each, all in one row.
+  std::vector<double> points(const XmlAttribute& attribute);
   double number(const XmlAttribute& attribute, const Range& range);
   long integer(const XmlAttribute& attribute, long low, long high);
   /// One of `choices`, or ${name} of a parameter of type word whose value is one of them.
@@ -45,6 +47,9 @@ class Values {
 
   /// Something is wrong with the value of this attribute: adds which overrides had a hand in it.
   [[noreturn]] void fail(const XmlAttribute& attribute, const std::string& message) const;
+  /// `index` is this number in what is read from now on: which copy of an array, from 0. none_of_array: no such name.
+  void set_index(long index);
+  static constexpr long none_of_array = -1;
   void check_all_used() const;
   /// Fills `parameters` and `parameter_notes`.
   void report(Scenario& scenario) const;

@@ -54,6 +54,27 @@ def cylinder(radius, half):
     return joined([side, top, under])
 
 
+def capsule(radius, half):
+    def at(i, j):
+        n = np.array([math.sin(i) * math.cos(2 * math.pi * j), math.cos(i), math.sin(i) * math.sin(2 * math.pi * j)])
+        return radius * n + np.array([0, half if n[1] > 0 else -half, 0]), n
+
+    quarter = math.pi / 2 * (1 - 1e-9)  # the rims belong to the ends that they are on
+    side = patch(lambda i, j: at(quarter if i == 0 else math.pi - quarter, j), 1, AROUND)
+    return joined([
+        patch(lambda i, j: at(i * quarter, j), DOWN // 2, AROUND), side,
+        patch(lambda i, j: at(math.pi - (1 - i) * quarter, j), DOWN // 2, AROUND)])
+
+
+def hull(faces):
+    parts = []
+    for corners in map(np.array, faces):
+        n = sum(np.cross(b - corners[0], c - corners[0]) for b, c in zip(corners[1:], corners[2:]))
+        fan = [(0, k, k + 1) for k in range(1, len(corners) - 1)]
+        parts.append((list(corners), [n / np.linalg.norm(n)] * len(corners), fan))
+    return joined(parts)
+
+
 def plane(size):
     y = np.array([0.0, 1, 0])
     return patch(lambda i, j: (size * np.array([2 * i - 1, 0, 2 * j - 1]), y))
@@ -69,11 +90,15 @@ def joined(parts):
 
 
 def mesh_of(shape, extent):
-    """The surface of a row of shapes.csv. `extent`: how far the ground is drawn, m."""
+    """The surface of a row of view.Motion.surfaces. `extent`: how far the ground is drawn, m."""
     if shape["kind"] == "box":
         return box(np.array([shape["hx"], shape["hy"], shape["hz"]]))
     if shape["kind"] == "sphere":
         return sphere(shape["radius"])
+    if shape["kind"] == "capsule":
+        return capsule(shape["radius"], shape["hy"])
+    if shape["kind"] == "hull":
+        return hull(shape["faces"])
     return cylinder(shape["radius"], shape["hy"]) if shape["kind"] == "cylinder" else plane(extent)
 
 
@@ -111,7 +136,7 @@ def file_of(motion):
         roots.append(len(nodes))
         nodes.append({"name": body, "children": []} |
                      pose(dict(zip(("px", "py", "pz", "qx", "qy", "qz", "qw"), place))))
-    for shape in motion.shapes.to_dict("records"):
+    for shape in motion.surfaces():
         points, normals, triangles = mesh_of(shape, extent)
         moves = shape["body"] in of_body
         material = 1 + of_body[shape["body"]] % len(COLOURS) if moves else 0

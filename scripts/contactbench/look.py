@@ -1,9 +1,10 @@
 """An independent look at the files of one run: what it says about penetration, energy, momentum, limits and numbers.
 
 It shares no code with the program (lib/geometry above all): the scene is read from its XML, poses from trajectory.csv,
-and depths are separating axes of two boxes (15 directions), the distance of a point to a box or a cylinder, and support
-functions on planes. A scene has plain numbers: no parameters, arrays, harmonics or expressions (those of scenes.py, and
-files like them).
+and depths are separating axes of boxes and hulls (all faces and pairs of edges), the distance of a point to a box, a
+cylinder, a capsule or a hull, the least of it along a capsule's axis, and support functions on planes. A scene has
+plain numbers: no parameters, arrays, harmonics or expressions, and hulls of at most HULL points (those of scenes.py,
+and files like them).
 
 What is looked at, each with its bound:
   penetration  at each recorded time, of each pair that can collide: at most PENETRATION of the smaller one's size (its
@@ -26,6 +27,7 @@ several rates, are left to the events' own gain.
 """
 import csv
 import fnmatch
+import itertools
 import math
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -39,6 +41,9 @@ LIMIT = 1e-8  # rad, m
 NEAR_PARALLEL = 1e-8  # |cross product| of unit edges below which it is no axis of its own, -
 # Of (h w)^2 and a robot's kinetic energy: what its step gains to second order, w how fast its shape changes, -
 ROBOT = 1.0
+HULL = 60  # points of a hull: its faces are looked for among all triples
+FLAT = 1e-9  # of a hull's extent: as near to a plane are points of a face
+CHUNK = 100  # poses at once, of hulls
 FLOOR = 1e-20  # of the run's largest kinetic energy: an island with less is at rest, -
 
 
@@ -71,16 +76,93 @@ def turn_of(element):
 class Shape:
     """A shape that collides: `owner` is the body or link it belongs to, "" of a fixed one; p, R its pose as the scene
     has it, in a robot's zero pose. half: half of the edges of a box; radius, length of the others; a plane has its
-    normal."""
-    def __init__(self, kind, name, owner, p, R, half=None, radius=0.0, length=0.0, normal=None):
+    normal, a hull its points."""
+    def __init__(self, kind, name, owner, p, R, half=None, radius=0.0, length=0.0, normal=None, points=None):
         self.kind, self.name, self.owner, self.p, self.R = kind, name, owner, p, R
+        self.solid = Solid(points) if kind == "hull" else box_solid(half) if kind == "box" else None
         self.half, self.radius, self.length, self.normal = half, radius, length, normal
         self.bound = {
             "box": lambda: float(np.linalg.norm(half)), "sphere": lambda: radius,
-            "cylinder": lambda: math.hypot(radius, length / 2), "half_space": lambda: math.inf}[kind]()
+            "cylinder": lambda: math.hypot(radius, length / 2), "capsule": lambda: radius + length / 2,
+            "hull": lambda: float(np.linalg.norm(points, axis=1).max()), "half_space": lambda: math.inf}[kind]()
         self.size = {
             "box": lambda: float(2 * max(half)), "sphere": lambda: 2 * radius,
-            "cylinder": lambda: max(2 * radius, length), "half_space": lambda: math.inf}[kind]()
+            "cylinder": lambda: max(2 * radius, length), "capsule": lambda: 2 * radius + length,
+            "hull": lambda: float(np.ptp(points, axis=0).max()), "half_space": lambda: math.inf}[kind]()
+
+
+class Solid:
+    """A convex polytope: vertices, outward normals with their offsets, loops of faces, edges as pairs of vertices."""
+    def __init__(self, points):
+        if len(points) > HULL:
+            raise ValueError(f"a hull of {len(points)} points; at most {HULL} are read here")
+        self.vertices, flat = points, FLAT * np.ptp(points, axis=0).max()
+        self.normals, self.offsets, self.loops, edges = [], [], [], set()
+        for i, j, k in itertools.combinations(range(len(points)), 3):
+            n = np.cross(points[j] - points[i], points[k] - points[i])
+            if np.linalg.norm(n) <= flat * np.linalg.norm(points[j] - points[i]):
+                continue
+            n /= np.linalg.norm(n)
+            heights = (points - points[i]) @ n
+            if heights.min() >= -flat:
+                n, heights = -n, -heights
+            if heights.max() > flat or any(abs(n @ m - 1) < 1e-12 for m in self.normals):
+                continue
+            loop = around(points, np.flatnonzero(heights >= -flat), n)
+            self.normals.append(n)
+            self.offsets.append(float((points @ n).max()))
+            self.loops.append(loop)
+            edges |= {(min(e), max(e)) for e in zip(loop, loop[1:] + loop[:1])}
+        self.normals, self.offsets = np.array(self.normals), np.array(self.offsets)
+        self.edges = np.array(sorted(edges))
+
+    def directions(self):
+        """Of the edges, each once."""
+        out = []
+        for i, j in self.edges:
+            e = (self.vertices[j] - self.vertices[i]) / np.linalg.norm(self.vertices[j] - self.vertices[i])
+            if not any(np.linalg.norm(np.cross(e, f)) < 1e-9 for f in out):
+                out.append(e)
+        return np.array(out)
+
+    def moments(self):
+        """Volume, centre, and inertia about the centre at density 1: sums over tetrahedra from one of its points."""
+        volume, first, second, apex = 0.0, np.zeros(3), np.zeros((3, 3)), self.vertices[0]
+        for loop in self.loops:
+            a = self.vertices[loop[0]] - apex
+            for i, j in zip(loop[1:], loop[2:]):
+                b, c = self.vertices[i] - apex, self.vertices[j] - apex
+                part, total = float(a @ np.cross(b, c)) / 6, a + b + c
+                volume += part
+                first += part / 4 * total
+                second += part / 20 * (sum(np.outer(x, x) for x in (a, b, c)) + np.outer(total, total))
+        second -= np.outer(first, first) / volume
+        return volume, apex + first / volume, np.trace(second) * np.eye(3) - second
+
+
+def around(points, on, n):
+    """The corners among the points `on` a plane, counter-clockwise about its normal n: Andrew's monotone chain."""
+    u = points[on[1]] - points[on[0]]
+    u = u / np.linalg.norm(u)
+    flat = np.stack([(points[on] - points[on[0]]) @ u, (points[on] - points[on[0]]) @ np.cross(n, u)], axis=1)
+    order, extent = np.lexsort((flat[:, 1], flat[:, 0])), np.ptp(flat, axis=0).max()
+
+    def half(row):
+        out = []
+        for k in row:  # a point in the middle of a side is no corner
+            while len(out) > 1:
+                a, b = flat[out[-1]] - flat[out[-2]], flat[k] - flat[out[-2]]
+                if a[0] * b[1] - a[1] * b[0] > FLAT * extent * np.linalg.norm(b):
+                    break
+                out.pop()
+            out.append(k)
+        return out[:-1]
+
+    return [int(on[k]) for k in half(order) + half(order[::-1])]
+
+
+def box_solid(half):
+    return Solid(np.array(list(itertools.product((-1.0, 1.0), repeat=3))) * half)
 
 
 def shape_of(element, owner):
@@ -92,11 +174,24 @@ def shape_of(element, owner):
     p, R = numbers(element.get("position"), 3), turn_of(element)
     if kind == "box":
         return Shape(kind, name, owner, p, R, half=numbers(element.get("size"), 3) / 2)
+    if kind == "hull":
+        scale = float(element.get("scale", 1))
+        points = np.array([float(x) for x in element.get("points").split()]).reshape(-1, 3)
+        return Shape(kind, name, owner, p, R, points=scale * points)
     return Shape(kind, name, owner, p, R, radius=float(element.get("radius")), length=float(element.get("length", 0)))
 
 
 def inertia_of(shape, mass):
-    """Moments about the shape's own axes, homogeneous."""
+    """Moments about the shape's own axes, homogeneous; of a hull the matrix, in its points' axes."""
+    if shape.kind == "hull":
+        volume, _, inertia = shape.solid.moments()
+        return mass / volume * inertia
+    if shape.kind == "capsule":  # a cylinder and a ball, whose halves are off the middle
+        r, length = shape.radius, shape.length
+        middle = mass * length / (length + 4 / 3 * r)
+        ball = mass - middle
+        across = middle / 12 * (3 * r**2 + length**2) + ball * (0.4 * r**2 + length**2 / 4 + 3 / 8 * r * length)
+        return np.array([across, middle * r**2 / 2 + ball * 0.4 * r**2, across])
     if shape.kind == "box":
         squares = (2 * shape.half)**2
         return mass / 12 * (squares.sum() - squares)
@@ -108,7 +203,8 @@ def inertia_of(shape, mass):
 
 VOLUME = {
     "box": lambda s: 8 * float(np.prod(s.half)), "sphere": lambda s: 4 / 3 * math.pi * s.radius**3,
-    "cylinder": lambda s: math.pi * s.radius**2 * s.length}
+    "cylinder": lambda s: math.pi * s.radius**2 * s.length, "capsule": lambda s: math.pi * s.radius**2 *
+    (s.length + 4 / 3 * s.radius), "hull": lambda s: s.solid.moments()[0]}
 
 
 class Model:
@@ -221,6 +317,65 @@ def point_cylinder(c, R, radius, length, point):
     return np.linalg.norm(np.maximum(out, 0), axis=1) + np.minimum(out.max(axis=1), 0)
 
 
+def point_solid(solid, c, R, point):
+    """Of a point from a polytope: over a face, or from the nearest edge."""
+    q = np.einsum("kij,ki->kj", R, point - c)
+    heights = q @ solid.normals.T - solid.offsets
+    best = np.full(len(q), math.inf)
+    for i, j in solid.edges:
+        a, along = solid.vertices[i], solid.vertices[j] - solid.vertices[i]
+        t = np.clip((q - a) @ along / (along @ along), 0, 1)
+        best = np.minimum(best, np.linalg.norm(q - a - t[:, None] * along, axis=1))
+    for f, loop in enumerate(solid.loops):
+        corners = solid.vertices[loop]
+        sides = np.cross(np.roll(corners, -1, axis=0) - corners, solid.normals[f])
+        over = (np.einsum("sj,ksj->ks", sides, q[:, None, :] - corners) <= 0).all(axis=1) & (heights[:, f] > 0)
+        best = np.where(over, np.minimum(best, heights[:, f]), best)
+    return np.where(heights.max(axis=1) <= 0, heights.max(axis=1), best)
+
+
+def point_capsule(c, R, radius, length, point):
+    q = np.einsum("kij,ki->kj", R, point - c)
+    q[:, 1] -= np.clip(q[:, 1], -length / 2, length / 2)
+    return np.linalg.norm(q, axis=1) - radius
+
+
+def least_along(capsule, p, R, distance):
+    """The least of a convex function of points along a capsule's axis, less its radius: by golden sections."""
+    half = capsule.length / 2 * R[:, :, 1]
+
+    def at(s):
+        return distance(p + s[:, None] * half)
+
+    low, high, part = np.full(len(p), -1.0), np.full(len(p), 1.0), (math.sqrt(5) - 1) / 2
+    least = np.minimum(at(low), at(high))
+    for _ in range(60):
+        left, right = high - part * (high - low), low + part * (high - low)
+        f, g = at(left), at(right)
+        least = np.minimum(least, np.minimum(f, g))
+        low, high = np.where(f < g, low, left), np.where(f < g, right, high)
+    return least - capsule.radius
+
+
+def solid_solid(a, pa, Ra, b, pb, Rb):
+    """Separating axes of two polytopes, as box_box: faces of both and all cross products of their edges."""
+    edges_a, edges_b = a.directions(), b.directions()
+    out = []
+    for at in range(0, len(pa), CHUNK):
+        p, A, B = (pb - pa)[at:at + CHUNK], Ra[at:at + CHUNK], Rb[at:at + CHUNK]
+        faces = [np.einsum("kij,aj->kai", A, a.normals), np.einsum("kij,aj->kai", B, b.normals)]
+        u, v = np.einsum("kij,aj->kai", A, edges_a), np.einsum("kij,aj->kai", B, edges_b)
+        axes = np.concatenate([*faces, np.cross(u[:, :, None, :], v[:, None, :, :]).reshape(len(p), -1, 3)], axis=1)
+        length = np.linalg.norm(axes, axis=2)
+        usable = length > NEAR_PARALLEL
+        axes = np.where(usable[:, :, None], axes / np.where(usable, length, 1)[:, :, None], axes[:, :1])
+        of_a = np.einsum("kai,kvi->kav", axes, np.einsum("kij,vj->kvi", A, a.vertices))
+        of_b = np.einsum("kai,kvi->kav", axes, np.einsum("kij,vj->kvi", B, b.vertices) + p[:, None, :])
+        gap = np.maximum(of_b.min(axis=2) - of_a.max(axis=2), of_a.min(axis=2) - of_b.max(axis=2))
+        out.append(gap.max(axis=1))
+    return np.concatenate(out)
+
+
 def above_plane(plane, shape, p, R):
     """Of a shape's lowest point above a half-space."""
     height = (p - plane.p) @ plane.normal
@@ -229,6 +384,10 @@ def above_plane(plane, shape, p, R):
         return height - np.abs(n) @ shape.half
     if shape.kind == "sphere":
         return height - shape.radius
+    if shape.kind == "hull":
+        return height + (n @ shape.solid.vertices.T).min(axis=1)
+    if shape.kind == "capsule":
+        return height - shape.length / 2 * np.abs(n[:, 1]) - shape.radius
     return height - shape.length / 2 * np.abs(n[:, 1]) - shape.radius * np.hypot(n[:, 0], n[:, 2])
 
 
@@ -241,12 +400,24 @@ def apart(a, pa, Ra, b, pb, Rb):
     if a.kind == "box" and b.kind == "box":
         k = len(pa)
         return box_box(pa, Ra, np.broadcast_to(a.half, (k, 3)), pb, Rb, np.broadcast_to(b.half, (k, 3)))
-    if b.kind != "sphere":
+    if a.solid and b.solid:
+        return solid_solid(a.solid, pa, Ra, b.solid, pb, Rb)
+    rounds = ("sphere", "capsule")
+    if b.kind not in rounds or b.kind == "sphere" and a.kind == "capsule":
         a, pa, Ra, b, pb, Rb = b, pb, Rb, a, pa, Ra
-    if b.kind != "sphere":
+    if b.kind not in rounds or b.kind == "capsule" and a.kind == "cylinder":
         return None
-    solid = point_box(pa, Ra, a.half, pb) if a.kind == "box" else point_cylinder(pa, Ra, a.radius, a.length, pb)
-    return solid - b.radius
+
+    def distance(point):
+        if a.kind == "box":
+            return point_box(pa, Ra, a.half, point)
+        if a.kind == "hull":
+            return point_solid(a.solid, pa, Ra, point)
+        if a.kind == "cylinder":
+            return point_cylinder(pa, Ra, a.radius, a.length, point)
+        return point_capsule(pa, Ra, a.radius, a.length, point)
+
+    return least_along(b, pb, Rb, distance) if b.kind == "capsule" else distance(pb) - b.radius
 
 
 def initial_penetration(model):
@@ -333,6 +504,7 @@ def look(folder, model, summary):
         return out
     if summary["status"] in ("ok", "inaccurate") and abs(times[-1] - model.duration) > model.step:
         out.faults.append(f"files: the trajectory ends at {times[-1]:g} s, not {model.duration:g} s")
+    take_frames(model, motion, out)
     touches = penetrations(model, times, motion, summary, out)
     energy(model, times, motion, summary, steps, touches, out)
     momentum(model, times, motion, touches, out)
@@ -347,6 +519,21 @@ def look(folder, model, summary):
     return out
 
 
+def take_frames(model, motion, out):
+    """Moments of free hulls about the axes of their bodies, which have to be principal and about the centre of mass."""
+    for shape in model.shapes:
+        if shape.kind != "hull" or shape.owner not in model.free:
+            continue
+        p, q, _, _ = motion[shape.owner]
+        mass, turn = model.free[shape.owner][0], matrix(q)[0].T @ shape.R
+        inertia = turn @ inertia_of(shape, mass) @ turn.T
+        centre = shape.p + shape.R @ shape.solid.moments()[1]
+        off = np.abs(inertia - np.diag(np.diag(inertia))).max() / np.diag(inertia).max()
+        if off > 1e-9 or np.linalg.norm(centre - p[0]) > 1e-9 * shape.size:
+            out.faults.append(f"files: the frame of {shape.name} is not that of its centre and principal axes")
+        model.free[shape.owner] = (mass, np.diag(inertia))
+
+
 def poses(model, motion):
     """Of each shape: p (T, 3), R (T, 3, 3), v (T, 3), w (T, 3), or one of a fixed one, repeated."""
     count = len(next(iter(motion.values()))[0])
@@ -358,8 +545,8 @@ def poses(model, motion):
             continue
         p, q, v, w = motion[shape.owner]
         R = matrix(q)
-        if shape.owner in model.links:
-            # A robot starts in its zero pose, where the scene has the shape; whatever the link's own frame is.
+        if shape.owner in model.links or shape.kind == "hull":
+            # A robot starts in its zero pose, a hull where the scene has its points, whatever the body's own frame is.
             arm = R[0].T @ (shape.p - p[0])
             out.append((p + R @ arm, R @ (R[0].T @ shape.R), v, w))
         else:

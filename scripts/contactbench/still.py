@@ -27,20 +27,32 @@ def faces_of(shape):
         sides = [(a, s) for a in range(3) for s in (1, -1)]
         square = np.array([[1, -1, -1], [1, 1, -1], [1, 1, 1], [1, -1, 1]])
         return [h * np.roll(square * [s, 1, 1], a, axis=1) for a, s in sides]
-    if shape["kind"] == "cylinder":
+    if shape["kind"] == "hull":
+        return [np.array(corners) for corners in shape["faces"]]
+    if shape["kind"] in ("cylinder", "capsule"):
         rim = [
             np.array([math.cos(2 * math.pi * k / SIDES), 0,
                       math.sin(2 * math.pi * k / SIDES)]) for k in range(SIDES)]
         rim, y = [shape["radius"] * p for p in rim], np.array([0, shape["hy"], 0])
-        return [np.array([p + s * y for p in rim])
-                for s in (1, -1)] + [np.array([a + y, b + y, b - y, a - y]) for a, b in zip(rim, rim[1:] + rim[:1])]
+        if shape["kind"] == "capsule":  # its ends are facetted cones of three rings
+            ends = []
+            for s in (1, -1):
+                rings = [[p * math.cos(t) + s * (y + [0, shape["radius"] * math.sin(t), 0]) for p in rim]
+                         for t in (0, math.pi / 6, math.pi / 3)]
+                for low, high in zip(rings, rings[1:]):
+                    ends += [
+                        np.array([a, b, c, d]) for a, b, c, d in zip(low, low[1:] + low[:1], high[1:] + high[:1], high)]
+                ends.append(np.array(rings[-1]))
+        else:
+            ends = [np.array([p + s * y for p in rim]) for s in (1, -1)]
+        return ends + [np.array([a + y, b + y, b - y, a - y]) for a, b in zip(rim, rim[1:] + rim[:1])]
     return [np.zeros((1, 3))]
 
 
 def faces_at(motion, frame):
     """(depth, points on the paper, radius of a sphere or 0, how bright, body) of every face at a frame."""
     places = {body: motion.poses[frame][n] for n, body in enumerate(motion.bodies)}
-    for shape in motion.shapes.to_dict("records"):
+    for shape in motion.surfaces():
         if shape["kind"] == "half_space":
             continue
         R = turn([shape[k] for k in ("qx", "qy", "qz", "qw")])
@@ -54,7 +66,7 @@ def faces_at(motion, frame):
             bright = 1.0
             if len(at) > 1:
                 out = np.mean(at, axis=0) - p
-                if out @ BEHIND <= 0 and shape["kind"] == "box":
+                if out @ BEHIND <= 0 and shape["kind"] in ("box", "capsule"):
                     continue
                 bright = 0.62 + 0.38 * max(0.0, float(out @ LIGHT) / (np.linalg.norm(out) or 1.0))
             flat = np.column_stack([at @ RIGHT, -(at @ UP)])

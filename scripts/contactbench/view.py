@@ -87,6 +87,15 @@ class Motion:
     def scene(self):
         return " ".join([self.summary.get("scenario", ""), *words_of(self.summary.get("parameters") or {})])
 
+    def surfaces(self):
+        """The rows of shapes.csv; those of hulls with `faces`, of each its corners x y z, counter-clockwise."""
+        rows, hulls = self.shapes.to_dict("records"), table(self.folder / "hulls.csv")
+        faces = {}
+        if len(hulls):
+            for (shape, _), corners in hulls.groupby(["shape", "face"], sort=False):
+                faces.setdefault(shape, []).append(corners[["x", "y", "z"]].to_numpy(float).tolist())
+        return [row | ({"faces": faces.get(row["shape"], [])} if row["kind"] == "hull" else {}) for row in rows]
+
     def places(self):
         """{(t, body): place}, as references have them."""
         return {(round(float(t), 9), body): place for t, frame in zip(self.t, self.poses)
@@ -109,11 +118,10 @@ class Motion:
         numbers = all_of[[*PLACE, *IMPULSE]].to_numpy(float)
         modes = [MODES.index(mode) for mode in all_of["mode"]]
         return {
-            "label": self.label,
-            "status": self.summary.get("status", ""), "bodies": self.bodies, "t": numbers_of(self.t), "poses": packed(
-                self.poses, "<f4"), "shapes": self.shapes.to_dict("records"), "contacts": {
-                    "count": [0 if c is None else len(c) for c in self.contacts], "numbers": packed(numbers, "<f4"),
-                    "modes": packed(modes, "u1")}, "impulse": largest(numbers[:, 3:]), "curves": self.curves()}
+            "label": self.label, "status": self.summary.get("status", ""), "bodies": self.bodies,
+            "t": numbers_of(self.t), "poses": packed(self.poses, "<f4"), "shapes": self.surfaces(), "contacts": {
+                "count": [0 if c is None else len(c) for c in self.contacts], "numbers": packed(numbers, "<f4"),
+                "modes": packed(modes, "u1")}, "impulse": largest(numbers[:, 3:]), "curves": self.curves()}
 
 
 def words_of(parameters):

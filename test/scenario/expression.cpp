@@ -71,6 +71,15 @@ TEST_CASE("An if picks by a word, and does not compute the case that is not aske
   CHECK(value("2*if(start = rest, 1, 0) + 1") == 3);
 }
 
+TEST_CASE("mod is what floor leaves, of the sign of the second") {
+  CHECK(value("floor(2.5)") == 2);
+  CHECK(value("floor(-2.5)") == -3);
+  CHECK(value("mod(7, 3)") == 1);
+  CHECK(value("mod(-1, 3)") == 2);
+  CHECK(value("mod(7, -3)") == -2);
+  CHECK(value("mod(2.25, 1)") == 0.25);
+}
+
 TEST_CASE("Names count as used in either case of an if, and where a fault follows") {
   std::set<std::string> used;
   evaluate("if(start = rest, 1, gap)", scope(), used);
@@ -110,6 +119,9 @@ TEST_CASE("A wrong expression says where it is wrong and what would be right") {
                          Row{"sqrt(-1)", 0, "negative"},
                          Row{"2*acos(1.5)", 2, "-1 to 1"},
                          Row{"1/0", 1, "division by zero"},
+                         Row{"mod(1, 0)", 0, "mod by zero"},
+                         Row{"mod(1)", 0, "two numbers, not 1"},
+                         Row{"index", 0, "no parameter"},
                          Row{"1/(gap - 0.5)", 1, "division by zero"},
                          Row{"1e308*10", 5, "not finite"},
                          Row{"1e308 + 1e308", 6, "not finite"},

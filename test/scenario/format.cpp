@@ -13,7 +13,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-std::string small_path() { return std::string(TEST_DATA) + "/scenes/small.xml"; }
+std::string small_path() { return TEST_DATA "/scenes/small.xml"; }
 std::string small_text() { return file_text(small_path()); }
 
 /// Everything a run sees is the same, bit by bit.
@@ -172,6 +172,65 @@ TEST_CASE("A cylinder's mass and moments follow from its density, radius and len
              Catch::Contains("the mass comes to 0 kg"));
 }
 
+TEST_CASE("A capsule's mass and moments are those of a cylinder between two half balls; without length a sphere's") {
+  // Radius 2, length 3: a cylinder of 12 pi and balls of 32/3 pi. Half balls are 3/8 r off the cylinder's ends.
+  const char* capsule = "<capsule name=\"ball\" radius=\"2\" length=\"3\" density=\"0.5\" ";
+  const std::string text = replaced(small_text(), "<sphere name=\"ball\" radius=\"0.5\" density=\"1000\" ", capsule);
+  const Scenario s = load_text(text);
+  CHECK(s.shapes[3].kind == ShapeKind::capsule);
+  CHECK(s.shapes[3].half_extents == Vec3(2, 1.5, 2));
+  CHECK(s.shapes[3].bounding_radius() == 3.5);
+  const double middle = 6 * pi, ends = 16 * pi / 3;
+  CHECK(s.model.bodies[2].mass == Approx(middle + ends).epsilon(1e-15));
+  const double along = middle * 2 + ends * 1.6;
+  // About its own centre a half ball has (2/5 - 9/64) m r^2 across; it is l/2 + 3/8 r from the capsule's.
+  const double across = middle * 1.75 + ends * ((0.4 - 9.0 / 64) * 4 + std::pow(1.5 + 0.75, 2));
+  CHECK((s.model.bodies[2].inertia - Vec3(across, along, across)).norm() < 1e-13);
+  const Scenario ball = load_text(replaced(text, "length=\"3\"", "length=\"0\""));
+  CHECK((ball.model.bodies[2].inertia - Vec3::Constant(ends * 1.6)).norm() < 1e-14);
+}
+
+TEST_CASE("A hull of a box's corners is the box: mass, moments, place; and is shared by an array") {
+  const std::string text =
+      replaced(small_text(), "<box name=\"box\" size=\"1 1 1\" mass=\"1\" position=\"0 0.5 0\"/>",
+               "<hull name=\"box\" density=\"2\" position=\"-0.5 0 -0.5\" points=\"0 0 0  ${1+0} 0 0  0 0 1  1 0 1  "
+               "0 1 0  1 1 0  0 1 1  1 1 1  0.5 0.5 0.5\"/>");
+  const Scenario s = load_text(text);
+  REQUIRE(s.shapes[1].kind == ShapeKind::hull);
+  CHECK(s.shapes[1].hull == s.shapes[2].hull);
+  CHECK(s.shapes[1].hull->polytope.vertices.size() == 8);
+  CHECK(s.model.bodies[0].mass == Approx(2).epsilon(1e-14));
+  CHECK((s.model.bodies[0].inertia - Vec3::Constant(2.0 / 6)).norm() < 1e-14);
+  CHECK((s.initial.pose[0].p - Vec3(0, 0.5, 0)).norm() < 1e-15);
+  CHECK((s.initial.pose[1].p - Vec3(0, 1.5, 0)).norm() < 1e-15);
+  CHECK(s.initial.pose[0].q.coeffs() == Quat::Identity().coeffs());
+  const Scenario twice = load_text(replaced(text, "density=\"2\"", "density=\"2\" scale=\"2\""));
+  CHECK(twice.model.bodies[0].mass == Approx(16).epsilon(1e-14));
+}
+
+TEST_CASE("A hull is where the scene puts its points, however its own axes lie in it") {
+  const std::vector<Vec3> given{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 0, 1), Vec3(0.2, 1, 0.2)};
+  for (const std::string how : {"mass=\"3\"", "fixed=\"yes\""}) {
+    std::string text = small_text();
+    text.insert(
+        text.find("    <sphere"),
+        R"(<hull name="stone" points="0 0 0  1 0 0  0 0 1  0.2 1 0.2" position="1 2 3" axis="1 1 0" angle="0.7" )");
+    text.insert(text.find("    <sphere"), how + "/>");
+    const Scenario s = load_text(text);
+    const Shape& shape = s.shapes[3];
+    REQUIRE(shape.kind == ShapeKind::hull);
+    const Pose pose = shape.body < 0 ? shape.local : s.initial.pose[static_cast<std::size_t>(shape.body)];
+    const Quat turned(Eigen::AngleAxisd(0.7, Vec3(1, 1, 0).normalized()));
+    for (const Vec3& x : given) {
+      double nearest = 1;
+      for (const Vec3& v : shape.hull->polytope.vertices)
+        nearest = std::min(nearest, (pose * v - (Vec3(1, 2, 3) + turned * x)).norm());
+      CHECK(nearest < 1e-14);
+    }
+    if (shape.body >= 0) CHECK(s.model.bodies[static_cast<std::size_t>(shape.body)].mass == 3);
+  }
+}
+
 TEST_CASE("How a file is laid out does not matter: line ends, mark, remarks, order of sections, quotes") {
   const std::string text = small_text();
   const Scenario s = load_text(text);
@@ -254,9 +313,10 @@ TEST_CASE("The example of the reference is a scenario, and the reference tells e
   CHECK(s.model.bodies.size() == 5);
   CHECK(s.initial.v[6 * 4 + 5] == -4);  // rolls: w = -v/r
   for (const char* element :
-       {"scenario", "parameters", "parameter", "derived", "simulation", "reference",   "gravity",   "harmonic",
-        "bodies",   "half_space", "box",       "sphere",  "cylinder",   "array",       "contacts",  "pair",
-        "forces",   "force",      "robot",     "link",    "joint",      "controllers", "controller"}) {
+       {"scenario", "parameters", "parameter",   "derived",   "simulation", "reference", "gravity",
+        "harmonic", "bodies",     "half_space",  "box",       "sphere",     "cylinder",  "capsule",
+        "hull",     "array",      "contacts",    "pair",      "forces",     "force",     "robot",
+        "link",     "joint",      "controllers", "controller"}) {
     INFO(element);
     CHECK(reference.find(std::string("<") + element) != std::string::npos);
   }

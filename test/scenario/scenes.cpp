@@ -35,12 +35,43 @@ std::vector<double> corner_gaps(const Scenario& s, const Shape& plane, const Sha
 
 }  // namespace
 
-TEST_CASE("The scenes that come with the program are those of the paper, an example, and what a model forbids") {
+TEST_CASE(
+    "The scenes that come with the program are those of the paper, an example, what a model forbids, and large ones") {
   std::vector<std::string> names;
   for (const std::string& file : bundled_scenarios()) names.push_back(std::filesystem::path(file).stem().string());
-  CHECK(names == std::vector<std::string>{"circular_sliding", "grasp", "impacting_sphere", "mobile_robot",
-                                          "mobile_robot_caster", "pushed_block", "sliding_box", "stack", "sticking_box",
-                                          "tipping_box", "urdf_arm"});
+  CHECK(names == std::vector<std::string>{"brick_wall", "circular_sliding", "conveyor", "grasp", "gripper",
+                                          "impacting_sphere", "mobile_robot", "mobile_robot_caster", "pile",
+                                          "pushed_block", "quadruped", "rolling_drum", "rubble_slope", "sliding_box",
+                                          "stack", "sticking_box", "tipping_box", "urdf_arm"});
+}
+
+TEST_CASE("A pile of any number of bodies begins apart, and inside of its bin") {
+  for (const char* bodies : {"2", "7", "100", "1001"}) {
+    const Scenario s = scene("pile", {{"bodies", bodies}});
+    CHECK(s.model.bodies.size() == static_cast<std::size_t>(std::atoi(bodies)));
+    std::vector<std::pair<Vec3, double>> balls;  // around each body
+    for (const Shape& shape : s.shapes)
+      if (shape.body >= 0) balls.emplace_back(s.initial.pose[shape.body].p, shape.bounding_radius());
+    for (std::size_t i = 0; i < balls.size(); ++i) {
+      for (const Shape& plane : s.shapes)
+        if (plane.body < 0) CHECK(plane_normal(plane).dot(balls[i].first - plane.local.p) > balls[i].second);
+      for (std::size_t j = 0; j < i; ++j)
+        if ((balls[i].first - balls[j].first).norm() <= balls[i].second + balls[j].second)
+          FAIL("bodies " << i << " and " << j << " of " << bodies);
+    }
+  }
+}
+
+TEST_CASE("Each brick of the wall lies flush on the course below, and beside its neighbours") {
+  const Scenario s = scene("brick_wall", {{"bricks", "50"}});
+  const std::vector<Pose>& pose = s.initial.pose;
+  CHECK(pose.size() == 51);
+  for (int i = 0; i < 50; ++i) {
+    const int course = i / 10;
+    CHECK(pose[i].p.y() == Approx(0.04 + 0.08 * course).epsilon(1e-15));
+    if (i >= 10) CHECK(std::abs(pose[i].p.x() - pose[i - 10].p.x()) == Approx(0.125).epsilon(1e-12));
+    if (i % 10 > 0) CHECK(pose[i].p.x() - pose[i - 1].p.x() == Approx(0.25).epsilon(1e-12));
+  }
 }
 
 TEST_CASE("Every scene states step, duration, edges, bound, friction and its analytic reference") {

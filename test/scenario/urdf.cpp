@@ -118,6 +118,37 @@ TEST_CASE("A robot from a URDF file stands where a product of its frames says, t
   CHECK((mount.local.p - Vec3(1, 2.1, 3)).norm() < 1e-15);
 }
 
+TEST_CASE("A capsule of a URDF file lies along z, and a mesh beside it counts as its hull") {
+  const std::string cube =
+      "# a cube and a point inside\no cube\nv 0 0 0\nv 0.2 0 0\nv 0 0.2 0\nv 0.2 0.2 0\nv 0 0 0.2\nv 0.2 0 "
+      "0.2\nv 0 0.2 0.2\nv 0.2 0.2 0.2\nv 0.1 0.1 0.1\nf 1 2 3\n";
+  const auto beside = [&] { return TextFile(cube, "cube.obj"); };
+  std::string text =
+      replaced(arm, "<cylinder radius=\"0.05\" length=\"0.4\"/>", "<capsule radius=\"0.05\" length=\"0.4\"/>");
+  text = replaced(text, "<collision><geometry><mesh filename=\"arm.stl\"/>",
+                  "<collision><origin xyz=\"0.1 0 0\"/><geometry><mesh filename=\"cube.obj\" scale=\"1 2 1\"/>");
+  const TextFile mesh = beside();
+  const Scenario s = load(text);
+  const Scenario with_cylinder = load(arm);
+  const Shape &rod = shape(s, "hand"), &tin = shape(with_cylinder, "hand");
+  CHECK(rod.kind == ShapeKind::capsule);
+  CHECK(rod.half_extents == tin.half_extents);
+  CHECK(rod.local.p == tin.local.p);
+  CHECK(rod.local.q.coeffs() == tin.local.q.coeffs());
+  const Shape& block = shape(s, "arm");
+  REQUIRE(block.kind == ShapeKind::hull);
+  CHECK(block.hull->polytope.vertices.size() == 8);
+  CHECK(block.hull->volume == Approx(0.2 * 0.4 * 0.2));
+  // Centre (0.1, 0.2, 0.1) of the mesh, 0.1 along x in the link's frame, which is where the shoulder's joint puts it.
+  const Quat up = about(Vec3::UnitX(), -pi / 2), q_arm = up * about(Vec3::UnitZ(), 0.5);
+  const Vec3 p_arm = Vec3(1, 2, 3) + up * Vec3(0, 0, 0.2);
+  CHECK((s.initial.pose[0] * block.local.p - (p_arm + q_arm * Vec3(0.2, 0.2, 0.1))).norm() < 1e-14);
+  CHECK(s.files.size() == 3);
+  const TextFile again = beside();
+  CHECK_THAT(message(replaced(text, "scale=\"1 2 1\"", "scale=\"1 0 1\"")),
+             Catch::Contains("all points are in one plane"));
+}
+
 TEST_CASE("What a simulation does not use of a URDF file is told, each kind with its number and first place") {
   const Scenario s = load(std::string(arm));
   const auto told = [&s](const std::string& what) {

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from contactbench import gltf, program, view
+from contactbench import gltf, program, still, view
 
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAM = os.environ.get("PROGRAM", program.DEFAULT)
@@ -26,15 +26,22 @@ DOMINOES = """<scenario title="Ten dominoes"><simulation step="1e-3" duration="0
 <pair a="d_*" b="ground" mu="0.5"/><pair a="d_*" b="d_*" mu="0.2"/><pair a="ball" b="d_1" mu="0.1"/><pair a="ball" b="ground" mu="0.5"/>
 </contacts></scenario>"""
 
+ROCKS = """<scenario title="A stone and a rod"><simulation step="1e-3" duration="0.02" k="4"/><reference kind="missing"/>
+<gravity constant="0 -9.81 0"/><bodies><half_space name="ground" point="0 0 0" normal="0 1 0"/>
+<hull name="stone" points="0 0 0  1 0 0  0 0 1  0.2 1 0.2" mass="1" position="0 0 0"/>
+<capsule name="rod" radius="0.1" length="1" mass="1" position="3 0.6 0"/></bodies><contacts><pair a="*" b="ground" mu="0.5"/></contacts></scenario>"""
+
 
 def setUpModule():
     global MADE
     MADE = Path(tempfile.mkdtemp())
     unittest.addModuleCleanup(shutil.rmtree, MADE, ignore_errors=True)
     (MADE / "dominoes.xml").write_text(DOMINOES)
+    (MADE / "rocks.xml").write_text(ROCKS)
     for name, scene, *flags in (("stack_ap", "stack", "--method", "ap", "--set", "boxes=16", "--duration", "0.2", "--record-every", "2"),
                                 ("stack_convex", "stack", "--method", "convex", "--set", "boxes=16", "--duration", "0.2"),
                                 ("grasp", "grasp", "--method", "convex", "--duration", "0.2"),
+                                ("rocks", MADE / "rocks.xml", "--method", "convex"),
                                 ("dominoes", MADE / "dominoes.xml", "--method", "convex", "--record-every", "4")):
         ended = program.call(PROGRAM, "run", scene, *flags, "--record-contacts", "--out", MADE / name, "--quiet", "--time-limit", 60)
         if ended.returncode not in (0, 3):
@@ -65,6 +72,18 @@ class Motions(unittest.TestCase):
         shifted = {key: place + np.array([3e-3, 4e-3, 0]) for key, place in places.items()}
         self.assertAlmostEqual(max(view.apart(places, shifted)["v"]), 5e-3, 6)
 
+    def test_capsules_and_hulls_are_drawn_and_their_surfaces_are_in_the_page(self):
+        motion = view.Motion(MADE / "rocks")
+        surfaces = {s["shape"]: s for s in motion.surfaces()}
+        self.assertEqual(surfaces["stone"]["kind"], "hull")
+        self.assertEqual(sorted(len(face) for face in surfaces["stone"]["faces"]), [3, 3, 3, 3])
+        self.assertEqual(surfaces["rod"]["kind"], "capsule")
+        self.assertNotIn("faces", surfaces["rod"])
+        self.assertEqual(motion.page()["shapes"][1]["faces"], surfaces["stone"]["faces"])
+        picture = still.svg(motion)
+        self.assertGreater(picture.count("<polygon"), 2 * 4)
+        self.assertTrue(gltf.file_of(motion).startswith(b"glTF"))
+
     def test_what_cannot_be_drawn_is_said_with_its_remedy(self):
         (MADE / "none").mkdir(exist_ok=True)
         self.assertIn("--record-contacts", script(MADE / "none", code=1))
@@ -81,7 +100,11 @@ class Gltf(unittest.TestCase):
     def test_surfaces_are_closed_and_face_outwards(self):
         box, ball, tin = (dict(zip(("kind", "radius", "hx", "hy", "hz"), of))
                           for of in (("box", 0, 1, 2, 3), ("sphere", 2, 0, 0, 0), ("cylinder", 1, 1, 2, 1)))
-        for shape, volume, share in ((box, 48, 1e-12), (ball, 4 / 3 * np.pi * 8, 0.02), (tin, np.pi * 4, 0.02)):
+        pill = {"kind": "capsule", "radius": 1, "hx": 1, "hy": 2, "hz": 1}
+        corners = np.array([[-1, -1, -1], [3, -1, -1], [-1, 3, -1], [-1, -1, 3.0]]) / 2
+        tetrahedron = {"kind": "hull", "faces": [corners[list(f)].tolist() for f in ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))]}
+        for shape, volume, share in ((box, 48, 1e-12), (ball, 4 / 3 * np.pi * 8, 0.02), (tin, np.pi * 4, 0.02),
+                                     (pill, np.pi * (4 + 4 / 3), 0.02), (tetrahedron, 8 / 6, 1e-12)):
             points, normals, triangles = (np.array(x, dtype=float) for x in gltf.mesh_of(shape, 1))
             corner = points[triangles.astype(int)]
             # The signed volume is that of the body where every triangle is seen from outside anticlockwise.

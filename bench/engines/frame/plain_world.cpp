@@ -17,6 +17,9 @@ plain::Kind plain_kind(ShapeKind kind) {
       return plain::Kind::box;
     case ShapeKind::cylinder:
       return plain::Kind::cylinder;
+    case ShapeKind::capsule:
+    case ShapeKind::hull:
+      throw Unsupported(std::string("a ") + std::string(name(kind)) + ": this adapter knows no such shape");
     case ShapeKind::half_space:
       break;
   }

@@ -22,6 +22,15 @@ const end = () => Math.max(...current.runs.map(run => run.t[run.t.length - 1]));
 function surface(shape, size) {
   if (shape.kind === "box") return new THREE.BoxBufferGeometry(2 * shape.hx, 2 * shape.hy, 2 * shape.hz);
   if (shape.kind === "sphere") return new THREE.SphereBufferGeometry(shape.radius, 32, 20);
+  if (shape.kind === "capsule") {  // a profile turned about y
+    const profile = []; for (let k = 0; k <= 24; ++k) { const a = Math.PI * (k / 24 - 0.5); profile.push(new THREE.Vector2(Math.max(0, shape.radius * Math.cos(a)), shape.radius * Math.sin(a) + (k <= 12 ? -shape.hy : shape.hy))); if (k === 12) profile.push(new THREE.Vector2(shape.radius, shape.hy)); }
+    return new THREE.LatheBufferGeometry(profile, 32);
+  }
+  if (shape.kind === "hull") {
+    const corners = []; for (const face of shape.faces) for (let k = 1; k + 1 < face.length; ++k) corners.push(...face[0], ...face[k], ...face[k + 1]);
+    const geometry = new THREE.BufferGeometry(); geometry.setAttribute("position", new THREE.Float32BufferAttribute(corners, 3)); geometry.computeVertexNormals();
+    return geometry;
+  }
   if (shape.kind === "cylinder") return new THREE.CylinderBufferGeometry(shape.radius, shape.radius, Math.max(2 * shape.hy, 1e-3 * shape.radius), 40);
   return null;
 }
@@ -58,7 +67,7 @@ function build(run, number, size) {
 function extent() {
   const box = new THREE.Box3(), v = new THREE.Vector3();
   for (const run of current.runs) {
-    const n = run.bodies.length, reach = run.bodies.map(body => Math.max(0, ...run.shapes.filter(s => s.body === body).map(s => Math.hypot(s.px, s.py, s.pz) + Math.hypot(s.hx, s.hy, s.hz, s.kind === "sphere" ? s.radius : 0))));
+    const n = run.bodies.length, reach = run.bodies.map(body => Math.max(0, ...run.shapes.filter(s => s.body === body).map(s => Math.hypot(s.px, s.py, s.pz) + Math.hypot(s.hx, s.hy, s.hz, s.kind === "sphere" || s.kind === "capsule" ? s.radius : 0))));
     for (let i = 0; i < run.t.length; ++i) for (let b = 0; b < n; ++b) {
       v.fromArray(run.poses, 7 * (i * n + b));
       if (reach[b] && isFinite(v.x)) { box.expandByPoint(v.clone().addScalar(reach[b])); box.expandByPoint(v.clone().addScalar(-reach[b])); }

@@ -1,0 +1,109 @@
+#pragma once
+
+// Convex shapes as a core and a radius: the points within `radius` of a polytope. A capsule's core is a segment, a
+// sphere's a point; of boxes and hulls the radius is 0.
+
+#include <cstdint>
+#include <vector>
+
+#include "geometry/polytope.h"
+#include "geometry/shapes.h"
+
+namespace cb {
+
+/// Is the shape a core with a radius? Not a cylinder and not a half-space.
+bool has_core(ShapeKind kind);
+/// The polytope of a shape that has a core, in units of its scale.
+const Polytope& core_of(const Shape& shape);
+/// Radius of the sphere about the shape's origin that contains its core, m.
+double core_reach(const Shape& shape);
+
+/// A core placed among others: world axes, places from an origin of the caller's, m.
+struct PlacedCore {
+  const Polytope* form = nullptr;
+  double radius = 0;
+  Vec3 c = Vec3::Zero();       ///< the shape's origin
+  std::vector<Vec3> x;         ///< vertices
+  std::vector<Vec3> n;         ///< outward normals of the faces
+  std::vector<double> offset;  ///< of the faces: no vertex has n.x beyond it
+
+  /// `vertex` >= 0: that vertex alone. Does not allocate after the first calls.
+  void place(const Shape& shape, const Pose& pose, const Vec3& origin, int vertex = -1);
+  bool solid() const { return !n.empty(); }
+  int edges() const { return static_cast<int>(form->edges.size()); }
+  Vec3 along(int edge) const { return x[form->edges[edge].to] - x[form->edges[edge].from]; }
+};
+
+/// Two segments where they come closest: p + s u and q + t v, 0 <= s, t <= 1.
+struct SegmentPair {
+  double s, t;
+  Vec3 a, b;
+  double distance2;
+};
+SegmentPair closest(const Vec3& p, const Vec3& u, const Vec3& q, const Vec3& v);
+
+/// Where a point or a segment s comes closest to another core x.
+struct NearestCore {
+  double distance;  ///< m; negative: how deep they are in each other
+  Vec3 n;           ///< unit, from x to s
+  Vec3 on_s, on_x;
+  int face = -1;  ///< of x, on which on_x is
+  int edge = -1;  ///< of x, where an inner point of s is over an inner point of the edge
+};
+NearestCore nearest(const PlacedCore& s, const PlacedCore& x);
+
+/// Which axis separates two solid cores best: a face of a, a face of b, or an edge of each.
+struct CoreAxis {
+  enum class Kind { face_a, face_b, edges };
+  double gap;  ///< signed distance of the projections, m
+  Kind kind = Kind::face_a;
+  int a = -1, b = -1;  ///< the face, or the edges
+  Vec3 n;              ///< unit, from a to b
+};
+/// An earlier axis is kept unless a later one separates by more than `margin` (m) further; stops at the first kind of
+/// face that is beyond `enough` (m).
+CoreAxis separating_axis(const PlacedCore& a, const PlacedCore& b, double margin,
+                         double enough = std::numeric_limits<double>::infinity());
+
+/// A corner of what two faces have in common.
+struct CorePatchPoint {
+  Vec3 foot;         ///< on the reference face
+  double gap;        ///< above it, m
+  std::uint64_t id;  ///< feature, of the kinds below
+  int incident, reference;
+  enum Kind { vertex_over_face, face_over_vertex, edges } kind;  ///< of the incident core first, and their numbers
+};
+struct CorePatch {
+  bool reference_is_a = true;
+  int face = 0, incident = 0;
+  Vec3 n;  ///< out of the reference face
+  std::vector<CorePatchPoint> point;
+  bool empty() const { return point.empty(); }
+};
+/// The face of one clipped against the sides of the other's reference face, as box_box.h's face_patch does it: points
+/// within `slack` outside count as inside, and are one if they are closer than that.
+void face_patch(const PlacedCore& reference, const PlacedCore& other, int face, double slack, CorePatch& patch);
+/// Clips a segment from p to q against the sides of a face; false: nothing is over it.
+bool clip_to_face(const PlacedCore& solid, int face, double slack, Vec3& p, Vec3& q);
+
+/// Where contact points go, with the sign that turns a normal that pushes the first shape of a routine away from the
+/// second into one that pushes a away from b.
+struct Sink {
+  std::vector<ContactPoint>& out;
+  double sign;
+  int index_a, index_b;
+  void add(const Vec3& position, const Vec3& normal, double gap) const {
+    out.push_back({position, sign * normal, gap, index_a, index_b});
+  }
+};
+
+/// contact_points of two shapes one of which is a capsule or a hull; and of one of these on a half-space.
+void core_points(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double tolerance, double reach,
+                 const Sink& sink);
+void core_on_plane(const Shape& shape, const Pose& pose, const Vec3& normal, const Vec3& point, double tolerance,
+                   const Sink& sink);
+/// separation of them.
+double core_separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b);
+double core_height(const Shape& shape, const Pose& pose, const Vec3& normal, const Vec3& point);
+
+}  // namespace cb

@@ -1,0 +1,16 @@
+#pragma once
+
+#include "geometry/advancement.h"
+#include "geometry/shapes.h"
+
+namespace cb {
+
+/// time_of_contact of two shapes one of which is a capsule or a hull, and neither a half-space or a cylinder.
+double core_to_core(const Shape& shape_a, const Motion& motion_a, const Shape& shape_b, const Motion& motion_b,
+                    const Goal& goal);
+
+/// How fast the points of two shapes that are closed now approach, m/s: they are the caller's, who binds them or not.
+double closing_speed(const Shape& shape_a, const Motion& motion_a, const Shape& shape_b, const Motion& motion_b,
+                     double tolerance);
+
+}  // namespace cb

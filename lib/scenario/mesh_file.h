@@ -1,0 +1,24 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "dynamics/model.h"
+
+namespace cb {
+
+/// A file that is no mesh: what() names file and line (or facet), and what would be right.
+struct NoMesh : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The points of a Wavefront OBJ file (its v lines; faces and all else are not looked at) or of an STL file, text or
+/// binary, each once, in the order of their coordinates. The name's ending says which: .obj or .stl, in any case. At
+/// most 64 MB. `scale`: m for each of the file's units. Throws NoMesh.
+std::vector<Vec3> read_mesh_points(const std::string& path, double scale);
+
+/// Is this a name that read_mesh_points would take?
+bool is_mesh_name(const std::string& path);
+
+}  // namespace cb

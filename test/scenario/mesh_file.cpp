@@ -1,0 +1,116 @@
+// Points of OBJ and STL files, and what is wrong with a file.
+
+#include "scenario/mesh_file.h"
+
+#include <bit>
+#include <catch2/catch.hpp>
+#include <cstdint>
+
+#include "scenario_text.h"
+
+using namespace cb;
+using namespace cb::test;
+
+namespace {
+
+const std::vector<Vec3> tetrahedron{Vec3(0, 0, 0), Vec3(0, 0, 1), Vec3(0, 1, 0), Vec3(1, 0, 0)};  // in order
+const int facets[4][3] = {{0, 2, 3}, {0, 3, 1}, {0, 1, 2}, {1, 3, 2}};
+
+std::string stl_text() {
+  std::string out = "solid part\n";
+  for (const auto& facet : facets) {
+    out += "  facet normal 0 0 0\n    outer loop\n";
+    for (const int i : facet) {
+      const Vec3& x = tetrahedron[static_cast<std::size_t>(i)];
+      out +=
+          "      vertex " + std::to_string(x.x()) + " " + std::to_string(x.y()) + " +" + std::to_string(x.z()) + "\n";
+    }
+    out += "    endloop\n  endfacet\n";
+  }
+  return out + "endsolid part\n";
+}
+
+void append(std::string& out, std::uint32_t word) {
+  for (int k = 0; k < 4; ++k) out += static_cast<char>(word >> (8 * k) & 0xFF);
+}
+std::string stl_binary() {
+  std::string out = "solid is how some binary files begin";
+  out.resize(80, ' ');
+  append(out, 4);
+  for (const auto& facet : facets) {
+    out.append(12, '\0');
+    for (const int i : facet)
+      for (int k = 0; k < 3; ++k)
+        append(out, std::bit_cast<std::uint32_t>(static_cast<float>(tetrahedron[static_cast<std::size_t>(i)][k])));
+    out.append(2, '\0');
+  }
+  return out;
+}
+
+std::vector<Vec3> points_of(const std::string& text, const std::string& name, double scale = 1) {
+  const TextFile file(text, name);
+  return read_mesh_points(file.path(), scale);
+}
+std::string message(const std::string& text, const std::string& name) {
+  try {
+    points_of(text, name);
+  } catch (const NoMesh& error) {
+    return error.what();
+  }
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("OBJ, STL in text and STL in binary give the same points, each once, in one order") {
+  CHECK(points_of("# part\nv 1 0 0\nvn 0 0 1\nv 0 1 0 1.0\r\nv 0 0 1\nv 0 0 0\nv 1 0 0\nf 1 2 3\n", "a.obj") ==
+        tetrahedron);
+  CHECK(points_of(stl_text(), "a.stl") == tetrahedron);
+  CHECK(points_of(stl_binary(), "a.STL") == tetrahedron);
+  CHECK(points_of(stl_binary(), "a.stl", 1e-3).back() == Vec3(1e-3, 0, 0));
+}
+
+TEST_CASE("A mesh that is cut off anywhere, or holds what is no number, is refused with the place") {
+  const std::string text = stl_text(), binary = stl_binary();
+  for (std::size_t length = 0; length + 14 < text.size(); ++length)
+    REQUIRE_FALSE(message(text.substr(0, length), "a.stl").empty());
+  for (std::size_t length = 0; length < binary.size(); ++length)
+    REQUIRE_FALSE(message(binary.substr(0, length), "a.stl").empty());
+  CHECK_THAT(message(binary + "x", "a.stl"), Catch::Contains("4 facets take 284"));
+  CHECK_THAT(message("v 1 2 3\nv 1 2\n", "a.obj"), Catch::Contains("a.obj, line 2: \"\" is no finite number"));
+  CHECK_THAT(message("v 1 2 nan\n", "a.obj"), Catch::Contains("\"nan\" is no finite number"));
+  CHECK_THAT(message("v 1 2 1e999\n", "a.obj"), Catch::Contains("line 1"));
+  CHECK_THAT(message("f 1 2 3\n", "a.obj"), Catch::Contains("has no v line"));
+  CHECK_THAT(message(std::string(text).insert(text.find("      vertex"), "vertex 0 0 0\n"), "a.stl"),
+             Catch::Contains("a facet of 4 points"));
+  std::string infinite = binary;
+  infinite[84 + 50 + 12 + 2] = '\x80';
+  infinite[84 + 50 + 12 + 3] = '\x7F';
+  CHECK_THAT(message(infinite, "a.stl"), Catch::Contains("facet 2: a point that is not finite"));
+  CHECK_THAT(message(text, "a.dae"), Catch::Contains("neither .obj nor .stl"));
+  CHECK_THAT(message(std::string(100, '\0'), "a.obj"), Catch::Contains("no text"));
+}
+
+TEST_CASE("A scene's hull names the file that is wrong, and the place in the scene") {
+  const std::string text = replaced(file_text(std::string(TEST_DATA) + "/scenes/small.xml"),
+                                    "<sphere name=\"ball\" radius=\"0.5\" ", "<hull name=\"ball\" file=\"part.obj\" ");
+  const auto said = [&](const std::string& mesh) {
+    const TextFile part(mesh, "part.obj");
+    return message_of(TextFile(text).path());
+  };
+  CHECK(said("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n").empty());
+  CHECK_THAT(said("v 0 0 0\nv 1 x 0\n"), Catch::Contains(":19:") && Catch::Contains("part.obj, line 2"));
+  CHECK_THAT(said("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n"), Catch::Contains("in one plane"));
+  std::string many;
+  for (int i = 0; i < 1100; ++i) {
+    // A parabola turned: all points are vertices.
+    const double a = 0.1 * i, r = 1 + 1e-3 * i;
+    many += "v " + std::to_string(r * std::cos(a)) + " " + std::to_string(r * std::sin(a)) + " " +
+            std::to_string(r * r) + "\n";
+  }
+  CHECK_THAT(said(many), Catch::Contains("more than 1000 vertices") && Catch::Contains("simplify the mesh"));
+  const TextFile part("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n", "part.obj");
+  const Scenario s = load_text(text);
+  CHECK(s.files.size() == 2);
+  CHECK(s.model.bodies[2].mass == Approx(1000.0 / 6));
+}
