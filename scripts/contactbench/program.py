@@ -385,8 +385,8 @@ def do(job: dict, load: Load, doing: Path | None = None, ended: dict | None = No
 
 
 def begin(doing: Path, name: str) -> Path:
-    """A new folder in `doing` for a run, with its record, empty yet. What `doing` is in must be there: a submission that
-    is revoked does not come back by this."""
+    """A new folder in `doing` for a run, with its record, empty yet. What `doing` is in must be there: a submission
+    that is revoked does not come back by this."""
     doing.mkdir(exist_ok=True)
     scratch = doing / f"{name}.{uuid.uuid4().hex[:12]}"
     scratch.mkdir()
