@@ -51,7 +51,8 @@ struct NewtonOptions : NcpOptions {
   double finish_from = 1e-3;    ///< -: error of the interior point at which the finish is tried,
   double finish_again = 1e-1;   ///< and again at this fraction of that
   double near_finish = 1e-4;    ///< -: error from which it is not given up at its first failure
-  double least_error = 1e-10;   ///< -: error that is rounding
+  double least_error = 1e-12;   ///< -: error that is rounding
+  double as_it_is = 1e-9;       ///< -: error from which the interior point is offered as it is, too
   double ahead = 1e-4;          ///< -: proximal term of the finish, over that error
   double near_rounding = 1e-3;  ///< -: natural residual after the finish from which rounding is looked at
   double near = 1e-2;           ///< -: natural residual from which the finish from the best comes before a path
@@ -163,6 +164,11 @@ bool NcpNewton::try_finish(std::string_view who, NcpSolution& solution) {
 
 bool NcpNewton::finish_interior(const AlartCurnierNewton::Options& o, std::string_view who, NcpSolution& solution) {
   tried_ = interior_.r();
+  if (interior_.error() <= o_.as_it_is) {
+    // A contact that has nothing but rounding about it is never done by its own size, and the finish goes astray by it.
+    measure_.velocities(tried_, v_, tried_u_);
+    if (offer(measure_.residual_beside_rounding(tried_, tried_u_), who, solution)) return true;
+  }
   return finish(o, std::max(o.proximal, o_.ahead * interior_.error()), who, solution);
 }
 
@@ -178,7 +184,8 @@ bool NcpNewton::go_straight(std::string_view who, NcpSolution& solution) {
     if (halved) mark = interior_.error();
   }
   // Where it stands it is near, if anywhere.
-  return interior_.error() <= o_.finish_from && finish_interior(o_.finish, who, solution);
+  return (interior_.error() <= o_.finish_from && finish_interior(o_.finish, who, solution)) ||
+         solution.residual <= o_.accepted;
 }
 
 bool NcpNewton::follow_path(double start, std::string_view who, NcpSolution& solution) {

@@ -197,7 +197,8 @@ def page(rows, manifest):
             (sum(row["status"] == "ok" for row in some), len(some)) for some in (of(**want, method=m) for m in methods)]
         return [f"{good}/{count}" if count else "" for good, count in ok]
 
-    families = [(family, kind) for family in scenes.FAMILIES for kind in scenes.KINDS if of(family=family, kind=kind)]
+    every = [*scenes.FAMILIES, *scenes.SHAPES]
+    families = [(family, kind) for family in every for kind in scenes.KINDS if of(family=family, kind=kind)]
     statuses = collections.Counter(row["status"] for row in rows).most_common()
     faults = collections.Counter(kind_of(fault) for row in rows for fault in row["faults"]).most_common()
     worst = max(of(status="ok"), key=lambda row: row.get("penetration_of_size") or 0, default={})
@@ -282,7 +283,8 @@ def reduce_all(rows, jobs, out):
 
 def main(options):
     """Runs what scripts/stress.py --random asks for; returns the exit code."""
-    some = [scenes.make(options.seed, number) for number in range(options.first, options.first + options.random)]
+    numbers = range(options.first, options.first + options.random)
+    some = [scenes.make(options.seed, number, options.shapes) for number in numbers]
     some = [
         scene for scene in some
         if (not options.family or scene.family in options.family) and options.kind in (None, scene.kind)]
@@ -302,7 +304,7 @@ def main(options):
     rows = [known[job["key"]] for job in jobs if job["key"] in known]
     disagreements(rows)
     version = next((row["git"] for row in rows if row.get("git")), "a program that said nothing of itself")
-    first = f" --first {options.first}" if options.first else ""
+    first = (" --shapes" if options.shapes else "") + (f" --first {options.first}" if options.first else "")
     command = f"scripts/stress.py --random {options.random} --seed {options.seed}{first}"
     write_tables(rows, out, {"git": version, "command": command, "runs": len(jobs)})
     if options.reduce:

@@ -42,9 +42,9 @@ ROBOTS = TEMPLATES.get_template("robots.xml").make_module({"floats": text})
 
 
 class Draw:
-    """Numbers of one scene."""
-    def __init__(self, seed, number, kind):
-        self.random = random.Random(f"contactbench {seed} {number}")
+    """Numbers of one scene, of a collection of families."""
+    def __init__(self, seed, number, kind, collection=""):
+        self.random = random.Random(f"contactbench {collection}{seed} {number}")
         self.kind, self.ranges = kind, RANGES[kind]
 
     def uniform(self, low, high):
@@ -134,6 +134,12 @@ class Scene:
     def cylinder(self, radius, length, position, motion="", turn=""):
         self.free("cylinder", f'radius="{text(radius)}" length="{text(length)}"', position, motion, turn)
 
+    def capsule(self, radius, length, position, motion="", turn=""):
+        self.free("capsule", f'radius="{text(radius)}" length="{text(length)}"', position, motion, turn)
+
+    def hull(self, points, position, motion="", turn=""):
+        self.free("hull", f'points="{text(*(x for point in points for x in point))}"', position, motion, turn)
+
     def pair(self, a, b):
         self.pairs.append(f'<pair a="{a}" b="{b}" {self.draw.law()}/>')
 
@@ -188,6 +194,14 @@ def in_cells(scene, count, places, kinds=("box", "box", "sphere")):
                       "" if upright else draw.quaternion())
         elif kind == "sphere":
             scene.sphere(rounded(0.5 * largest * draw.uniform(0.4, 1.5)), place, motion)
+        elif kind == "capsule":
+            radius = rounded(0.5 * largest * draw.uniform(0.2, 0.8))
+            scene.capsule(radius, rounded(1.7 * largest - 2 * radius), place, motion, draw.quaternion())
+        elif kind == "hull":
+            scene.hull(rock(draw, 0.8 * largest), place, motion, draw.quaternion())
+        elif kind == "prism":
+            size = [rounded(0.55 * largest * draw.uniform(0.4, 1)) for _ in range(2)]
+            scene.hull(prism(draw, *size), place, motion, draw.quaternion())
         else:
             scene.cylinder(rounded(0.5 * largest * draw.uniform(0.4, 1)), rounded(largest * draw.uniform(0.2, 1)),
                            place, motion, draw.quaternion())
@@ -489,20 +503,141 @@ def cylinders(scene):
                 scene.pair(f"b{i + 1}", f"b{j + 1}")
 
 
+def rock(draw, radius):
+    """Points within a radius of the origin, along all axes and some between."""
+    points = []
+    for axis in range(3):
+        for sign in (-1, 1):
+            point = draw.vector(0.5)
+            point[axis] += sign
+            points.append(point)
+    points += [draw.vector(2) for _ in range(draw.integer(0, 6))]
+    stretch = [draw.uniform(0.3, 1) for _ in range(3)]
+    reach = max(math.hypot(*point) for point in points)
+    return [[rounded(x * s * radius / reach) for x, s in zip(point, stretch)] for point in points]
+
+
+def prism(draw, radius, half):
+    """Of three to eight sides, upright: its faces are planes to the last digit."""
+    sides, turn = draw.integer(3, 8), draw.uniform(0, 1)
+    around = [(turn + 2 * math.pi * k / sides) for k in range(sides)]
+    return [[rounded(radius * math.cos(t)), y, rounded(radius * math.sin(t))] for t in around for y in (-half, half)]
+
+
+SOLIDS = ("hull", "hull", "prism", "capsule", "box", "sphere")
+
+
+def rocks(scene):
+    """Hulls, prisms, capsules, boxes and balls fall in a heap on a floor, or within four walls."""
+    draw = scene.draw
+    cell = in_cells(scene, 4 + crowd(draw) // 2, grid(2), SOLIDS)
+    scene.plane([0, 0, 0], [0, 1, 0])
+    if draw.chance(0.5):
+        far = rounded(1.1 * cell)
+        for x, z in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+            scene.plane([x * far, 0, z * far], [-x, 0, -z])
+    scene.among()
+
+
+def scree(scene):
+    """The same on a slope, or between two."""
+    draw = scene.draw
+    tilt, count = draw.of("slope"), draw.integer(5, 10)
+    steep = math.sqrt(1 + tilt * tilt)
+    scene.plane([0, 0, 0], [tilt, 1, 0])
+    if draw.chance(0.5):
+        scene.plane([0, 0, 0], [-tilt, 1, 0])
+        in_cells(scene, count, lambda n, cell: [0.0, (0.51 * steep + n // 2) * cell, n % 2 * cell], SOLIDS)
+    else:
+        in_cells(scene, count, lambda n, cell: [n * cell, 0.51 * cell * steep - tilt * n * cell, 0.0], SOLIDS)
+    scene.among()
+
+
+def sticks(scene):
+    """Capsules that roll, stand, lie across two others, and fall; balls and boxes among them."""
+    draw = scene.draw
+    scene.plane([0, 0, 0], [0, 1, 0])
+    most = draw.ranges["size_m"][1]
+    apart, lying, upright = rounded(2.5 * most), 'quaternion="1.0 1.0 0.0 0.0"', ""
+    for number in range(draw.integer(4, 7)):
+        x, z = round(number % 3 * apart, 6), round(number // 3 * apart, 6)
+        radius, length, speed = rounded(draw.of("size_m") / 4), draw.of("size_m"), draw.signed("speed_m_per_s")
+        manner = draw.one_of(["rolls", "stands", "across", "falls", "ball", "box"])
+        if manner == "rolls":
+            spin = -rounded(speed / radius) if draw.chance(0.5) else 0.0
+            scene.capsule(radius, length, [x, radius, z], moving([speed, 0.0, 0.0], [0.0, 0.0, spin]), lying)
+        elif manner == "stands":
+            scene.capsule(radius, length, [x, round(radius + length / 2, 8), z], moving([speed, 0.0, 0.0]), upright)
+        elif manner == "across":
+            side = rounded(length / 2 + radius)
+            for at in (-side, side):
+                scene.capsule(radius, length, [round(x + at, 8), radius, z], "", lying)
+            scene.capsule(radius, rounded(2.2 * side), [x, 3 * radius, z], drawn_motion_level(draw),
+                          'quaternion="1.0 0.0 0.0 1.0"')
+        elif manner == "ball":
+            scene.sphere(radius, [x, rounded(radius + 1e-3, 6), z], drawn_motion(draw))
+        elif manner == "box":
+            scene.box([length, 2 * radius, length], [x, radius, z], drawn_motion_level(draw))
+        else:
+            scene.capsule(radius, length, [x, rounded(1.02 * (radius + length / 2), 6), z], drawn_motion(draw),
+                          draw.quaternion())
+    scene.among()
+
+
+def slabs(scene):
+    """Prisms flush on each other, one of them kicked, and a capsule that rolls into them."""
+    draw = scene.draw
+    scene.plane([0, 0, 0], [0, 1, 0])
+    count, y, radius = draw.integer(3, 6), 0.0, draw.uniform(0.15, 0.3)
+    kicked = draw.integer(0, count)
+    for number in range(count):
+        half = rounded(draw.uniform(0.03, 0.12))
+        motion = moving(
+            [draw.signed("speed_m_per_s"), 0.0, draw.signed("speed_m_per_s")],
+            [0.0, draw.signed("spin_rad_per_s"), 0.0]) if number == kicked else ""
+        scene.hull(prism(draw, radius, half), [0.0, round(y + half, 8), 0.0], motion)
+        y += 2 * half
+    thick, speed = rounded(draw.uniform(0.03, 0.08)), draw.uniform(0.5, 4)
+    scene.capsule(thick, draw.uniform(0.1,
+                                      0.4), [-rounded(radius + thick + 0.1 * speed), thick,
+                                             draw.uniform(-0.1, 0.1)],
+                  moving([speed, 0.0, 0.0], [0.0, 0.0, -rounded(speed / thick)]), 'quaternion="1.0 1.0 0.0 0.0"')
+    scene.among()
+
+
+def tumblers(scene):
+    """A few hulls and capsules without gravity fly into each other and into walls."""
+    draw = scene.draw
+    scene.gravity = [0.0, 0.0, 0.0]
+    cell = in_cells(scene, draw.integer(5, 10), grid(2), SOLIDS)
+    far = rounded(1.1 * cell)
+    for x, z in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        scene.plane([x * far, 0, z * far], [-x, 0, -z])
+    scene.plane([0, 0, 0], [0, 1, 0])
+    scene.plane([0, rounded(3.1 * cell), 0], [0, -1, 0])
+    scene.among()
+
+
+# Families of the first collection; those with capsules and hulls, which came later, are one of their own, so that the
+# numbers of the first mean the scenes that they meant.
 FAMILIES = {
     "pile": pile, "bin": in_bin, "stack": stack, "dominoes": dominoes, "wall": wall, "bowl": bowl, "ramp": ramp,
     "corner": corner, "wedge": wedge, "belt": belt, "cart": cart, "robot": robot, "cylinders": cylinders}
 
-
-def name_of(seed, number):
-    return f"r{seed}_{number}"
+SHAPES = {"rocks": rocks, "scree": scree, "sticks": sticks, "slabs": slabs, "tumblers": tumblers}
 
 
-def make(seed, number):
-    """The scene of this number: tame and wild by turns, families in the order of FAMILIES, which are an odd number."""
-    kind, family = KINDS[number % 2], list(FAMILIES)[number % len(FAMILIES)]
-    scene = Scene(Draw(seed, number, kind), family, name_of(seed, number))
-    FAMILIES[family](scene)
+def name_of(seed, number, shapes=False):
+    return f"{'s' if shapes else 'r'}{seed}_{number}"
+
+
+def make(seed, number, shapes=False):
+    """The scene of this number: tame and wild by turns, families in the order of FAMILIES, or SHAPES, which are an odd
+    number."""
+    families = SHAPES if shapes else FAMILIES
+    kind, family = KINDS[number % 2], list(families)[number % len(families)]
+    scene = Scene(Draw(seed, number, kind, "shapes " if shapes else ""), family, name_of(seed, number, shapes))
+    families[family](scene)
     return scene
 
 

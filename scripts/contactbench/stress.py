@@ -459,7 +459,8 @@ def arguments():
     parser.add_argument("--random", type=int, metavar="N", help="a campaign of N random scenes in place of the cases")
     parser.add_argument("--seed", type=int, default=1, help="of the random scenes [1]")
     parser.add_argument("--first", type=int, default=0, metavar="NUMBER", help="number of the first random scene [0]")
-    parser.add_argument("--family", action="append", choices=list(scenes.FAMILIES),
+    parser.add_argument("--shapes", action="store_true", help="random scenes of the families with capsules and hulls")
+    parser.add_argument("--family", action="append", choices=[*scenes.FAMILIES, *scenes.SHAPES],
                         help="only random scenes of this family")
     parser.add_argument("--kind", choices=scenes.KINDS, help="only random scenes of this kind")
     parser.add_argument("--prune", action="append", choices=["on", "off"], help="random scenes: only with this [both]")

@@ -33,6 +33,14 @@ class Generator(unittest.TestCase):
         text = "".join(s.xml() + "".join(s.files.values()) for s in (scenes.make(1, n) for n in range(52)))
         self.assertEqual(hashlib.sha256(text.encode()).hexdigest()[:16], SCENES_OF_SEED_1)
 
+    def test_the_families_of_shapes_are_a_collection_of_their_own(self):
+        text = "".join(scenes.make(1, n, shapes=True).xml() for n in range(20))
+        self.assertEqual(hashlib.sha256(text.encode()).hexdigest()[:16], SHAPES_OF_SEED_1)
+        count = len(scenes.SHAPES)
+        self.assertEqual(len({(s.family, s.kind) for s in (scenes.make(3, n, shapes=True) for n in range(2 * count))}), 2 * count)
+        self.assertTrue({"capsule", "hull", "box", "sphere"} <= {b.tag for b in ET.fromstring(scenes.make(1, 0, shapes=True).xml()).find("bodies")} |
+                        {b.tag for b in ET.fromstring(scenes.make(1, 5, shapes=True).xml()).find("bodies")})
+
     def test_each_number_is_another_scene_and_does_not_depend_on_those_before_it(self):
         texts = {scenes.make(seed, number).xml() for seed in (1, 2) for number in range(26)}
         self.assertEqual(len(texts), 52)
@@ -48,6 +56,9 @@ class Generator(unittest.TestCase):
                 for number in range(78):
                     path = scenes.write(scenes.make(seed, number), Path(folder))
                     self.assertLess(look.initial_penetration(look.Model(path)), 1e-12, path.name)
+            for number in range(30):
+                path = scenes.write(scenes.make(2, number, shapes=True), Path(folder))
+                self.assertLess(look.initial_penetration(look.Model(path)), 1e-12, path.name)
 
     def test_tame_scenes_have_the_density_of_water_no_restitution_and_ordinary_friction(self):
         for number in range(0, 52, 2):
@@ -429,6 +440,7 @@ class Campaign(unittest.TestCase):
 
 
 SCENES_OF_SEED_1 = "d8c70cad96d3a3da"  # changes with the families and their ranges: then the published tables are of other scenes
+SHAPES_OF_SEED_1 = "01bf6b35e00c81ca"
 
 if __name__ == "__main__":
     unittest.main()
