@@ -28,9 +28,9 @@ namespace cb {
 
 namespace {
 
-/// -: natural residual below which nothing is left to do; share of a residual that a step beyond the tolerance must
-/// leave.
-constexpr double least_residual = 1e-16, worth = 0.1;
+/// -: natural residual below which nothing is left to do, at least this part of the tolerance; share of a residual that
+/// a step beyond the tolerance must leave.
+constexpr double least_residual = 1e-16, sharp = 1e-3, worth = 0.1;
 /// -: how far within its cone friction sticks, of (mu r_n)^2; less is rounding of the edge. Share of a step by which a
 /// cut one goes beyond what ends it, so that the contact is on the other side.
 constexpr double within = 1e-6, beyond = 1e-9;
@@ -154,7 +154,7 @@ double AlartCurnierNewton::solve(const Options& o, std::vector<double>& r, std::
   double best = measure_->residual(r_, u_), proximal = o.proximal;
   if (!std::isfinite(best)) best = HUGE_VAL;
   u = u_;
-  for (int k = 0, without = 0, returns = 0; k < o.limit && best > least_residual; ++k) {
+  for (int k = 0, without = 0, returns = 0; k < o.limit && best > std::max(least_residual, sharp * o.tolerance); ++k) {
     const bool enough = best <= o.tolerance;
     poll_stop();
     ++steps;

@@ -83,6 +83,11 @@ void NcpMeasure::begin(const NcpProblem& problem) {
 
 void NcpMeasure::velocities(std::span<const double> r, std::vector<double>& v, std::vector<double>& u) {
   const NcpProblem& p = *problem_;
+  if (std::all_of(r.begin(), r.end(), [](double x) { return x == 0; })) {
+    v.assign(p.v0.begin(), p.v0.end());
+    u = q_;
+    return;
+  }
   v.assign(p.nv(), 0.0);
   multiply_transposed_add(*p.J, *p.M, r, v);
   p.factor->solve_in_place(v);

@@ -158,10 +158,11 @@ void Nsgs::operator()(const NcpProblem& p, NcpSolution& solution) {
   r_.assign(3 * nc, 0.0);
   if (static_cast<int>(p.start.size()) == 3 * nc) r_.assign(p.start.begin(), p.start.end());
   const int limit = o_.sweeps > 0 ? o_.sweeps : o_.iteration_limit > 0 ? o_.iteration_limit : o_.limit;
+  const int every = nc > 1 ? o_.check_every : 1;  // of one contact the first sweep is the answer
   bool at_rest = false, done = check(solution);
   while (!done && !at_rest && solution.iterations < limit) {
     double change = HUGE_VAL;
-    for (int k = 0; k < o_.check_every && solution.iterations < limit && change > o_.tolerance; ++k) {
+    for (int k = 0; k < every && solution.iterations < limit && change > o_.tolerance; ++k) {
       poll_stop();
       change = sweep(p);
       ++solution.iterations;

@@ -33,8 +33,8 @@ using Eigen::Vector3d;
 /// -: pivots of A below this fraction of trace(W) are zero.
 constexpr double singular = 1e-14;
 constexpr int most_steps = 200;
-/// -: step of lambda that is rounding.
-constexpr double rounding = 4e-16;
+/// -: step of lambda that is rounding; and whose square is, so that after it a Newton step would be.
+constexpr double rounding = 4e-16, last = 1e-9;
 
 /// The tangential problem when u_n = 0: u_t = A r_t + b, r_n = normal + slope.r_t.
 struct Tangential {
@@ -70,11 +70,13 @@ Vector3d solve_one_contact(const OneContact& c) {
   Vector3d r;
   if (sticks(c, at, r)) return r;
 
-  // Principal axes of A.
-  const double mean = (at.A(0, 0) + at.A(1, 1)) / 2, half = (at.A(0, 0) - at.A(1, 1)) / 2;
-  const double radius = std::hypot(half, at.A(0, 1)), angle = 0.5 * std::atan2(at.A(0, 1), half);
+  // Principal axes of A; of two expressions for the first one that in which nothing cancels.
+  const double mean = (at.A(0, 0) + at.A(1, 1)) / 2, half = (at.A(0, 0) - at.A(1, 1)) / 2, off = at.A(0, 1);
+  const double radius = std::sqrt(half * half + off * off);
   const double a[] = {mean + radius, std::max(0.0, mean - radius)};
-  const Vector2d e1(std::cos(angle), std::sin(angle)), e2(-e1[1], e1[0]);
+  const Vector2d along_1 = half >= 0 ? Vector2d(half + radius, off) : Vector2d(off, radius - half);
+  const Vector2d e1 = radius > 0 ? Vector2d(along_1 / along_1.norm()) : Vector2d(Vector2d::UnitX());
+  const Vector2d e2(-e1[1], e1[0]);
   const double b[] = {e1.dot(at.b), e2.dot(at.b)}, s[] = {e1.dot(at.slope), e2.dot(at.slope)};
   const auto f = [&](double lambda, double& slope) {
     double square = 0, along = 0, normal = at.normal, falls = 0;
@@ -95,9 +97,11 @@ Vector3d solve_one_contact(const OneContact& c) {
   for (int k = 0; k < most_steps; ++k) {
     const double value = f(lambda, slope);
     (value > 0 ? low : high) = lambda;
-    const double next = lambda - value / slope;
-    if (value == 0 || std::abs(next - lambda) <= rounding * lambda) break;  // before the bracket takes it for a miss
-    lambda = next > low && next < high ? next : (low + high) / 2;
+    const double next = lambda - value / slope, step = std::abs(next - lambda);
+    if (value == 0 || step <= rounding * lambda) break;  // before the bracket takes it for a miss
+    const bool inside = next > low && next < high;
+    lambda = inside ? next : (low + high) / 2;
+    if (inside && step <= last * lambda) break;
   }
   const Vector2d r_t = -b[0] / (a[0] + lambda) * e1 - b[1] / (a[1] + lambda) * e2;
   // On the cone to the last bit: the normal impulse follows from the law's, friction from its direction.
