@@ -376,6 +376,12 @@ Polytope convex_hull(const std::vector<Vec3>& points) {
   return out;
 }
 
+Polytope polytope_of_faces(const std::vector<Vec3>& points, const std::vector<std::vector<int>>& loops) {
+  Polytope out = polytope_of(points, loops);
+  set_offsets(out);
+  return out;
+}
+
 SolidMoments solid_moments(const Polytope& polytope) {
   Vec3 inner = Vec3::Zero();
   for (const Vec3& x : polytope.vertices) inner += x / static_cast<double>(polytope.vertices.size());

@@ -56,6 +56,7 @@ NearestCore way_out(const PlacedCore& s, const PlacedCore& solid) {
   NearestCore out;
   out.distance = -HUGE_VAL;
   for (int f = 0; f < static_cast<int>(solid.n.size()); ++f) {
+    if (solid.inner(f)) continue;
     const double h_p = solid.n[f].dot(p) - solid.offset[f], h_q = solid.n[f].dot(q) - solid.offset[f];
     if (std::min(h_p, h_q) <= out.distance) continue;
     out.distance = std::min(h_p, h_q);
@@ -73,9 +74,9 @@ NearestCore way_out(const PlacedCore& s, const PlacedCore& solid) {
       for (const Vec3& x : solid.x) highest = std::max(highest, n.dot(x));
       const Vec3& from = solid.x[solid.form->edges[e].from];
       const double gap = n.dot(p) - highest;
-      if (gap <= out.distance || n.dot(from) < highest - on_edge * v.norm()) continue;
+      if (gap <= out.distance || n.dot(from) < highest - on_edge * v.norm() || !edge_carries(solid, e, n)) continue;
       const SegmentPair pair = closest(p, u, from, v);
-      out = {gap, n, pair.a, pair.b, -1, e};
+      out = {gap, n, pair.a, pair.b, -1, e, e, pair.t};
     }
   }
   return out;
@@ -118,6 +119,41 @@ SegmentPair closest(const Vec3& p, const Vec3& u, const Vec3& q, const Vec3& v) 
   return best;
 }
 
+namespace {
+
+constexpr double level = 1e-9;        // sine: a direction that rises above a normal's plane by less does not
+constexpr double same_normal = 1e-8;  // rad
+
+bool none_rises(const PlacedCore& core, const Directions& beyond, const Vec3& n) {
+  if (!beyond) return true;
+  const Vec3 n_local = core.R.transpose() * n;
+  return std::all_of(beyond->begin(), beyond->end(), [&](const Vec3& d) { return d.dot(n_local) <= level; });
+}
+
+}  // namespace
+
+bool edge_carries(const PlacedCore& core, int edge, const Vec3& n) {
+  const Seams* seams = core.seams();
+  return seams == nullptr || (seams->sharp_edge[edge] != 0 && none_rises(core, seams->beyond_edge[edge], n));
+}
+
+bool vertex_carries(const PlacedCore& core, int vertex, const Vec3& n) {
+  const Seams* seams = core.seams();
+  return seams == nullptr || (seams->sharp_vertex[vertex] != 0 && none_rises(core, seams->beyond_vertex[vertex], n));
+}
+
+bool carries(const PlacedCore& x, const NearestCore& near) {
+  if (x.seams() == nullptr) return true;
+  if (near.face >= 0) return !x.inner(near.face);
+  // On the rim of a face, along its normal: rounding says which of two neighbours it is on.
+  for (int f = 0; f < static_cast<int>(x.n.size()); ++f)
+    if (!x.inner(f) && (near.n - x.n[f]).squaredNorm() <= same_normal * same_normal) return true;
+  const Polytope::Edge& edge = x.form->edges[near.on_edge];
+  if (near.along <= 0) return vertex_carries(x, edge.from, near.n);
+  if (near.along >= 1) return vertex_carries(x, edge.to, near.n);
+  return edge_carries(x, near.on_edge, near.n);
+}
+
 NearestCore nearest(const PlacedCore& s, const PlacedCore& x) {
   const Vec3 &p = s.x.front(), &q = s.x.back();
   if (x.solid() && reaches_in(x, p, q)) return way_out(s, x);
@@ -136,7 +172,7 @@ NearestCore nearest(const PlacedCore& s, const PlacedCore& x) {
     }
     if (height <= 0 || height * height >= best2 || !foot_inside(x, face, s.x[end])) continue;
     best2 = height * height;
-    out = {height, x.n[face], s.x[end], s.x[end] - height * x.n[face], face, -1};
+    out = {height, x.n[face], s.x[end], s.x[end] - height * x.n[face], face};
   }
   const Vec3 u = q - p;
   for (int e = 0; e < x.edges(); ++e) {
@@ -148,6 +184,8 @@ NearestCore nearest(const PlacedCore& s, const PlacedCore& x) {
     out.on_x = pair.b;
     out.face = -1;
     out.edge = inner ? e : -1;
+    out.on_edge = e;
+    out.along = pair.t;
   }
   if (x.edges() == 0 && !x.solid()) {
     out.on_x = x.x[0];
@@ -164,7 +202,10 @@ NearestCore nearest(const PlacedCore& s, const PlacedCore& x) {
 namespace {
 
 // How far all of b is above each face of a, the furthest; a later face counts where it is so by more than the margin.
-void over_faces(const PlacedCore& a, const PlacedCore& b, double margin, CoreAxis::Kind kind, CoreAxis& best) {
+// `counts(f)`: may the face be the axis?
+template <class Counts>
+void over_faces(const PlacedCore& a, const PlacedCore& b, double margin, CoreAxis::Kind kind, const Counts& counts,
+                CoreAxis& best) {
   for (std::size_t f = 0; f < a.n.size(); ++f) {
     const double enough = best.gap + margin + a.offset[f];
     double lowest = HUGE_VAL;
@@ -172,7 +213,7 @@ void over_faces(const PlacedCore& a, const PlacedCore& b, double margin, CoreAxi
       lowest = std::min(lowest, a.n[f].dot(x));
       if (lowest <= enough) break;
     }
-    if (lowest <= enough) continue;
+    if (lowest <= enough || !counts(static_cast<int>(f))) continue;
     best.gap = lowest - a.offset[f];
     best.kind = kind;
     (kind == CoreAxis::Kind::face_a ? best.a : best.b) = static_cast<int>(f);
@@ -180,8 +221,10 @@ void over_faces(const PlacedCore& a, const PlacedCore& b, double margin, CoreAxi
   }
 }
 
-// Edges of each, and the normals of their faces, b's turned round.
-void over_edges(const PlacedCore& a, const PlacedCore& b, double margin, CoreAxis& best) {
+// Edges of each, and the normals of their faces, b's turned round. `counts(i, j, n, gap)`: may the edges i of a and j
+// of b be the axis n?
+template <class Counts>
+void over_edges(const PlacedCore& a, const PlacedCore& b, double margin, const Counts& counts, CoreAxis& best) {
   for (int i = 0; i < a.edges(); ++i) {
     const Polytope::Edge& edge_a = a.form->edges[i];
     const Vec3 &A = a.n[edge_a.left], &B = a.n[edge_a.right], u = a.along(i);
@@ -200,22 +243,76 @@ void over_edges(const PlacedCore& a, const PlacedCore& b, double margin, CoreAxi
       n /= std::sqrt(sine2);
       if (n.dot(A + B) < 0) n = -n;
       const double gap = n.dot(b.x[edge_b.from] - a.x[edge_a.from]);
-      if (gap <= best.gap + margin) continue;
+      if (gap <= best.gap + margin || !counts(i, j, n, gap)) continue;
       best = {gap, CoreAxis::Kind::edges, i, j, n};
     }
   }
 }
 
+// Does a core with seams carry along n with what of it is outermost that way, within the margin?
+bool outermost_carries(const PlacedCore& core, const Vec3& n, double margin) {
+  double highest = -HUGE_VAL;
+  for (const Vec3& x : core.x) highest = std::max(highest, n.dot(x));
+  int found[2] = {-1, -1}, count = 0;
+  for (int i = 0; i < static_cast<int>(core.x.size()); ++i) {
+    if (n.dot(core.x[i]) < highest - margin) continue;
+    if (count < 2) found[count] = i;
+    ++count;
+  }
+  if (count == 1) return vertex_carries(core, found[0], n);
+  if (count == 2) {
+    for (int e = 0; e < core.edges(); ++e) {
+      const Polytope::Edge& edge = core.form->edges[e];
+      if (std::minmax(edge.from, edge.to) == std::minmax(found[0], found[1])) return edge_carries(core, e, n);
+    }
+    return false;
+  }
+  int face = 0;
+  for (int f = 1; f < static_cast<int>(core.n.size()); ++f)
+    if (core.n[f].dot(n) > core.n[face].dot(n)) face = f;
+  return !core.inner(face);
+}
+
 }  // namespace
 
 CoreAxis separating_axis(const PlacedCore& a, const PlacedCore& b, double margin, double enough) {
+  const auto any = [](auto...) { return true; };
   CoreAxis best;
   best.gap = -HUGE_VAL;
-  over_faces(a, b, margin, CoreAxis::Kind::face_a, best);
+  over_faces(a, b, margin, CoreAxis::Kind::face_a, any, best);
   if (best.gap > enough) return best;
-  over_faces(b, a, margin, CoreAxis::Kind::face_b, best);
+  over_faces(b, a, margin, CoreAxis::Kind::face_b, any, best);
   if (best.gap > enough) return best;
-  over_edges(a, b, margin, best);
+  over_edges(a, b, margin, any, best);
+  return best;
+}
+
+CoreAxis carrying_axis(const PlacedCore& a, const PlacedCore& b, double margin) {
+  if (a.seams() == nullptr) {
+    CoreAxis axis = carrying_axis(b, a, margin);
+    if (axis.kind != CoreAxis::Kind::edges)
+      axis.kind = axis.kind == CoreAxis::Kind::face_a ? CoreAxis::Kind::face_b : CoreAxis::Kind::face_a;
+    std::swap(axis.a, axis.b);
+    axis.n = -axis.n;
+    return axis;
+  }
+  CoreAxis best;
+  best.gap = -HUGE_VAL;
+  over_faces(
+      a, b, margin, CoreAxis::Kind::face_a, [&](int f) { return !a.inner(f); }, best);
+  const auto lies_on = [&](int f) {
+    if (!outermost_carries(a, -b.n[f], margin)) return false;
+    thread_local CorePatch patch;  // does not allocate after its first calls
+    face_patch(b, a, f, margin, patch);
+    return !patch.empty();
+  };
+  over_faces(b, a, margin, CoreAxis::Kind::face_b, lies_on, best);
+  const auto cross = [&](int i, int j, const Vec3& n, double gap) {
+    if (!edge_carries(a, i, n)) return false;
+    const SegmentPair at = closest(a.x[a.form->edges[i].from], a.along(i), b.x[b.form->edges[j].from], b.along(j));
+    return (at.b - at.a - gap * n).cwiseAbs().maxCoeff() <= margin;
+  };
+  over_edges(a, b, margin, cross, best);
   return best;
 }
 
@@ -270,7 +367,27 @@ void clip(const Clipped& in, const Polytope& form, const Polytope::Face& face, i
   }
 }
 
+// Is a corner of a patch one of what carries? One of the two has seams.
+bool point_carries(const PlacedCore& reference, const PlacedCore& other, const CorePatch& patch,
+                   const CorePatchPoint& point) {
+  const bool of_reference = reference.seams() != nullptr;
+  const PlacedCore& core = of_reference ? reference : other;
+  const int face = of_reference ? patch.face : patch.incident,
+            feature = of_reference ? point.reference : point.incident;
+  const Vec3 n = of_reference ? patch.n : Vec3(-patch.n);
+  if (point.kind == CorePatchPoint::edges) return edge_carries(core, edge_of_side(*core.form, face, feature), n);
+  if ((point.kind == CorePatchPoint::vertex_over_face) == of_reference) return !core.inner(face);
+  return vertex_carries(core, feature, n);
+}
+
 }  // namespace
+
+int edge_of_side(const Polytope& form, int face, int k) {
+  const int from = form.corner(form.faces[face], k), to = form.corner(form.faces[face], k + 1);
+  for (int e = 0; e < static_cast<int>(form.edges.size()); ++e)
+    if (std::minmax(form.edges[e].from, form.edges[e].to) == std::minmax(from, to)) return e;
+  return -1;
+}
 
 void face_patch(const PlacedCore& reference, const PlacedCore& other, int face, double slack, CorePatch& patch) {
   constexpr double equal_cosines = 1e-9;
@@ -298,6 +415,8 @@ void face_patch(const PlacedCore& reference, const PlacedCore& other, int face, 
     clip(first, *reference.form, around, k, corner, side.cross(patch.n).normalized(), slack, second);
     std::swap(first, second);
   }
+  if (reference.seams() != nullptr || other.seams() != nullptr)
+    std::erase_if(first.point, [&](const CorePatchPoint& p) { return !point_carries(reference, other, patch, p); });
   patch.point.clear();
   const auto same = [slack](const CorePatchPoint& p, const CorePatchPoint& q) {
     return (p.foot - q.foot).cwiseAbs().maxCoeff() <= slack && std::abs(p.gap - q.gap) <= slack;
@@ -309,7 +428,8 @@ void face_patch(const PlacedCore& reference, const PlacedCore& other, int face, 
   }
 }
 
-bool clip_to_face(const PlacedCore& solid, int face, double slack, Vec3& p, Vec3& q) {
+bool clip_to_face(const PlacedCore& solid, int face, double slack, Vec3& p, Vec3& q, ClippedEnds* at) {
+  ClippedEnds side_of;
   const Polytope::Face& around = solid.form->faces[face];
   const Vec3 from = p, along = q - p;
   double first = 0, last = 1;
@@ -319,12 +439,16 @@ bool clip_to_face(const PlacedCore& solid, int face, double slack, Vec3& p, Vec3
     const Vec3 m = side.cross(solid.n[face]).normalized();
     const double d_p = m.dot(from - corner), d_q = m.dot(from + along - corner);
     if (d_p > slack && d_q > slack) return false;
-    if (d_p > slack)
-      first = std::max(first, d_p / (d_p - d_q));
-    else if (d_q > slack)
-      last = std::min(last, d_p / (d_p - d_q));
+    if (d_p > slack && d_p / (d_p - d_q) > first) {
+      first = d_p / (d_p - d_q);
+      side_of.p = k;
+    } else if (d_q > slack && d_p / (d_p - d_q) < last) {
+      last = d_p / (d_p - d_q);
+      side_of.q = k;
+    }
   }
   if (first > last) return false;
+  if (at != nullptr) *at = side_of;
   if (first > 0) p = from + first * along;
   if (last < 1) q = from + last * along;
   return true;

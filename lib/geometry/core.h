@@ -23,6 +23,7 @@ struct PlacedCore {
   const Polytope* form = nullptr;
   double radius = 0;
   Vec3 c = Vec3::Zero();       ///< the shape's origin
+  Mat3 R = Mat3::Identity();   ///< columns: the shape's axes
   std::vector<Vec3> x;         ///< vertices
   std::vector<Vec3> n;         ///< outward normals of the faces
   std::vector<double> offset;  ///< of the faces: no vertex has n.x beyond it
@@ -30,6 +31,8 @@ struct PlacedCore {
   /// `vertex` >= 0: that vertex alone. Does not allocate after the first calls.
   void place(const Shape& shape, const Pose& pose, const Vec3& origin, int vertex = -1);
   bool solid() const { return !n.empty(); }
+  const Seams* seams() const { return form->seams.get(); }
+  bool inner(int face) const { return form->seams && form->seams->inner[static_cast<std::size_t>(face)] != 0; }
   int edges() const { return static_cast<int>(form->edges.size()); }
   Vec3 along(int edge) const { return x[form->edges[edge].to] - x[form->edges[edge].from]; }
 };
@@ -47,8 +50,10 @@ struct NearestCore {
   double distance;  ///< m; negative: how deep they are in each other
   Vec3 n;           ///< unit, from x to s
   Vec3 on_s, on_x;
-  int face = -1;  ///< of x, on which on_x is
-  int edge = -1;  ///< of x, where an inner point of s is over an inner point of the edge
+  int face = -1;     ///< of x, on which on_x is
+  int edge = -1;     ///< of x, where an inner point of s is over an inner point of the edge
+  int on_edge = -1;  ///< of x, on which on_x is where it is on no face: `along` of it from its beginning, 0 to 1
+  double along = 0;
 };
 NearestCore nearest(const PlacedCore& s, const PlacedCore& x);
 
@@ -64,6 +69,15 @@ struct CoreAxis {
 /// face that is beyond `enough` (m).
 CoreAxis separating_axis(const PlacedCore& a, const PlacedCore& b, double margin,
                          double enough = std::numeric_limits<double>::infinity());
+
+/// The same of the axes along which the core that has seams carries the other where they are; of its own faces' one at
+/// least. Its gap is no more than separating_axis': what else keeps the two apart, a neighbour covers.
+CoreAxis carrying_axis(const PlacedCore& a, const PlacedCore& b, double margin);
+/// Does the surface bend down at an edge, or a vertex, so that it carries along n (unit, out of the core)?
+bool edge_carries(const PlacedCore& core, int edge, const Vec3& n);
+bool vertex_carries(const PlacedCore& core, int vertex, const Vec3& n);
+/// Does x, which may have seams, carry what comes nearest to it there?
+bool carries(const PlacedCore& x, const NearestCore& near);
 
 /// A corner of what two faces have in common.
 struct CorePatchPoint {
@@ -81,10 +95,16 @@ struct CorePatch {
   bool empty() const { return point.empty(); }
 };
 /// The face of one clipped against the sides of the other's reference face, as box_box.h's face_patch does it: points
-/// within `slack` outside count as inside, and are one if they are closer than that.
+/// within `slack` outside count as inside, and are one if they are closer than that. Of a core with seams, what of it
+/// does not carry is left out.
 void face_patch(const PlacedCore& reference, const PlacedCore& other, int face, double slack, CorePatch& patch);
 /// Clips a segment from p to q against the sides of a face; false: nothing is over it.
-bool clip_to_face(const PlacedCore& solid, int face, double slack, Vec3& p, Vec3& q);
+struct ClippedEnds {
+  int p = -1, q = -1;  ///< the sides of the face that the ends were clipped at; -1: they were not
+};
+bool clip_to_face(const PlacedCore& solid, int face, double slack, Vec3& p, Vec3& q, ClippedEnds* at = nullptr);
+/// The edge along the side k of a face.
+int edge_of_side(const Polytope& form, int face, int k);
 
 /// Where contact points go, with the sign that turns a normal that pushes the first shape of a routine away from the
 /// second into one that pushes a away from b.

@@ -8,9 +8,12 @@
 //   has two ends; beside an edge or a segment that it is parallel to, the ends of what they have in common; else the
 //   one point where they come closest. Distances are exact.
 //   On a plane: each vertex of the core.
-// Does not fail: whenever the gap is within the tolerance there is at least one point.
+//   A core with seams (polytope.h): those of these points that it carries; where it is an inner face that the other is
+//   beside, beyond the tolerance, none.
+// Does not fail: whenever the gap is within the tolerance there is at least one point, but where there are seams.
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "geometry/box_box.h"
 #include "geometry/core.h"
@@ -46,7 +49,7 @@ void PlacedCore::place(const Shape& shape, const Pose& pose, const Vec3& origin,
   const bool round = shape.kind == ShapeKind::sphere || shape.kind == ShapeKind::capsule;
   radius = round ? shape.radius : 0;
   c = pose.p - origin;
-  const Mat3 R = pose.q.toRotationMatrix();
+  R = pose.q.toRotationMatrix();
   // Unit forms have the shape's extents.
   const bool scaled = shape.kind != ShapeKind::hull;
   const auto at = [&](int i) -> Vec3 {
@@ -99,8 +102,14 @@ struct ThinOnCore {
   }
   bool along_face(const NearestCore& near) const;
   bool along_edges(const NearestCore& near) const;
+  bool at_seam(int face, int side) const;
   void points() const;
 };
+
+// Is a point on this side of the face (-1: on none) none of what carries, since the surface goes on there?
+bool ThinOnCore::at_seam(int face, int side) const {
+  return side >= 0 && x.seams() != nullptr && !edge_carries(x, edge_of_side(*x.form, face, side), x.n[face]);
+}
 
 // The ends of the part of s that is over the face which looks most along the normal, at the heights above it. `near`
 // may be beside the face by less than the margin, or for points to come nearly on it.
@@ -110,24 +119,30 @@ bool ThinOnCore::along_face(const NearestCore& near) const {
   for (int f = 1; f < static_cast<int>(x.n.size()); ++f)
     if (x.n[f].dot(near.n) > x.n[face].dot(near.n)) face = f;
   const Vec3& n = x.n[face];
-  if (n.dot(near.n) < nearly) return false;
+  if (n.dot(near.n) < nearly || x.inner(face)) return false;
   Vec3 p = s.x[0], q = s.x[1];
-  if (!clip_to_face(x, face, margin, p, q)) return false;
+  ClippedEnds clipped;
+  if (!clip_to_face(x, face, margin, p, q, &clipped)) return false;
   const double h_p = n.dot(p) - x.offset[face], h_q = n.dot(q) - x.offset[face], lowest = std::min(h_p, h_q);
   const bool on_face = lowest >= near.distance - margin;
   if (lowest > near.distance + margin) return false;  // it is deepest beside the face
   if (!on_face && reach <= closed) return false;
   const double gap = near.distance - radius;
-  if (!on_face) add(near.on_x, near.n, gap);
+  if (!on_face && carries(x, near)) add(near.on_x, near.n, gap);
   int ends = 0;
-  for (const auto& [at, h] : {std::pair(p, h_p), std::pair(q, h_q)}) {
+  bool beside = false;
+  for (const auto& [at, h, side] : {std::tuple(p, h_p, clipped.p), std::tuple(q, h_q, clipped.q)}) {
     const double gap_here = on_face ? h - radius : gap + (h - lowest);
+    if (at_seam(face, side)) {
+      beside = true;
+      continue;
+    }
     if (gap_here > reach || (ends > 0 && (q - p).norm() <= margin)) continue;
     if (!on_face && (at - near.on_s).norm() <= margin) continue;
     add(at - h * n, n, gap_here);
     ++ends;
   }
-  return ends > 0 || !on_face;
+  return ends > 0 || !on_face || beside;
 }
 
 // The ends of what s and an edge, or another segment, have in common side by side.
@@ -138,6 +153,7 @@ bool ThinOnCore::along_edges(const NearestCore& near) const {
   bool side_by_side = false;
   for (int e = 0; e < x.edges(); ++e) {
     const Vec3 &q = x.x[x.form->edges[e].from], v = x.along(e);
+    if (!edge_carries(x, e, near.n)) continue;
     if (std::abs(u.dot(v)) < nearly * std::sqrt(length2 * v.squaredNorm())) continue;
     const SegmentPair pair = closest(s.x[0], u, q, v);
     if (std::sqrt(pair.distance2) > limit) continue;
@@ -170,6 +186,7 @@ void ThinOnCore::points() const {
   const double gap = near.distance - radius;
   if (gap > reach) return;
   if (along_face(near)) return;
+  if (!carries(x, near)) return;
   if (near.distance > 0 && along_edges(near)) return;
   add(near.on_x, near.n, gap);
 }
@@ -212,8 +229,14 @@ void add_next_corners(const PlacedCore& a, const PlacedCore& b, const CoreAxis& 
 
 void solid_on_solid(const Placed& placed, double closed, double reach, double margin, const Sink& sink) {
   const auto& [a, b, origin] = placed;
-  const CoreAxis axis = separating_axis(a, b, margin, reach);
+  CoreAxis axis = separating_axis(a, b, margin, reach);
   if (axis.gap > reach) return;
+  const bool seams = a.seams() != nullptr || b.seams() != nullptr;
+  if (seams) {
+    const double apart = axis.gap;
+    axis = carrying_axis(a, b, margin);
+    if (apart > closed && axis.gap < apart - margin) return;  // a neighbour is in between
+  }
   const Vec3 normal = -axis.n;
   if (axis.kind == CoreAxis::Kind::edges) {
     const SegmentPair pair =
@@ -224,6 +247,7 @@ void solid_on_solid(const Placed& placed, double closed, double reach, double ma
   }
   const bool of_a = axis.kind == CoreAxis::Kind::face_a;
   if (add_patch(patch_of(a, b, of_a, of_a ? axis.a : axis.b, margin), origin, reach, sink) > 0) return;
+  if (seams) return;  // a neighbour carries
   // Faces that miss each other (corner past corner): the vertex of b that reaches furthest towards a.
   const Vec3* vertex = &b.x[0];
   for (const Vec3& x : b.x)

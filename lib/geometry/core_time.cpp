@@ -9,6 +9,9 @@
 //   a point or a segment with a radius: each end of the segment that is open, as a ball of its own; each vertex of the
 //   other that is open, over the segment; each edge of the other that it crosses.
 // Whatever else arrives is found as the time at which the two get deeper than what touches explains.
+// Of a core with seams (polytope.h) all axes keep the two apart. Where they come together and nothing that carries
+// approaches (a body slides on to the next triangle of a ground), nothing arrives: from then on they are closed, and
+// only what carries is followed.
 #include "geometry/core_time.h"
 
 #include <array>
@@ -49,9 +52,10 @@ struct MovingCore : PlacedCore {
 
 struct Pair {
   Moved a, b;
-  double fastest;  ///< m/s: no two points of the cores approach faster
-  double radius;   ///< sum of both, m
-  double margin;   ///< m, of separating_axis
+  double fastest;      ///< m/s: no two points of the cores approach faster
+  double radius;       ///< sum of both, m
+  double margin;       ///< m, of separating_axis
+  bool seams = false;  ///< has one of them any?
 };
 
 struct Cores {
@@ -257,13 +261,13 @@ double patch_to_flat(const Pair& pair, bool reference_is_a, int face, const Goal
   });
 }
 
-double flat_time(const Pair& pair, const Goal& goal) {
-  Cores& now = scratch(0);
-  now.place(pair, 0);
-  const CoreAxis axis = separating_axis(now.a, now.b, pair.margin);
+// `axis`: along which they touch.
+double flat_time(const Pair& pair, const CoreAxis& axis, const Goal& goal) {
   if (axis.kind == CoreAxis::Kind::face_b) return patch_to_flat(pair, false, axis.b, goal);
   int face = axis.a;
   if (axis.kind == CoreAxis::Kind::edges) {  // the face of a that looks most along their normal
+    Cores& now = scratch(0);
+    now.place(pair, 0);
     face = 0;
     for (int f = 1; f < static_cast<int>(now.a.n.size()); ++f)
       if (now.a.n[f].dot(axis.n) > now.a.n[face].dot(axis.n)) face = f;
@@ -279,8 +283,13 @@ double vertex_time(const Pair& pair, bool of_a, int vertex, const Goal& goal) {
                  pair.radius,
                  pair.margin};
   bool closed = false;
-  const double t =
-      time_to_gap(one, goal.target, goal.closed, goal.horizon, [&](double, bool first) { closed = first; });
+  const double t = time_to_gap(one, goal.target, goal.closed, goal.horizon, [&](double, bool first) {
+    const Cores& now = scratch(1);
+    const auto left_out = [&] {
+      return of_a ? !carries(now.b, nearest(now.a, now.b)) : !carries(now.a, nearest(now.b, now.a));
+    };
+    closed = first || (pair.seams && left_out());
+  });
   return closed ? goal.horizon : t;
 }
 
@@ -314,10 +323,12 @@ double features_time(const Pair& pair, Goal goal) {
   const Vec3 u = s.along(0);
   for (int i = 0; i < static_cast<int>(x.x.size()); ++i) {
     const SegmentPair at = closest(s.x[0], u, x.x[i], Vec3::Zero());
+    if (pair.seams && x.seams()->sharp_vertex[i] == 0) continue;
     if (at.s > 0 && at.s < 1 && at.distance2 <= reach * reach) goal.horizon = vertex_time(pair, !s_is_a, i, goal);
   }
   for (int e = 0; e < x.edges(); ++e) {
     const SegmentPair at = closest(s.x[0], u, x.x[x.form->edges[e].from], x.along(e));
+    if (pair.seams && x.seams()->sharp_edge[e] == 0) continue;
     if (at.s > 0 && at.s < 1 && at.t > 0 && at.t < 1 && at.distance2 <= reach * reach)
       goal.horizon = crossing_time(pair, s_is_a, e, goal);
   }
@@ -335,6 +346,17 @@ double time_to_depth(const Pair& pair, double gap_now, const Goal& goal) {
   bool arrived = false;
   const double t = time_to_gap(pair, target, target + goal.closed, goal.horizon, [&](double, bool) { arrived = true; });
   return arrived ? t : goal.horizon;
+}
+
+// What arrives at two that touch now, with that gap.
+double time_while_closed(const Pair& pair, double gap_now, const Goal& goal) {
+  if (core_of(pair.a.shape).vertices.size() <= 2 || core_of(pair.b.shape).vertices.size() <= 2)
+    return time_to_depth(pair, gap_now, {goal.closed, goal.target, features_time(pair, goal)});
+  Cores& now = scratch(0);
+  now.place(pair, 0);
+  const CoreAxis axis =
+      pair.seams ? carrying_axis(now.a, now.b, pair.margin) : separating_axis(now.a, now.b, pair.margin);
+  return time_to_depth(pair, gap_now, {goal.closed, goal.target, flat_time(pair, axis, goal)});
 }
 
 }  // namespace
@@ -355,17 +377,24 @@ double core_to_core(const Shape& shape_a, const Motion& motion_a, const Shape& s
                   {shape_b, motion_b},
                   fastest,
                   radius_of(shape_a) + radius_of(shape_b),
-                  axis_margin(goal.closed, shape_a.half_extents, shape_b.half_extents)};
-  bool touching = false;
+                  axis_margin(goal.closed, shape_a.half_extents, shape_b.half_extents),
+                  core_of(shape_a).seams || core_of(shape_b).seams};
+  bool arrived = false, touching = false;
   double gap_now = 0;
   const double t = time_to_gap(pair, goal.target, goal.closed, goal.horizon, [&](double gap, bool first) {
+    arrived = true;
     touching = first;
     gap_now = gap;
   });
-  if (!touching) return t;
-  const bool solid = core_of(shape_a).vertices.size() > 2 && core_of(shape_b).vertices.size() > 2;
-  const double features = solid ? flat_time(pair, goal) : features_time(pair, goal);
-  return time_to_depth(pair, gap_now, {goal.closed, goal.target, features});
+  if (touching) return time_while_closed(pair, gap_now, goal);
+  if (!arrived || !pair.seams) return t;
+  // Comes what carries nearer there?
+  const Motion then_a{advance(motion_a, t), motion_a.v, motion_a.w},
+      then_b{advance(motion_b, t), motion_b.v, motion_b.w};
+  const double rest = goal.horizon - t;
+  if (closing_speed(shape_a, then_a, shape_b, then_b, goal.closed) * rest > goal.closed) return t;
+  const Pair then{{shape_a, then_a}, {shape_b, then_b}, fastest, pair.radius, pair.margin, true};
+  return t + time_while_closed(then, gap_now, {goal.closed, goal.target, rest});
 }
 
 }  // namespace cb

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -7,6 +8,18 @@
 #include "dynamics/model.h"
 
 namespace cb {
+
+using Directions = std::shared_ptr<const std::vector<Vec3>>;  ///< unit
+
+/// What goes on beside a polytope that is one of several which make one surface (terrain.h). Inner faces, and edges and
+/// vertices across which the surface goes on flat or bends up, keep bodies apart, but carry none: what is beside them
+/// does. An edge or a vertex across which it bends down carries along normals that none of `beyond` rises above.
+struct Seams {
+  std::vector<char> inner;                     ///< per face: is it covered by a neighbour?
+  std::vector<char> sharp_edge, sharp_vertex;  ///< does the surface bend down there?
+  std::vector<Directions> beyond_edge;         ///< per edge: into the faces of neighbours; null: none there
+  std::vector<Directions> beyond_vertex;       ///< per vertex: along the edges of neighbours
+};
 
 /// A convex polytope in a shape's frame. Also what is thinner: a point (one vertex) and a segment (two, one edge).
 struct Polytope {
@@ -24,6 +37,7 @@ struct Polytope {
   std::vector<Face> faces;
   std::vector<int> loop;
   std::vector<Edge> edges;
+  std::shared_ptr<const Seams> seams = nullptr;  ///< null: all of it carries
 
   int corner(const Face& face, int k) const { return loop[face.first + (k < face.count ? k : k - face.count)]; }
   double bounding_radius() const;  ///< of its vertices about the frame's origin, m
@@ -41,6 +55,9 @@ inline constexpr std::size_t most_hull_vertices = 1000;  ///< that a hull has
 /// polygon; points closer than 2^-40 of the extent are one. Throws NoHull.
 Polytope convex_hull(const std::vector<Vec3>& points);
 
+/// The polytope of points, all of them vertices, and the loops of its faces, counter-clockwise seen from outside.
+Polytope polytope_of_faces(const std::vector<Vec3>& points, const std::vector<std::vector<int>>& loops);
+
 /// Of the solid polytope at density 1.
 struct SolidMoments {
   double volume = 0;            ///< m^3
@@ -50,7 +67,8 @@ struct SolidMoments {
 SolidMoments solid_moments(const Polytope& polytope);
 
 /// A solid hull in the frame of its centre and principal axes. These are the axes that are nearest to the points' own;
-/// where the points' axes are principal to 1e-12 of the largest moment, they are kept.
+/// where the points' axes are principal to 1e-12 of the largest moment, they are kept. A ground's prism, which never
+/// moves, has the axes of its triangles.
 struct Hull {
   Polytope polytope;
   Pose frame;                            ///< of that frame in the points' frame

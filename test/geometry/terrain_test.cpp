@@ -1,0 +1,137 @@
+// A ground of triangles: which of its features carry.
+
+#include "geometry/terrain.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "geometry/shapes.h"
+
+using namespace cb;
+
+namespace {
+
+/// Two squares of two triangles each: x from -1 to 0 and from 0 to 1, z from -1 to 1, falling by `drop` from x = 0
+/// towards both sides. The prisms as shapes.
+std::vector<Shape> roof(double drop) {
+  std::vector<Triangle> triangles;
+  for (const double x : {-1.0, 0.0}) {
+    const auto at = [&](double u, double z) { return Vec3(u, -drop * std::abs(u), z); };
+    triangles.push_back({at(x, -1), at(x, 1), at(x + 1, 1)});
+    triangles.push_back({at(x, -1), at(x + 1, 1), at(x + 1, -1)});
+  }
+  std::vector<Shape> shapes;
+  for (const auto& prism : ground_prisms(triangles, 1)) {
+    Shape shape;
+    shape.kind = ShapeKind::hull;
+    shape.hull = prism;
+    shape.half_extents = prism->polytope.half_extents();
+    shape.local.p = prism->frame.p;
+    shapes.push_back(shape);
+  }
+  return shapes;
+}
+
+Shape ball(double radius) {
+  Shape shape;
+  shape.radius = radius;
+  shape.half_extents.setConstant(radius);
+  return shape;
+}
+Shape box(const Vec3& half_extents) {
+  Shape shape;
+  shape.kind = ShapeKind::box;
+  shape.half_extents = half_extents;
+  return shape;
+}
+
+std::vector<ContactPoint> points_on(const std::vector<Shape>& ground, const Shape& shape, const Pose& pose) {
+  std::vector<ContactPoint> points;
+  for (const Shape& prism : ground) contact_points(shape, pose, 0, prism, prism.local, 1, 1e-9, points);
+  return points;
+}
+double first_contact(const std::vector<Shape>& ground, const Shape& shape, const Motion& motion, double horizon) {
+  for (const Shape& prism : ground) {
+    Motion still;
+    still.pose = prism.local;
+    horizon = std::min(horizon, time_of_contact(shape, motion, prism, still, 1e-9, horizon));
+  }
+  return horizon;
+}
+
+}  // namespace
+
+TEST_CASE("On flat ground a ball's only normal is up, wherever it is beside a seam, and a box has its four corners") {
+  const auto ground = roof(0);
+  for (const double x : {-1e-5, -1e-9, -1e-12, 0.0, 1e-12, 1e-9, 1e-5, 0.2})
+    for (const double height : {-5e-10, 0.0, 5e-10}) {
+      INFO(x << ' ' << height);
+      Pose pose;
+      pose.p = Vec3(x, 0.25 + height, 0.3);
+      const auto of_ball = points_on(ground, ball(0.25), pose);
+      CHECK_FALSE(of_ball.empty());
+      for (const ContactPoint& point : of_ball) CHECK((point.normal - Vec3::UnitY()).norm() < 2e-8);
+      // A side of the box over the seam, and a corner.
+      for (const double middle : {x, x + 0.2}) {
+        pose.p = Vec3(middle, 0.1 + height, 0.3);
+        const auto of_box = points_on(ground, box(Vec3(0.2, 0.1, 0.15)), pose);
+        CHECK(of_box.size() >= 4);
+        for (const ContactPoint& point : of_box) {
+          CHECK((point.normal - Vec3::UnitY()).norm() < 1e-12);
+          CHECK(std::abs(std::abs(point.position.x() - middle) - 0.2) < 1e-12);
+          CHECK(std::abs(std::abs(point.position.z() - 0.3) - 0.15) < 1e-12);
+        }
+      }
+    }
+}
+
+TEST_CASE("Nothing arrives at a body that slides over flat seams, and what falls arrives as on a plane") {
+  const auto ground = roof(0);
+  Motion motion;
+  for (const Shape& shape : {box(Vec3(0.2, 0.1, 0.15)), ball(0.1)})
+    for (const double height : {-5e-10, 0.0, 5e-10})
+      for (const Vec3& v : {Vec3(1, 0, 0), Vec3(-0.7, 0, 0.3), Vec3(0.2, 0, -1)}) {
+        motion.pose.p = Vec3(-0.3, 0.1 + height, 0.1) - 0.2 * v;
+        motion.v = v;
+        CHECK(first_contact(ground, shape, motion, 0.5) == 0.5);
+        motion.pose.p.y() += 0.05;
+        motion.v.y() = -1;
+        CHECK(first_contact(ground, shape, motion, 0.5) == Approx(0.05).margin(2e-9));
+      }
+}
+
+TEST_CASE("A ridge carries between the normals of its two sides, a valley's seam along these alone") {
+  const double slope = 0.5, length = std::sqrt(1 + slope * slope);
+  for (const double turn : {-0.9, -0.4, 0.0, 0.3, 0.9}) {
+    // A ball over the ridge, off the vertical by a part of the sides' normals' angle.
+    const Vec3 n(std::sin(turn * std::atan(slope)), std::cos(turn * std::atan(slope)), 0);
+    Pose pose;
+    pose.p = 0.25 * n + Vec3(0, 0, 0.3);
+    const auto on_ridge = points_on(roof(slope), ball(0.25), pose);
+    CHECK_FALSE(on_ridge.empty());
+    for (const ContactPoint& point : on_ridge) CHECK((point.normal - n).norm() < 1e-12);
+  }
+  Pose pose;
+  pose.p = Vec3(0, 0.25 * length, 0.3);
+  const auto in_valley = points_on(roof(-slope), ball(0.25), pose);
+  CHECK(in_valley.size() == 2);
+  for (const ContactPoint& point : in_valley) {
+    CHECK(point.normal.y() == Approx(1 / length));
+    CHECK(std::abs(point.normal.x()) == Approx(slope / length));
+  }
+}
+
+TEST_CASE("What passes a ridge's inner sides far below the ridge's other slope meets nothing of it") {
+  // A box flush on the left slope whose lower edge is far below the right slope's plane, up to the ridge.
+  const double slope = 0.5, tilt = std::atan(slope);
+  Pose pose;
+  pose.q = Quat(Eigen::AngleAxisd(tilt, Vec3::UnitZ()));
+  for (const double beyond : {-1e-10, 0.0, 1e-10, 1e-6, 1e-3}) {
+    INFO(beyond);
+    pose.p = pose.q * Vec3(beyond - 0.2, 0.1, 0) + Vec3(0, 0, 0.3);
+    for (const ContactPoint& point : points_on(roof(slope), box(Vec3(0.2, 0.1, 0.15)), pose)) {
+      CHECK(std::abs(point.gap) < 1e-9);
+      CHECK((point.normal - Vec3(-std::sin(tilt), std::cos(tilt), 0)).norm() < 1e-9);
+    }
+  }
+}
