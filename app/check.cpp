@@ -96,10 +96,15 @@ std::vector<std::string> stepping_notes(const Scenario& scenario, const MethodRo
                     bounces ? "; impacts are located, bounces too low to matter at A are left out and counted" : ""));
   }
   std::vector<char> meets(scenario.model.bodies.size(), 0);
-  for (std::size_t i = 0; i < scenario.shapes.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j) {
-      const int a = scenario.shapes[i].body, b = scenario.shapes[j].body;
-      if (a >= 0 && b >= 0 && a != b && scenario.pairs.find(static_cast<int>(i), static_cast<int>(j)) != nullptr)
+  std::vector<int> free;
+  for (int i = 0; i < static_cast<int>(scenario.shapes.size()); ++i)
+    if (scenario.shapes[static_cast<std::size_t>(i)].body >= 0) free.push_back(i);
+  for (const int i : free)
+    for (const int j : free) {
+      if (j >= i) break;
+      const int a = scenario.shapes[static_cast<std::size_t>(i)].body;
+      const int b = scenario.shapes[static_cast<std::size_t>(j)].body;
+      if (a != b && scenario.pairs.find(i, j) != nullptr)
         meets[static_cast<std::size_t>(a)] = meets[static_cast<std::size_t>(b)] = 1;
     }
   if (const auto bodies = std::count(meets.begin(), meets.end(), 1); bodies >= many)

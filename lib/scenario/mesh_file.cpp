@@ -1,6 +1,6 @@
-// Points of OBJ and STL files.
+// Points and triangles of OBJ and STL files.
 //
-// Sources: Wavefront's object files (1995), v lines; 3D Systems' stereolithography interface (1989), text
+// Sources: Wavefront's object files (1995), v and f lines; 3D Systems' stereolithography interface (1989), text
 // (`solid`, `facet`, `outer loop`, `vertex`, ..., `endsolid`) and binary (80 bytes, a count, 50 bytes a facet, little
 // endian). Differences from other readers: a binary file is told by its length, which its count gives, since such files
 // begin with `solid` too; what is cut off is an error.
@@ -88,12 +88,37 @@ class Lines {
   int number_ = 0;
 };
 
-std::vector<Vec3> points_of_obj(const std::string& path, const std::string& text) {
+/// Three points each, in the order of a file: its triangles.
+using Corners = std::vector<Vec3>;
+
+// The fan of an f line, whose words are v, v/vt, v//vn or v/vt/vn: numbers of points from 1, or back from -1.
+void add_fan(const Lines& lines, std::string_view line, const std::vector<Vec3>& points, Corners& corners) {
+  Corners polygon;
+  for (std::string_view word = next_word(line); !word.empty(); word = next_word(line)) {
+    const std::string_view number = word.substr(0, word.find('/'));
+    long i = 0;
+    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), i);
+    const long count = static_cast<long>(points.size()), at = i < 0 ? count + i : i - 1;
+    if (error != std::errc() || end != number.data() + number.size())
+      lines.fail(fmt::format("\"{}\" names no point; a corner is v, v/vt, v//vn or v/vt/vn", word));
+    if (at < 0 || at >= count) lines.fail(fmt::format("\"{}\" names none of the {} points before it", word, count));
+    polygon.push_back(points[static_cast<std::size_t>(at)]);
+  }
+  if (polygon.size() < 3) lines.fail(fmt::format("a face of {} points; it has three or more", polygon.size()));
+  for (std::size_t k = 1; k + 1 < polygon.size(); ++k)
+    corners.insert(corners.end(), {polygon[0], polygon[k], polygon[k + 1]});
+}
+
+// `corners`: where the f lines go; null: they are not looked at.
+std::vector<Vec3> points_of_obj(const std::string& path, const std::string& text, Corners* corners) {
   if (text.find('\0') != std::string::npos) throw NoMesh(fmt::format("{} is no text; an OBJ file is", path));
   std::vector<Vec3> points;
   Lines lines(path, text);
-  for (std::string_view line; lines.next(line);)
-    if (next_word(line) == "v") points.push_back(lines.point(line));
+  for (std::string_view line; lines.next(line);) {
+    const std::string_view word = next_word(line);
+    if (word == "v") points.push_back(lines.point(line));
+    if (word == "f" && corners != nullptr) add_fan(lines, line, points, *corners);
+  }
   if (points.empty()) throw NoMesh(fmt::format("{} has no v line; an OBJ file has one for each point", path));
   return points;
 }
@@ -151,10 +176,32 @@ std::vector<Vec3> points_of_stl(const std::string& path, const std::string& text
 
 bool is_mesh_name(const std::string& path) { return ending(path) == ".obj" || ending(path) == ".stl"; }
 
-std::vector<Vec3> read_mesh_points(const std::string& path, double scale) {
+namespace {
+
+std::vector<Vec3> points_of(const std::string& path, Corners* corners) {
   if (!is_mesh_name(path)) throw NoMesh(fmt::format("{} is named neither .obj nor .stl, which are read", path));
   const std::string text = read_all(path);
-  std::vector<Vec3> points = ending(path) == ".obj" ? points_of_obj(path, text) : points_of_stl(path, text);
+  if (ending(path) == ".obj") return points_of_obj(path, text, corners);
+  std::vector<Vec3> points = points_of_stl(path, text);
+  if (corners != nullptr) *corners = points;
+  return points;
+}
+
+}  // namespace
+
+std::vector<std::array<Vec3, 3>> read_mesh_triangles(const std::string& path, double scale) {
+  Corners corners;
+  points_of(path, &corners);
+  if (corners.empty()) throw NoMesh(fmt::format("{} has no f line; an OBJ file has one for each face", path));
+  if (corners.size() % 3 != 0) throw NoMesh(fmt::format("{} has a facet without three points", path));
+  std::vector<std::array<Vec3, 3>> triangles;
+  for (std::size_t i = 0; i < corners.size(); i += 3)
+    triangles.push_back({scale * corners[i], scale * corners[i + 1], scale * corners[i + 2]});
+  return triangles;
+}
+
+std::vector<Vec3> read_mesh_points(const std::string& path, double scale) {
+  std::vector<Vec3> points = points_of(path, nullptr);
   const auto before = [](const Vec3& a, const Vec3& b) {
     return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
   };

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -18,7 +19,11 @@ struct NoMesh : std::runtime_error {
 /// most 64 MB. `scale`: m for each of the file's units. Throws NoMesh.
 std::vector<Vec3> read_mesh_points(const std::string& path, double scale);
 
-/// Is this a name that read_mesh_points would take?
+/// The triangles of such a file, in its order, corners counter-clockwise seen from outside: polygons (f lines of an OBJ
+/// file) as the fans about their first corners. Throws NoMesh.
+std::vector<std::array<Vec3, 3>> read_mesh_triangles(const std::string& path, double scale);
+
+/// Is this a name that they would take?
 bool is_mesh_name(const std::string& path);
 
 }  // namespace cb

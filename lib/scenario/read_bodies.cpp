@@ -1,4 +1,4 @@
-// Reads <bodies>: half-spaces, solids, arrays of them; robots are read_robots.cpp's.
+// Reads <bodies>: half-spaces, solids, arrays of them; robots are read_robots.cpp's, grounds read_ground.cpp's.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,21 +13,6 @@ namespace {
 
 constexpr long array_limit = 100000;  // bodies of one array
 constexpr int grid_limit = 256;       // contact points along an edge of a box
-
-std::vector<Joint> links(const Reading& in) {
-  std::vector<Joint> all;
-  for (const Tree& tree : in.scenario.model.trees) all.insert(all.end(), tree.joints.begin(), tree.joints.end());
-  return all;
-}
-
-void declare_body(Reading& in, const XmlElement& element, const std::string& suffix, int array, Shape shape) {
-  shape.name = in.name_of(element, "a body") + suffix;
-  for (const Joint& joint : links(in))
-    if (in.scenario.model.bodies[joint.body].name == shape.name)
-      in.source.fail(element.find("name")->value_at,
-                     fmt::format("there is a link named {} already; rename one", shape.name));
-  in.declare_shape(std::move(shape), element.find("name")->value_at, array);
-}
 
 bool is_fixed(const Reading& in, const XmlElement& element) {
   const XmlAttribute* fixed = element.find("fixed");
@@ -94,7 +79,7 @@ void read_half_space(Reading& in, const XmlElement& element) {
     shape.local.q = Quat::FromTwoVectors(Vec3::UnitY(), in.direction(*normal)).normalized();
   else
     shape.local.q = in.orientation(element);
-  declare_body(in, element, {}, -1, std::move(shape));
+  in.declare_body(element, {}, -1, std::move(shape));
 }
 
 void read_body(Reading& in, const XmlElement& element, const Vec3& offset, const std::string& suffix, int array) {
@@ -116,7 +101,7 @@ void read_body(Reading& in, const XmlElement& element, const Vec3& offset, const
 
   if (is_fixed(in, element)) {
     shape.local = pose;
-    declare_body(in, element, suffix, array, std::move(shape));
+    in.declare_body(element, suffix, array, std::move(shape));
     return;
   }
 
@@ -138,7 +123,7 @@ void read_body(Reading& in, const XmlElement& element, const Vec3& offset, const
   in.scenario.initial.pose.push_back(pose);
   for (const Vec3& part : {v, w})
     in.scenario.initial.v.insert(in.scenario.initial.v.end(), part.data(), part.data() + 3);
-  declare_body(in, element, suffix, array, std::move(shape));
+  in.declare_body(element, suffix, array, std::move(shape));
 }
 
 void read_array(Reading& in, const XmlElement& element) {
@@ -177,11 +162,16 @@ void read_bodies(Reading& in, const XmlElement& element) {
       read_body(in, child, Vec3::Zero(), {}, -1);
     else if (child.name == "array")
       read_array(in, child);
+    else if (child.name == "heightfield")
+      read_heightfield(in, child);
+    else if (child.name == "mesh")
+      read_mesh(in, child);
     else if (child.name == "robot")
       read_robot(in, child);
     else
-      in.fail_child(child, "<bodies>",
-                    {"half_space", "box", "sphere", "cylinder", "capsule", "hull", "array", "robot"});
+      in.fail_child(
+          child, "<bodies>",
+          {"half_space", "box", "sphere", "cylinder", "capsule", "hull", "heightfield", "mesh", "array", "robot"});
   }
   if (in.scenario.model.bodies.empty())
     in.source.fail(element.at, "no body that can move; add a <box> or a <sphere> with a mass");

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 
 #include "scenario/near_name.h"
 
@@ -69,6 +70,25 @@ std::string Reading::name_of(const XmlElement& element, std::string_view what) c
                                            "underscores",
                                            name.value, what));
   return name.value;
+}
+
+std::string Reading::beside_scene(const std::string& file) const {
+  return (std::filesystem::path(source.file).parent_path() / file).string();
+}
+
+void Reading::note_file(const std::string& path) {
+  if (std::find(scenario.files.begin(), scenario.files.end(), path) == scenario.files.end())
+    scenario.files.push_back(path);
+}
+
+void Reading::declare_body(const XmlElement& element, const std::string& suffix, int array, Shape shape) {
+  shape.name = name_of(element, "a body") + suffix;
+  for (const Tree& tree : scenario.model.trees)
+    for (const Joint& joint : tree.joints)
+      if (scenario.model.bodies[joint.body].name == shape.name)
+        source.fail(element.find("name")->value_at,
+                    fmt::format("there is a link named {} already; rename one", shape.name));
+  declare_shape(std::move(shape), element.find("name")->value_at, array);
 }
 
 void Reading::declare_shape(Shape shape, std::size_t at, int array) {

@@ -35,10 +35,17 @@ struct Reading {
   [[noreturn]] void fail_child(const XmlElement& child, std::string_view where, const std::vector<std::string>& known,
                                std::string_view intro = "it holds:") const;
 
+  /// Declares a shape of <bodies>, named after the element with `suffix`; refuses the name of a link.
+  void declare_body(const XmlElement& element, const std::string& suffix, int array, Shape shape);
   void declare_shape(Shape shape, std::size_t at, int array);
   bool is_free(int body) const { return scenario.shapes[body].body >= 0; }
   /// The bodies that a name, or a pattern with one *, stands for; at least one.
   std::vector<int> find_bodies(const XmlAttribute& attribute) const;
+
+  /// A file that the scene names, from its folder on.
+  std::string beside_scene(const std::string& file) const;
+  /// Adds it to those that were read.
+  void note_file(const std::string& path);
 
   const SourceText& source;
   Values values;
@@ -57,7 +64,9 @@ struct Reading {
 
 // A section of the file each, in the order in which they are read.
 void read_bodies(Reading& in, const XmlElement& element);
-void read_robot(Reading& in, const XmlElement& element);     ///< one of the bodies
+void read_robot(Reading& in, const XmlElement& element);  ///< one of the bodies
+void read_heightfield(Reading& in, const XmlElement& element);
+void read_mesh(Reading& in, const XmlElement& element);
 void read_contacts(Reading& in, const XmlElement* element);  ///< null: there is none
 void read_forces(Reading& in, const XmlElement& element);
 void read_controllers(Reading& in, const XmlElement& element);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <numbers>
 
 #include "scenario/mesh_file.h"
@@ -63,7 +62,7 @@ std::shared_ptr<const Hull> hull_of_points(Reading& in, const XmlAttribute& attr
 }
 
 std::shared_ptr<const Hull> hull_of_file(Reading& in, const XmlAttribute& attribute, double scale) {
-  const std::string path = (std::filesystem::path(in.source.file).parent_path() / attribute.value).string();
+  const std::string path = in.beside_scene(attribute.value);
   std::shared_ptr<const Hull>& hull = in.hull_of_file[{path, scale}];
   if (hull) return hull;
   try {
@@ -75,8 +74,7 @@ std::shared_ptr<const Hull> hull_of_file(Reading& in, const XmlAttribute& attrib
                                           "{} of its points are vertices: simplify the mesh",
                                           path, error.what(), most_hull_vertices));
   }
-  if (std::find(in.scenario.files.begin(), in.scenario.files.end(), path) == in.scenario.files.end())
-    in.scenario.files.push_back(path);
+  in.note_file(path);
   return hull;
 }
 

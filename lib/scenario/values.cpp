@@ -320,6 +320,8 @@ std::vector<double> Values::points(const XmlAttribute& attribute) {
   return values;
 }
 
+std::vector<double> Values::row(const XmlAttribute& attribute) { return tokens(attribute, scope_, used_); }
+
 double Values::number(const XmlAttribute& attribute, const Range& range) {
   const std::vector<double> values = tokens(attribute, scope_, used_);
   if (values.size() != 1)

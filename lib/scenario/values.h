@@ -40,6 +40,8 @@ class Values {
   std::vector<double> numbers(const XmlAttribute& attribute, std::size_t count, std::string_view meaning);
   /// Any number of points of three coordinates each, all in one row.
   std::vector<double> points(const XmlAttribute& attribute);
+  /// Any number of them.
+  std::vector<double> row(const XmlAttribute& attribute);
   double number(const XmlAttribute& attribute, const Range& range);
   long integer(const XmlAttribute& attribute, long low, long high);
   /// One of `choices`, or ${name} of a parameter of type word whose value is one of them.

@@ -2,6 +2,7 @@
 
 #include "scenario/mesh_file.h"
 
+#include <array>
 #include <bit>
 #include <catch2/catch.hpp>
 #include <cstdint>
@@ -68,6 +69,23 @@ TEST_CASE("OBJ, STL in text and STL in binary give the same points, each once, i
   CHECK(points_of(stl_text(), "a.stl") == tetrahedron);
   CHECK(points_of(stl_binary(), "a.STL") == tetrahedron);
   CHECK(points_of(stl_binary(), "a.stl", 1e-3).back() == Vec3(1e-3, 0, 0));
+}
+
+TEST_CASE("The triangles of an OBJ file are fans of its faces, of an STL file its facets, in their order") {
+  const TextFile file("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1/1 2/2/2 3//3 -1\nvn 0 0 1\nf 4 3 2\n", "a.obj");
+  const auto triangles = read_mesh_triangles(file.path(), 2);
+  REQUIRE(triangles.size() == 3);
+  CHECK(triangles[0] == std::array<Vec3, 3>{Vec3(0, 0, 0), Vec3(2, 0, 0), Vec3(2, 2, 0)});
+  CHECK(triangles[1] == std::array<Vec3, 3>{Vec3(0, 0, 0), Vec3(2, 2, 0), Vec3(0, 2, 0)});
+  CHECK(triangles[2] == std::array<Vec3, 3>{Vec3(0, 2, 0), Vec3(2, 2, 0), Vec3(2, 0, 0)});
+  for (const std::string& text : {stl_text(), stl_binary()}) {
+    const TextFile stl(text, "a.stl");
+    const auto facets_read = read_mesh_triangles(stl.path(), 1);
+    REQUIRE(facets_read.size() == 4);
+    for (std::size_t f = 0; f < 4; ++f)
+      for (std::size_t k = 0; k < 3; ++k)
+        CHECK(facets_read[f][k] == tetrahedron[static_cast<std::size_t>(facets[f][k])]);
+  }
 }
 
 TEST_CASE("A mesh that is cut off anywhere, or holds what is no number, is refused with the place") {

@@ -39,7 +39,7 @@ TEST_CASE(
     "The scenes that come with the program are those of the paper, an example, what a model forbids, and large ones") {
   std::vector<std::string> names;
   for (const std::string& file : bundled_scenarios()) names.push_back(std::filesystem::path(file).stem().string());
-  CHECK(names == std::vector<std::string>{"brick_wall", "circular_sliding", "conveyor", "grasp", "gripper",
+  CHECK(names == std::vector<std::string>{"brick_wall", "circular_sliding", "conveyor", "grasp", "gripper", "hills",
                                           "impacting_sphere", "mobile_robot", "mobile_robot_caster", "pile",
                                           "pushed_block", "quadruped", "rolling_drum", "rubble_slope", "sliding_box",
                                           "stack", "sticking_box", "tipping_box", "urdf_arm"});
