@@ -15,7 +15,7 @@ from pathlib import Path
 
 import standin
 import standin_slurm
-from contactbench import program
+from contactbench import program, slurm
 from contactbench.runs import TIMING
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -186,6 +186,35 @@ class Slurm(unittest.TestCase):
         for words in (["--chunk", "3"], ["--slurm=--time=1"], ["--submit-only"]):
             self.assertIn("are of --engine slurm", self.run_sweep(*words, engine="local", code=2))
         self.assertIn("--slurm: No closing quotation", self.run_sweep("--slurm='", code=2))
+
+
+class Revoked(unittest.TestCase):
+    def test_a_run_of_a_revoked_submission_is_not_published_though_the_program_made_its_folder_anew(self):
+        with tempfile.TemporaryDirectory() as folder:
+            submission, place = Path(folder) / "submission", Path(folder) / "run"
+            submission.mkdir()
+            scratch = program.begin(submission / program.DOING, "run")
+            program.clear(submission)
+            scratch.mkdir(parents=True)  # as the program does with --out
+            (scratch / "summary.json").write_text("{}")
+            with self.assertRaises(FileNotFoundError):
+                program.publish({}, scratch, place)
+            self.assertFalse(place.exists())
+
+    def test_a_revoked_submission_does_not_come_back_by_a_task_that_begins_a_run(self):
+        with tempfile.TemporaryDirectory() as folder:
+            with self.assertRaises(FileNotFoundError):
+                program.begin(Path(folder) / "submission" / program.DOING, "run")
+            self.assertEqual(list(Path(folder).iterdir()), [])
+
+    def test_a_task_that_is_over_may_still_write(self):
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "1.json").write_text(json.dumps({"jobs": [{"asked": {"run": "a"}}], "seconds": None}))
+            submission = slurm.Submission(Path(folder))
+            submission.chunks.pop(1)
+            line = {"run": "a", "record": {"status": "ok"}, "took_s": 1.0}
+            (Path(folder) / "1.late.log").write_text(json.dumps(line) + "\n")
+            self.assertEqual(list(submission.look()), [line])
 
 
 class Publish(unittest.TestCase):
