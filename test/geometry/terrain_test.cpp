@@ -121,6 +121,26 @@ TEST_CASE("A ridge carries between the normals of its two sides, a valley's seam
   }
 }
 
+TEST_CASE("Of a ball that lies on one slope a ridge is no contact, however far is looked ahead") {
+  const auto ground = roof(1);  // 45 degrees to both sides
+  const double r = 0.25, along = 0.02;
+  const Vec3 slope = Vec3(1, -1, 0).normalized(), up = Vec3(1, 1, 0).normalized();
+  Pose pose;
+  pose.p = along * slope + r * up + Vec3(0, 0, 0.3);
+  // The ridge is r - sqrt(r^2 + along^2) = 0.8 mm further from the ball than the slope, along a normal beyond the
+  // slope's.
+  std::vector<ContactPoint> points;
+  for (const Shape& prism : ground) contact_points(ball(r), pose, 0, prism, prism.local, 1, 1e-9, points, false, 0.01);
+  CHECK_FALSE(points.empty());
+  for (const ContactPoint& point : points) CHECK((point.normal - up).norm() < 1e-8);
+  // Above the ridge it is one.
+  points.clear();
+  pose.p = Vec3(0, r + 1e-3, 0.3);
+  for (const Shape& prism : ground) contact_points(ball(r), pose, 0, prism, prism.local, 1, 1e-9, points, false, 0.01);
+  CHECK_FALSE(points.empty());
+  for (const ContactPoint& point : points) CHECK((point.normal - Vec3::UnitY()).norm() < 1e-8);
+}
+
 TEST_CASE("What passes a ridge's inner sides far below the ridge's other slope meets nothing of it") {
   // A box flush on the left slope whose lower edge is far below the right slope's plane, up to the ridge.
   const double slope = 0.5, tilt = std::atan(slope);
