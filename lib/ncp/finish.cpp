@@ -14,7 +14,7 @@
 // rows; 3. no line search: a guess that is good goes in by full steps, and another is given up after `patience` steps;
 // 4. steps may be cut where the first contact opens or slips. Of redundant contacts (the corners of a box, level to a
 // billionth) each wants to open by an impulse that is large beside what it carries: let go all at once, they begin
-// anew.
+// anew; 5. steps beyond the tolerance keep the factors of the step before: chords.
 
 #include "ncp/finish.h"
 
@@ -67,8 +67,12 @@ void AlartCurnierNewton::begin(const NcpProblem& problem, VelocitySystem& system
   h_.resize(problem.nv());
 }
 
-void AlartCurnierNewton::linearise(double proximal, double touching) {
+// Is every contact on the piece of the map where it was, with the same proximal term?
+bool AlartCurnierNewton::linearise(double proximal, double touching) {
   const NcpProblem& p = *problem_;
+  bool as_before = !piece_.empty() && proximal == proximal_;
+  piece_.resize(p.nc());
+  proximal_ = proximal;
   std::fill(G_.begin(), G_.end(), 0.0);
   for (int c = 0; c < p.nc(); ++c) {
     const double w = p.weight[c], mu = p.mu[c], m = std::max(1.0, mu), stiff = 1 / (proximal * w), stiff_n = stiff / m;
@@ -76,12 +80,18 @@ void AlartCurnierNewton::linearise(double proximal, double touching) {
     const double x[] = {r[0] - u[0] / (w * m), r[1] - u[1] / w, r[2] - u[2] / w};
     double *G = &G_[9 * c], *to = &c_[3 * c];
     for (int i = 0; i < 3; ++i) to[i] = -r[i];
-    if (!(x[0] * w * m > -touching)) continue;
+    const double size = std::sqrt(x[1] * x[1] + x[2] * x[2]);
+    const Piece piece = !(x[0] * w * m > -touching)                 ? Piece::open
+                        : mu == 0                                   ? Piece::frictionless
+                        : size <= mu * x[0] || size * w <= touching ? Piece::sticks
+                                                                    : Piece::slips;
+    as_before = as_before && piece == piece_[c];
+    piece_[c] = piece;
+    if (piece == Piece::open) continue;
     G[0] = stiff_n;
     to[0] = -stiff_n * u[0];
-    if (mu == 0) continue;
-    const double size = std::sqrt(x[1] * x[1] + x[2] * x[2]);
-    if (size <= mu * x[0] || size * w <= touching) {
+    if (piece == Piece::frictionless) continue;
+    if (piece == Piece::sticks) {
       G[4] = G[8] = stiff;
       to[1] = -stiff * u[1];
       to[2] = -stiff * u[2];
@@ -98,6 +108,7 @@ void AlartCurnierNewton::linearise(double proximal, double touching) {
     G[8] = k * (1 - d[1] * d[1]);
     G[5] = G[7] = -k * d[0] * d[1];
   }
+  return as_before;
 }
 
 // Share of change_ at which the first contact that carries opens, one that sticks slips, or one that slips has turned.
@@ -121,11 +132,12 @@ bool AlartCurnierNewton::drifts() const {
   return difference <= same * same * size;
 }
 
-// A step from r_, cut where asked; false where its system could not be factored, or has no numbers for an answer.
-bool AlartCurnierNewton::step(double proximal, double touching, bool cut) {
+// A step from r_, cut where asked; as a chord by the factors of the step before, where nothing has changed its piece.
+// False where its system could not be factored, or has no numbers for an answer.
+bool AlartCurnierNewton::step(double proximal, double touching, bool cut, bool chord) {
   const NcpProblem& p = *problem_;
-  linearise(proximal, touching);
-  if (!system_->factor(G_)) return false;
+  const bool as_before = linearise(proximal, touching);
+  if (!(chord && as_before) && !system_->factor(G_)) return false;
   std::fill(h_.begin(), h_.end(), 0.0);
   multiply_transposed_add(*p.J, *p.M, c_, h_);
   system_->solve_in_place(h_);
@@ -149,16 +161,19 @@ bool AlartCurnierNewton::step(double proximal, double touching, bool cut) {
 
 double AlartCurnierNewton::solve(const Options& o, std::vector<double>& r, std::vector<double>& u, int& steps) {
   r_ = r;
+  piece_.clear();
   measure_->velocities(r_, v_, u_);
   last_.assign(r_.size(), 0.0);
   double best = measure_->residual(r_, u_), proximal = o.proximal;
   if (!std::isfinite(best)) best = HUGE_VAL;
+  double before = HUGE_VAL;
   u = u_;
   for (int k = 0, without = 0, returns = 0; k < o.limit && best > std::max(least_residual, sharp * o.tolerance); ++k) {
-    const bool enough = best <= o.tolerance;
+    const bool enough = best <= o.tolerance, chord = enough && before <= o.chord_from;
     poll_stop();
     ++steps;
-    const double residual = step(proximal, k == 0 ? o.touching : 0, o.cut) ? measure_->residual(r_, u_) : HUGE_VAL;
+    const double residual =
+        step(proximal, k == 0 ? o.touching : 0, o.cut, chord) ? measure_->residual(r_, u_) : HUGE_VAL;
     if (residual < 0.5 * best) {
       without = 0;
       if (residual > o.fast * best) proximal = std::max(o.least, o.falls * proximal);
@@ -168,6 +183,7 @@ double AlartCurnierNewton::solve(const Options& o, std::vector<double>& r, std::
       proximal *= o.grows;
     }
     const bool better = residual < worth * best;
+    before = best;
     if (residual < best) {
       best = residual;
       r = r_;

@@ -25,7 +25,9 @@ class AlartCurnierNewton {
     double touching = 0;
     bool cut = false;                 ///< do steps end where the first contact opens or slips?
     double falls = 0.1, grows = 100;  ///< of it, after a step that went well, and one that did not
-    double fast = 1e-2;               ///< -: residual over the one before below which it stays as it is
+    /// -: natural residual from which a step that came to the tolerance left the map's slopes as they were.
+    double chord_from = 1e-3;
+    double fast = 1e-2;  ///< -: residual over the one before below which it stays as it is
   };
   /// Of this problem, which must stay alive; `system` is prepared for it.
   void begin(const NcpProblem& problem, VelocitySystem& system, NcpMeasure& measure);
@@ -36,12 +38,15 @@ class AlartCurnierNewton {
  private:
   double share_before_change() const;
   bool drifts() const;
-  bool step(double proximal, double touching, bool cut);
-  void linearise(double proximal, double touching);
+  enum class Piece : char { open, frictionless, sticks, slips };
+  bool step(double proximal, double touching, bool cut, bool chord);
+  bool linearise(double proximal, double touching);
 
   const NcpProblem* problem_ = nullptr;
   NcpMeasure* measure_ = nullptr;
   VelocitySystem* system_ = nullptr;
+  std::vector<Piece> piece_;  // nc, of the map where it was linearised last; empty: not yet
+  double proximal_ = 0;       // of that
   std::vector<double> r_, u_, v_, G_, c_, du_, h_, change_, last_;
 };
 

@@ -62,7 +62,7 @@ class Nsgs {
 
   NsgsOptions o_;
   NcpMeasure measure_;
-  std::vector<Matrix3d> W_;      // nc, W_ii
+  std::vector<OneContact> contacts_;
   std::vector<double> columns_;  // M^-1 J_i^T, entry by entry, laid out as J's transposed
   std::vector<double> r_, u_, v_;
   double largest_change_ = 0;  // of the last sweep, of sqrt(w) r, over the largest of these
@@ -71,18 +71,19 @@ class Nsgs {
 
 bool Nsgs::prepare(const NcpProblem& p) {
   const int nc = p.nc();
-  W_.resize(nc);
+  contacts_.clear();
   columns_.resize(p.J->values.size());
   for (int c = 0; c < nc; ++c) {
-    W_[c].setZero();
+    Matrix3d W = Matrix3d::Zero();  // W_ii
     for (int e = p.J->band[c]; e < p.J->band[c + 1]; ++e) {
       const auto entry = p.J->entry(e);
       Eigen::Map<Eigen::MatrixX3d> column(columns_.data() + p.J->offset[e], entry.cols(), 3);
       column = entry.transpose();
       p.factor->solve_block_in_place(p.J->block[e], column.data(), 3);
-      W_[c].noalias() += entry * column;
+      W.noalias() += entry * column;
     }
-    if (!(W_[c](0, 0) > 0)) return false;
+    if (!(W(0, 0) > 0)) return false;
+    contacts_.emplace_back(W, p.mu[c]);
   }
   return true;
 }
@@ -94,8 +95,8 @@ void Nsgs::solve_contact(const NcpProblem& p, int c) {
     const auto entry = p.J->entry(e);
     u.noalias() += entry * Eigen::Map<const Eigen::VectorXd>(&v_[p.M->first[p.J->block[e]]], entry.cols());
   }
-  const OneContact contact{W_[c], u - W_[c] * r, p.mu[c]};
-  const Vector3d answer = o_.bisection ? bisect_one_contact(contact) : solve_one_contact(contact);
+  const OneContact& contact = contacts_[c];
+  const Vector3d q = u - contact.W() * r, answer = o_.bisection ? contact.bisect(q) : contact.solve(q);
   const Vector3d change = o_.relaxation * (answer - r);
   const double root = std::sqrt(p.weight[c]);
   r += change;

@@ -7,11 +7,12 @@
 //   (A + lambda I) r_t = -b,     A = W_tt - W_tn W_nt / W_nn,   b = q_t - W_tn q_n / W_nn
 //   f(lambda) = |r_t| - mu r_n = 0,   lambda > 0                                                         (1)
 // f(0) > 0 where it does not stick, and f -> mu q_n / W_nn < 0 as lambda grows, so that there is a root. In the
-// principal axes of A it takes a Newton step on f, or a halving where that leaves the bracket.
+// principal axes of A it takes a Newton step on mu r_n / |r_t| - 1, which is straight where A is round and nothing
+// couples, or a halving where that leaves the bracket.
 //
 // Source: O. Bonnefon, G. Daviet, Quartic formulation of Coulomb 3D frictional contact, INRIA RT-400 (2011), for (1);
 // J. Hwangbo, J. Lee, M. Hutter, Per-contact iteration method for solving contact dynamics, IEEE RA-L 3 (2018), sec.
-// III for bisect_one_contact. Differences: 1. a bracketed Newton step in place of the roots of the quartic. 2. In the
+// III for bisect. Differences: 1. a bracketed Newton step in place of the roots of the quartic. 2. In the
 // second the bracket is found by steps of an eighth of a turn from the direction against the slip without friction.
 // Where W_tt is singular (a joint's contact) what cannot stick slips. Cannot fail on finite data with W_nn > 0.
 
@@ -36,98 +37,114 @@ constexpr int most_steps = 200;
 /// -: step of lambda that is rounding; and whose square is, so that after it a Newton step would be.
 constexpr double rounding = 4e-16, last = 1e-9;
 
-/// The tangential problem when u_n = 0: u_t = A r_t + b, r_n = normal + slope.r_t.
-struct Tangential {
-  Matrix2d A;
-  Vector2d b, slope;
-  double normal;
-
-  explicit Tangential(const OneContact& c)
-      : A(c.W.bottomRightCorner<2, 2>() - c.W.bottomLeftCorner<2, 1>() * c.W.topRightCorner<1, 2>() / c.W(0, 0)),
-        b(c.q.tail<2>() - c.W.bottomLeftCorner<2, 1>() * (c.q[0] / c.W(0, 0))),
-        slope(-c.W.topRightCorner<1, 2>().transpose() / c.W(0, 0)),
-        normal(-c.q[0] / c.W(0, 0)) {}
-  double normal_at(const Vector2d& r_t) const { return normal + slope.dot(r_t); }
-};
-
 Vector3d together(double n, const Vector2d& t) { return {n, t[0], t[1]}; }
-
-/// Does it stick? r is the answer then.
-bool sticks(const OneContact& c, const Tangential& at, Vector3d& r) {
-  const double trace = c.W.trace(), determinant = at.A.determinant();
-  if (!(determinant > singular * singular * trace * trace)) return false;
-  const Vector2d r_t = -at.A.inverse() * at.b;
-  r = together(at.normal_at(r_t), r_t);
-  return r_t.norm() <= c.mu * r[0];
-}
 
 }  // namespace
 
-Vector3d solve_one_contact(const OneContact& c) {
-  if (!(c.q[0] < 0)) return Vector3d::Zero();
-  const Tangential at(c);
-  if (c.mu == 0 || at.b.isZero(0)) return together(at.normal, Vector2d::Zero());
-  Vector3d r;
-  if (sticks(c, at, r)) return r;
+/// The tangential problem when u_n = 0: u_t = A r_t + b, r_n = normal + slope.r_t.
+struct OneContact::Tangential {
+  Vector2d b;
+  double normal;
 
-  // Principal axes of A; of two expressions for the first one that in which nothing cancels.
-  const double mean = (at.A(0, 0) + at.A(1, 1)) / 2, half = (at.A(0, 0) - at.A(1, 1)) / 2, off = at.A(0, 1);
+  Tangential(const Matrix3d& W, const Vector3d& q)
+      : b(q.tail<2>() - W.bottomLeftCorner<2, 1>() * (q[0] / W(0, 0))), normal(-q[0] / W(0, 0)) {}
+  double normal_at(const Vector2d& slope, const Vector2d& r_t) const { return normal + slope.dot(r_t); }
+};
+
+OneContact::OneContact(const Matrix3d& W, double mu)
+    : W_(W),
+      mu_(mu),
+      A_(W.bottomRightCorner<2, 2>() - W.bottomLeftCorner<2, 1>() * W.topRightCorner<1, 2>() / W(0, 0)),
+      slope_(-W.topRightCorner<1, 2>().transpose() / W(0, 0)) {
+  const double trace = W.trace();
+  can_stick_ = A_.determinant() > singular * singular * trace * trace;
+  if (can_stick_) to_stick_ = -A_.inverse();
+  // Of two expressions for the first axis that in which nothing cancels.
+  const double mean = (A_(0, 0) + A_(1, 1)) / 2, half = (A_(0, 0) - A_(1, 1)) / 2, off = A_(0, 1);
   const double radius = std::sqrt(half * half + off * off);
-  const double a[] = {mean + radius, std::max(0.0, mean - radius)};
-  const Vector2d along_1 = half >= 0 ? Vector2d(half + radius, off) : Vector2d(off, radius - half);
-  const Vector2d e1 = radius > 0 ? Vector2d(along_1 / along_1.norm()) : Vector2d(Vector2d::UnitX());
-  const Vector2d e2(-e1[1], e1[0]);
-  const double b[] = {e1.dot(at.b), e2.dot(at.b)}, s[] = {e1.dot(at.slope), e2.dot(at.slope)};
-  const auto f = [&](double lambda, double& slope) {
+  a_[0] = mean + radius;
+  a_[1] = std::max(0.0, mean - radius);
+  const Vector2d along = half >= 0 ? Vector2d(half + radius, off) : Vector2d(off, radius - half);
+  first_ = radius > 0 ? Vector2d(along / along.norm()) : Vector2d(Vector2d::UnitX());
+  second_ = Vector2d(-first_[1], first_[0]);
+  s_[0] = first_.dot(slope_);
+  s_[1] = second_.dot(slope_);
+}
+
+/// Does it stick? r is the answer then.
+bool OneContact::sticks(const Tangential& at, Vector3d& r) const {
+  if (!can_stick_) return false;
+  const Vector2d r_t = to_stick_ * at.b;
+  r = together(at.normal_at(slope_, r_t), r_t);
+  return r_t.norm() <= mu_ * r[0];
+}
+
+Vector3d OneContact::solve(const Vector3d& q) const {
+  if (!(q[0] < 0)) return Vector3d::Zero();
+  const Tangential at(W_, q);
+  if (mu_ == 0 || at.b.isZero(0)) return together(at.normal, Vector2d::Zero());
+  Vector3d r;
+  return sticks(at, r) ? r : slips(at);
+}
+
+Vector3d OneContact::slips(const Tangential& at) const {
+  const double b[] = {first_.dot(at.b), second_.dot(at.b)};
+  const auto f = [&](double lambda, double& newton) {
     double square = 0, along = 0, normal = at.normal, falls = 0;
     for (int i = 0; i < 2; ++i) {
-      const double x = -b[i] / (a[i] + lambda), dx = -x / (a[i] + lambda);
+      const double x = -b[i] / (a_[i] + lambda), dx = -x / (a_[i] + lambda);
       square += x * x;
       along += x * dx;
-      normal += s[i] * x;
-      falls += s[i] * dx;
+      normal += s_[i] * x;
+      falls += s_[i] * dx;
     }
-    const double size = std::sqrt(square);
-    slope = (size > 0 ? along / size : 0) - c.mu * falls;
-    return size - c.mu * normal;
+    const double value = std::sqrt(square) - mu_ * normal;
+    newton = value * square / (mu_ * (falls * square - normal * along));
+    return value;
   };
-  double low = 0, high = at.b.norm() / (c.mu * at.normal) + c.W.trace(), slope = 0;
-  while (f(high, slope) > 0 && std::isfinite(high)) high *= 4;
-  double lambda = at.b.norm() / (c.mu * at.normal);  // the answer where nothing couples and A is round, but for A
+  double lambda = at.b.norm() / (mu_ * at.normal);  // the answer where nothing couples and A is round, but for A
+  double low = 0, high = lambda + W_.trace(), newton = 0;
+  bool bounded = false;  // is f(high) <= 0? Asked where a step goes so far: few do
   for (int k = 0; k < most_steps; ++k) {
-    const double value = f(lambda, slope);
+    const double value = f(lambda, newton);
     (value > 0 ? low : high) = lambda;
-    const double next = lambda - value / slope, step = std::abs(next - lambda);
+    bounded = bounded || !(value > 0);
+    const double next = lambda + newton, step = std::abs(newton);
     if (value == 0 || step <= rounding * lambda) break;  // before the bracket takes it for a miss
-    const bool inside = next > low && next < high;
+    bool inside = next > low && next < high;
+    if (!inside && !bounded) {
+      for (double unused; f(high, unused) > 0 && std::isfinite(high);) high *= 4;
+      bounded = true;
+      inside = next > low && next < high;
+    }
     lambda = inside ? next : (low + high) / 2;
     if (inside && step <= last * lambda) break;
   }
-  const Vector2d r_t = -b[0] / (a[0] + lambda) * e1 - b[1] / (a[1] + lambda) * e2;
+  const Vector2d r_t = -b[0] / (a_[0] + lambda) * first_ - b[1] / (a_[1] + lambda) * second_;
   // On the cone to the last bit: the normal impulse follows from the law's, friction from its direction.
-  const double normal = std::max(0.0, at.normal_at(r_t)), size = r_t.norm();
-  return together(normal, size > 0 ? Vector2d(r_t * (c.mu * normal / size)) : r_t);
+  const double normal = std::max(0.0, at.normal_at(slope_, r_t)), size = r_t.norm();
+  return together(normal, size > 0 ? Vector2d(r_t * (mu_ * normal / size)) : r_t);
 }
 
-Vector3d bisect_one_contact(const OneContact& c) {
-  if (!(c.q[0] < 0)) return Vector3d::Zero();
-  const Tangential at(c);
-  if (c.mu == 0 || at.b.isZero(0)) return together(at.normal, Vector2d::Zero());
+Vector3d OneContact::bisect(const Vector3d& q) const {
+  if (!(q[0] < 0)) return Vector3d::Zero();
+  const Tangential at(W_, q);
+  if (mu_ == 0 || at.b.isZero(0)) return together(at.normal, Vector2d::Zero());
   Vector3d r;
-  if (sticks(c, at, r)) return r;
+  if (sticks(at, r)) return r;
 
   // On the curve r_n(angle) (1, mu d(angle)) with u_n = 0: the slope of the energy r.W r / 2 + r.q along it.
   const auto direction = [](double angle) { return Vector2d(std::cos(angle), std::sin(angle)); };
   const auto normal = [&](const Vector2d& d) {
-    const double steep = 1 - c.mu * at.slope.dot(d);  // not positive: the curve does not close
+    const double steep = 1 - mu_ * slope_.dot(d);  // not positive: the curve does not close
     return steep > 0 ? at.normal / steep : HUGE_VAL;
   };
   const auto rises = [&](double angle) {
     const Vector2d d = direction(angle), across(-d[1], d[0]);
     const double n = normal(d);
-    if (!std::isfinite(n)) return at.slope.dot(across) > 0;  // back to where the curve is
-    const Vector2d u_t = at.A * (c.mu * n * d) + at.b;
-    return u_t.dot(across + (c.mu * n / at.normal) * at.slope.dot(across) * d) > 0;
+    if (!std::isfinite(n)) return slope_.dot(across) > 0;  // back to where the curve is
+    const Vector2d u_t = A_ * (mu_ * n * d) + at.b;
+    return u_t.dot(across + (mu_ * n / at.normal) * slope_.dot(across) * d) > 0;
   };
   const Vector2d guess = -at.b;
   double angle = std::atan2(guess[1], guess[0]);
@@ -141,7 +158,7 @@ Vector3d bisect_one_contact(const OneContact& c) {
   }
   const Vector2d d = direction((low + high) / 2);
   const double n = normal(d);
-  return std::isfinite(n) ? together(n, c.mu * n * d) : Vector3d::Zero();
+  return std::isfinite(n) ? together(n, mu_ * n * d) : Vector3d::Zero();
 }
 
 }  // namespace cb

@@ -51,6 +51,7 @@ SymmetricPattern graph(const BandMatrix& J, int blocks) {
 void VelocitySystem::prepare(const BlockDiagonalMatrix& M, const BandMatrix& J) {
   M_ = &M;
   J_ = &J;
+  G_.clear();
   if (first_ != M.first || band_ != J.band || block_ != J.block) analyse();
   for (std::size_t e = 0; e < block_.size(); ++e) {
     const int size = M.block_size(block_[e]), rows = BlockLu::padded(size);
@@ -82,14 +83,17 @@ void VelocitySystem::analyse() {
 
 // The padding of J^T reaches into rows that are not meant, and adds zeros to them.
 bool VelocitySystem::factor(std::span<const double> G) {
+  if (std::equal(G.begin(), G.end(), G_.begin(), G_.end())) return true;
+  G_.clear();
   const std::span<double> lower = lu_.lower(), upper = lu_.upper();
   std::fill(lower.begin(), lower.end(), 0.0);
   std::fill(upper.begin(), upper.end(), 0.0);
   for (int b = 0; b < M_->blocks(); ++b) {
     const int size = M_->block_size(b);
-    for (int j = 0; j < size; ++j)
-      std::copy_n(M_->values.data() + M_->offset[b] + j * size, size,
-                  lower.data() + diagonal_[b].at + j * diagonal_[b].stride);
+    const double* in = M_->values.data() + M_->offset[b];
+    double* out = lower.data() + diagonal_[b].at;
+    for (int j = 0; j < size; ++j, in += size, out += diagonal_[b].stride)
+      for (int i = 0; i < size; ++i) out[i] = in[i];  // a call for each column would take longer
   }
   std::size_t pair = 0;
   for (int c = 0; c < J_->bands(); ++c) {
@@ -108,7 +112,9 @@ bool VelocitySystem::factor(std::span<const double> G) {
         if (f != e) add_product(upper.data() + at, stride, Et, rows, At, F, columns);
       }
   }
-  return lu_.factor();
+  if (!lu_.factor()) return false;
+  G_.assign(G.begin(), G.end());
+  return true;
 }
 
 void VelocitySystem::solve_in_place(std::span<double> h) {

@@ -14,7 +14,7 @@ class VelocitySystem {
  public:
   /// Sets the structure; the symbolic factorisation is kept while it stays the same. Views must stay alive.
   void prepare(const BlockDiagonalMatrix& M, const BandMatrix& J);
-  /// G: 9 a contact, column-major, kg. False where a pivot fails.
+  /// G: 9 a contact, column-major, kg. False where a pivot fails. The same G as before is not factored again.
   bool factor(std::span<const double> G);
   /// Of the determinant of what was factored: 1 or -1.
   int sign() const { return lu_.sign(); }
@@ -31,6 +31,7 @@ class VelocitySystem {
   std::vector<BlockPattern::Place> pair_;      // per pair of entries of a band
   std::vector<double> transposed_;             // J^T by entries, three padded columns each
   std::vector<int> transposed_at_;
+  std::vector<double> G_;                  // what is factored; empty: nothing
   std::vector<int> first_, band_, block_;  // the structure that lu_ was made for
 };
 
