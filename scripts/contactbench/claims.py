@@ -362,11 +362,12 @@ def c8(claim, results):
     both = pairs_of(results, "ynl")
     ratio = {
         b.label + ", " + b["scene"] + (" " + b["parameters"] if b["parameters"] else ""):
-        number(b["peak_memory_mb"]) / number(a["peak_memory_mb"]) for a, b in both}
+        number(b["peak_memory_mb"]) / number(a["peak_memory_mb"]) for a, b in both
+        if all(c["peak_memory_mb"] for c in (a, b))}
     out = [b for _, b in both if b["status"] == "memory_limit"]
     worst = max(ratio, key=ratio.get, default="")
     claim.ask("ynl",
-              bool(out) or ratio[worst] > 10 if both else None, {
+              bool(out) or ratio[worst] > 10 if ratio else bool(out) or None, {
                   "runs": len(both), "ended by memory": len(out), "largest memory over Lemke's": ratio.get(worst),
                   "there": worst}, out, timing=True)
 

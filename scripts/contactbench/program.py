@@ -439,7 +439,8 @@ def done(job: dict, scratch: Path, load: Load) -> dict:
         (scratch / "summary.json").unlink(missing_ok=True)
     record = {"status": status, "reason": reason.replace(str(scratch), "."), "exit_code": code}
     record |= {"finished": status in ("ok", "inaccurate"), "t_reached": None if trusted else reached(scratch)}
-    record |= {"wall_s": round(wall, 4), "peak_memory_mb": round(peak, 2)}
+    # What could not be started has no memory.
+    record |= {"wall_s": round(wall, 4), "peak_memory_mb": round(peak, 2) or None}
     known = others is not None
     return record | {"other_cores": round(others, 3) if known else None, "busy": others > BUSY if known else None}
 

@@ -10,6 +10,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
+import pandas as pd
 import standin
 from contactbench import claims, precision, sections, solve_all
 from contactbench.runs import Runs
@@ -217,6 +218,17 @@ class Report(unittest.TestCase):
         self.assertEqual(set(claims.asked("C1", results).answers.values()), {claims.NO})
         table["error_energy_rise_relative"] = ""
         self.assertEqual(set(claims.asked("C1", results).answers.values()), {claims.UNKNOWN})
+
+    def test_of_memory_that_nobody_knows_a_claim_cannot_be_told(self):
+        def told(memory):
+            results = self.results()
+            lemke = results.table[results.table["solver"] == "lemke"]
+            results.table = pd.concat([results.table, lemke.assign(solver="ynl", peak_memory_mb=memory)])
+            return claims.asked("C8", results).parts[1].verdict
+
+        self.assertEqual(told("12.0"), claims.NO)
+        self.assertEqual(told("1200.0"), claims.YES)
+        self.assertEqual(told(""), claims.UNKNOWN)
 
     def test_the_fastest_is_faster_than_every_other_and_not_than_some(self):
         for lemke, answer in ((0.5, claims.YES), (2.0, claims.NO)):

@@ -13,6 +13,7 @@ import unittest
 from pathlib import Path
 
 import standin
+from contactbench import program
 from contactbench.runs import TIMING
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -188,6 +189,15 @@ class Sweep(unittest.TestCase):
         row = self.one("eat")
         self.assertEqual(row["status"], "memory_limit")
         self.assertLess(float(row["peak_memory_mb"]), 2 * 200 + 256)
+
+    def test_a_program_that_is_not_there_is_a_crash_without_memory(self):
+        job = {
+            "program": "/nowhere/contactbench", "scene": "x.xml", "flags": [], "statuses": ["ok"], "timed": False, "time_limit_s": 1,
+            "wall_limit_s": 2, "memory_limit_mb": 200, "record_every": 1, "record_contacts": False}
+        with tempfile.TemporaryDirectory() as folder:
+            record = program.done(job, Path(folder), program.Load())
+        self.assertEqual((record["status"], record["peak_memory_mb"]), ("crash", None))
+        self.assertIn("No such file", record["reason"])
 
     def test_garbage_is_one_row_and_is_never_read_as_a_result(self):
         for mode in ("garbage", "cut", "silent", "nan", "liar"):
