@@ -14,9 +14,10 @@ SimulationOptions with_pruning(SimulationOptions simulation, const MethodRow& ro
 ContactMethod make_method(const MethodRow& row, MethodOptions options, const PrunedRun& run, bool prune) {
   options.warm_starts = run.warm_starts;
   options.answered_by = run.answered_by;
-  // Islands are problems of their own in any case: none may set the scale that another is solved to.
-  PruneOptions islands_only{true, false, false};
-  return pruned(row, options, run.left_out, prune ? PruneOptions() : islands_only);
+  // In any case: islands are problems of their own, none may set the scale that another is solved to; and unknowns of
+  // friction that is none are not there, they make the bases of an LCP singular.
+  const PruneOptions always{.islands = true, .closed_forms = false, .idle_friction = true};
+  return pruned(row, options, run.left_out, prune ? PruneOptions() : always);
 }
 
 }  // namespace
