@@ -67,7 +67,8 @@ void AlartCurnierNewton::begin(const NcpProblem& problem, VelocitySystem& system
   h_.resize(problem.nv());
 }
 
-// Is every contact on the piece of the map where it was, with the same proximal term?
+// G_ and c_ of each contact's piece of the map at r_. Returns whether all are on the pieces where they were, with the
+// same proximal term.
 bool AlartCurnierNewton::linearise(double proximal, double touching) {
   const NcpProblem& p = *problem_;
   bool as_before = !piece_.empty() && proximal == proximal_;

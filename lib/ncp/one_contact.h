@@ -8,7 +8,6 @@ namespace cb {
 /// themselves is found once, for as many q as come.
 class OneContact {
  public:
-  OneContact() = default;
   /// W: 1/kg; mu: 0: r_t = 0.
   OneContact(const Eigen::Matrix3d& W, double mu);
   /// The exact answer of Coulomb's and Signorini's law: r, N s. q: m/s, velocity without this contact's impulse.

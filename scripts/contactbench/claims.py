@@ -367,7 +367,7 @@ def c8(claim, results):
     out = [b for _, b in both if b["status"] == "memory_limit"]
     worst = max(ratio, key=ratio.get, default="")
     claim.ask("ynl",
-              bool(out) or ratio[worst] > 10 if ratio else bool(out) or None, {
+              True if out else ratio[worst] > 10 if ratio else None, {
                   "runs": len(both), "ended by memory": len(out), "largest memory over Lemke's": ratio.get(worst),
                   "there": worst}, out, timing=True)
 

@@ -16,10 +16,14 @@ struct Outcome {
 };
 
 // The box on its grid of contact points, started with the velocity given, after some steps.
-Outcome after(const char* method, bool prune, int n, const std::array<double, 6>& start, double restitution = 0) {
+Outcome after(const char* method, bool prune, int n, const std::array<double, 6>& start, double restitution = 0,
+              double mu = -1) {
   Scenario scenario = load_scenario(SOURCE_ROOT "/scenarios/stress/contact_grid.xml", {{"n", std::to_string(n)}});
   std::copy(start.begin(), start.end(), scenario.initial.v.begin());
-  for (PairLaw& law : scenario.pairs.laws) law.restitution = restitution;
+  for (PairLaw& law : scenario.pairs.laws) {
+    law.restitution = restitution;
+    if (mu >= 0) law.mu = mu;
+  }
   SimulationOptions options;
   options.step = 1e-3;
   PrunedRun run(scenario, options, *find_method(method), {}, prune);
@@ -66,6 +70,15 @@ TEST_CASE("where the patch spins the polygon keeps all its points, and the cone 
 TEST_CASE("points of a pair with restitution, and of methods that hit one after the other, stay", "[left_out]") {
   CHECK(count(after("ap", true, 4, {0, -1, 0, 0, 0, 0}, 0.5), "coplanar contacts") == 0);
   CHECK(count(after("newton", true, 4, {0, 0, 0, 0, 0, 0}), "coplanar contacts") == 0);
+}
+
+TEST_CASE("without friction the polygon has no unknowns of it, whatever else stays", "[left_out]") {
+  for (const bool prune : {false, true}) {
+    const Outcome smooth = after("ap", prune, 2, {0.5, 0, 0, 0, 0, 0}, 0, 0);
+    CHECK(count(smooth, "unknowns of friction of contacts with mu = 0") == 20 * 4);
+    CHECK(smooth.v[0] == Approx(0.5).margin(1e-12));
+    CHECK(count(after("ap", prune, 2, {0.5, 0, 0, 0, 0, 0}), "unknowns of friction of contacts with mu = 0") == 0);
+  }
 }
 
 TEST_CASE("a box on its edge keeps the ends of the edge, and one that flies has no contact", "[left_out]") {
