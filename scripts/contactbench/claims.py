@@ -366,10 +366,9 @@ def c8(claim, results):
         if all(c["peak_memory_mb"] for c in (a, b))}
     out = [b for _, b in both if b["status"] == "memory_limit"]
     worst = max(ratio, key=ratio.get, default="")
-    claim.ask("ynl",
-              True if out else ratio[worst] > 10 if ratio else None, {
-                  "runs": len(both), "ended by memory": len(out), "largest memory over Lemke's": ratio.get(worst),
-                  "there": worst}, out, timing=True)
+    claim.ask("ynl", True if out else ratio[worst] > 10 if ratio else None, {
+        "runs": len(both), "ended by memory": len(out), "largest memory over Lemke's": ratio.get(worst), "there": worst
+    }, out, timing=True)
 
 
 def c9(claim, results):
