@@ -30,9 +30,9 @@ void add_congruence(double* C, int stride, const double* Et, int rows, const dou
       load(Et + i, e);
       load(Et + rows + i, f);
       load(Et + 2 * rows + i, g);
-      x += e * a;
-      x += f * b;
-      x += g * c;
+      add_fused(e, a, x);
+      add_fused(f, b, x);
+      add_fused(g, c, x);
       store(x, C + i);
     }
   }
@@ -46,7 +46,7 @@ void add_outer(double* C, int stride, const double* e, int rows, double d, const
       Pack x, y;
       load(C + i, x);
       load(e + i, y);
-      x += y * f;
+      add_fused(y, f, x);
       store(x, C + i);
     }
   }

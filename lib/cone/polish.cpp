@@ -17,6 +17,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "cone/rows.h"
 #include "linalg/stop.h"
@@ -51,6 +52,7 @@ class Polish {
     double square = 0;    // J, squared natural map
     double products = 0;  // J, sum of |r.y|, |eta u_n|, and kappa times what y is short of the dual cone
     double missing = 0;   // m/s, the latter
+    double impulses = 0;  // J, squared impulses by the weights of the natural map
   };
 
   double linearise();
@@ -71,7 +73,8 @@ class Polish {
   ConeWorkspace& w_;
   ConeSolution& x_;
   double proximal_;
-  double best_ = HUGE_VAL;  // sqrt(J), least natural map
+  double best_ = HUGE_VAL;    // sqrt(J), least natural map
+  double best_impulses_ = 0;  // sqrt(J), size of the impulses there
   int stalled_ = 0;
   Sums sums_;
   bool s_active_ = false;
@@ -115,6 +118,7 @@ double Polish::linearise() {
   const Vector3d z = r - y / w;
   const double t = std::sqrt(z[1] * z[1] + z[2] * z[2]);
   sums.products += std::abs(r.dot(y));
+  sums.impulses += w * r.squaredNorm();
   if (p_.has_bound()) sums.missing = std::max(sums.missing, mu * tangential(y.data()) - y[0]);
   if (mu == 0) {  // a half-line: r_t = 0
     G.setZero();
@@ -144,6 +148,7 @@ double Polish::linearise() {
 [[gnu::always_inline]] inline void Polish::linearise_multiplier(int c, Sums& sums) {
   const double u_n = w_.velocities.u[3 * c] + p_.slack_of(c), w_eta = w_.scales.w_eta[c], eta = x_.eta[c];
   sums.products += std::abs(eta * u_n);
+  sums.impulses += w_eta * eta * eta;
   if (p_.is_fixed(c) || eta - u_n / w_eta > 0) {
     w_.newton.D[c] = 1 / (proximal_ * w_eta);
     w_.newton.c_eta[c] = -w_.newton.D[c] * u_n;
@@ -164,19 +169,23 @@ void Polish::linearise_bound() {
   sums_.square += s_active_ ? excess * excess * w : x_.s * x_.s / w;
 }
 
-// Without progress, or at rounding and not halved again.
+// Without progress, or at rounding and not halved again: of the problem's scale, or of its impulses, whose last bits
+// are in the velocities.
 bool Polish::gives_up(double residual) {
   if (!std::isfinite(residual) && (!rules_.goes_back || best_ == HUGE_VAL)) return true;  // nothing to go back to
   if (residual < 0.5 * best_) {
     stalled_ = 0;
     return false;
   }
-  return best_ < options_.rounding * w_.scales.size || ++stalled_ > rules_.patience;
+  constexpr double last_bits = 4 * std::numeric_limits<double>::epsilon();
+  return best_ < std::max(options_.rounding * w_.scales.size, last_bits * best_impulses_) ||
+         ++stalled_ > rules_.patience;
 }
 
 void Polish::keep_or_go_back(double residual) {
   if (residual < best_) {
     best_ = residual;
+    best_impulses_ = std::sqrt(sums_.impulses);
     w_.best = x_;
     proximal_ = std::max(options_.proximal, 0.1 * proximal_);
   } else if (rules_.goes_back) {
@@ -190,7 +199,7 @@ void Polish::keep_or_go_back(double residual) {
 // Far below rounding, and no product of a large impulse with a velocity that should be zero is left.
 bool Polish::cannot_be_better() const {
   const double tiny = 1e-2 * options_.rounding, size = w_.scales.size;
-  return best_ <= tiny * size && sums_.products <= tiny * size * size;
+  return best_ <= tiny * size && sums_.products <= 10 * tiny * size * size;
 }
 
 bool Polish::step() {

@@ -19,7 +19,7 @@ void subtract_product(double* C, int rows_c, const double* A, int rows_a, const 
     for (int r = 0; r < R; ++r) load(A + k * rows_a + lanes * r, a[r]);
     for (int q = 0; q < Q; ++q) {
       const double b = B[k * rows_b + q];
-      for (int r = 0; r < R; ++r) sum[q][r] -= a[r] * b;
+      for (int r = 0; r < R; ++r) subtract_fused(a[r], b, sum[q][r]);
     }
   }
   for (int q = 0; q < Q; ++q)
@@ -65,8 +65,8 @@ void divide_by_transposed(double* B, int rows_b, const double* L, int n, int row
         Pack x, y;
         load(B + k * rows_b + lanes * r, x);
         load(B + (k + 1) * rows_b + lanes * r, y);
-        even[r] -= x * a;
-        odd[r] -= y * b;
+        subtract_fused(x, a, even[r]);
+        subtract_fused(y, b, odd[r]);
       }
     }
     if (k < j) {
@@ -74,7 +74,7 @@ void divide_by_transposed(double* B, int rows_b, const double* L, int n, int row
       for (int r = 0; r < R; ++r) {
         Pack x;
         load(B + k * rows_b + lanes * r, x);
-        even[r] -= x * a;
+        subtract_fused(x, a, even[r]);
       }
     }
     for (int r = 0; r < R; ++r) {
@@ -101,13 +101,13 @@ inline void subtract(double* y, const double* A, int rows, int columns, const do
       Pack a, b;
       load(A + k * rows + i, a);
       load(A + (k + 1) * rows + i, b);
-      even -= a * x[k];
-      odd -= b * x[k + 1];
+      subtract_fused(a, x[k], even);
+      subtract_fused(b, x[k + 1], odd);
     }
     if (k < columns) {
       Pack a;
       load(A + k * rows + i, a);
-      even -= a * x[k];
+      subtract_fused(a, x[k], even);
     }
     even += odd;
     store(even, y + i);
@@ -122,7 +122,7 @@ inline void subtract_transposed(double* y, const double* A, int rows, int column
       Pack a, b;
       load(A + k * rows + i, a);
       load(x + i, b);
-      sum += a * b;
+      add_fused(a, b, sum);
     }
     y[k] -= (sum[0] + sum[1]) + (sum[2] + sum[3]);
   }

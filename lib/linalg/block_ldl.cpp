@@ -31,7 +31,7 @@ bool factor_block(double* S, int n, int rows, double* pivots, double* inverse_pi
         Pack x, y;
         load(other + i, x);
         load(column + i, y);
-        x -= y * f;
+        subtract_fused(y, f, x);
         store(x, other + i);
       }
     }
@@ -117,7 +117,7 @@ void BlockLdl::solve() {
         Pack y, l;
         load(x + i, y);
         load(L + j * rows + i, l);
-        y -= l * f;
+        subtract_fused(l, f, y);
         store(y, x + i);
       }
     }
@@ -140,7 +140,7 @@ void BlockLdl::solve() {
         Pack y, u;
         load(x + i, y);
         load(U + j * rows + i, u);
-        y -= u * f;
+        subtract_fused(u, f, y);
         store(y, x + i);
       }
     }

@@ -84,7 +84,7 @@ void BlockLu::divide_column(int k) {
           Pack x, y;
           load(B + j * rows_e + i, x);
           load(B + l * rows_e + i, y);
-          x -= y * f;
+          subtract_fused(y, f, x);
           store(x, B + j * rows_e + i);
         }
       }

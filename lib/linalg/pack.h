@@ -1,6 +1,9 @@
 #pragma once
 
 #include <cstring>
+#ifdef __FMA__
+#include <immintrin.h>
+#endif
 
 namespace cb {
 
@@ -16,6 +19,26 @@ inline void load_aligned(const double* p, Pack& x) {
   load(static_cast<const double*>(__builtin_assume_aligned(p, 32)), x);
 }
 inline void store_aligned(const Pack& x, double* p) { store(x, static_cast<double*>(__builtin_assume_aligned(p, 32))); }
+
+/// x + a b, rounded once where the instruction set has that: the compiler is told to fuse nothing, since what it would
+/// choose depends on its version and tuning; what is written out is the same in every build.
+inline void add_fused(const Pack& a, const Pack& b, Pack& x) {
+#ifdef __FMA__
+  x = _mm256_fmadd_pd(a, b, x);
+#else
+  x += a * b;
+#endif
+}
+/// x - a b.
+inline void subtract_fused(const Pack& a, const Pack& b, Pack& x) {
+#ifdef __FMA__
+  x = _mm256_fnmadd_pd(a, b, x);
+#else
+  x -= a * b;
+#endif
+}
+inline void add_fused(const Pack& a, double b, Pack& x) { add_fused(a, Pack{b, b, b, b}, x); }
+inline void subtract_fused(const Pack& a, double b, Pack& x) { subtract_fused(a, Pack{b, b, b, b}, x); }
 
 /// The largest of four, none of which may be NaN.
 inline double largest_of(Pack x) {

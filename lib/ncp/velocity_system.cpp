@@ -22,9 +22,9 @@ void add_product(double* C, int stride, const double* Et, int rows, const double
       load(Et + i, e);
       load(Et + rows + i, f);
       load(Et + 2 * rows + i, g);
-      x += e * a;
-      x += f * b;
-      x += g * c;
+      add_fused(e, a, x);
+      add_fused(f, b, x);
+      add_fused(g, c, x);
       store(x, C + i);
     }
   }
