@@ -8,6 +8,12 @@ void find_islands(const ContactProblem& problem, Islands& islands) {
   const BandMatrix& J = problem.J;
   const int nc = problem.nc();
   std::vector<int>& parent = islands.of_block;
+  if (nc > 0 && problem.M.blocks() == 1 && J.band[nc] == nc) {  // all contacts are those of one body
+    parent.assign(1, 0);
+    islands.of_contact.assign(nc, 0);
+    islands.count = 1;
+    return;
+  }
   parent.resize(problem.M.blocks());
   for (int b = 0; b < problem.M.blocks(); ++b) parent[b] = b;
   const auto root = [&](int b) {

@@ -173,7 +173,12 @@ double PathJudge::worst_of_groups(const ScaledLoad& load) {
   const std::vector<int>& group = load.of->groups.of_pair;
   if (group.empty()) return error_.maxCoeff() / load.judged;
   squares_.setZero(size_.size());
-  for (Eigen::Index i = 0; i < error_.size(); ++i) squares_[group[i]] += error_[i] * error_[i];
+  for (Eigen::Index i = 0; i < error_.size();) {
+    const int g = group[i];
+    double square = squares_[g];  // not through memory from pair to pair
+    for (; i < error_.size() && group[i] == g; ++i) square += error_[i] * error_[i];
+    squares_[g] = square;
+  }
   double worst = 0;
   for (Eigen::Index g = 0; g < size_.size(); ++g) {
     const double error = std::sqrt(squares_[g]) - excused_[g];

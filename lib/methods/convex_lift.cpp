@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "cone/rows.h"
 
@@ -20,6 +21,9 @@ namespace {
 
 /// What a step that is not the last must make of what is left.
 constexpr double least_progress = 0.1;
+
+/// -: of N z - 1, what its last bits are.
+constexpr double last_bits = 4 * std::numeric_limits<double>::epsilon();
 
 class Lift {
  public:
@@ -40,7 +44,7 @@ class Lift {
     double last = HUGE_VAL;
     for (int k = 0;; ++k) {
       find_velocity();
-      if (b_.miss == 0) return;
+      if (b_.miss <= last_bits) return;
       const bool done = k == t_.cone.polish_limit || b_.miss > least_progress * last;
       last = b_.miss;
       solve();
