@@ -39,10 +39,9 @@ class Polish {
     for (int k = 0; k <= rules_.limit; ++k) {
       poll_stop();
       const double residual = linearise();
-      if (gives_up(residual)) break;
-      keep_or_go_back(residual);
-      if (cannot_be_better() || k == rules_.limit) break;
-      if (!step()) break;
+      const bool over = gives_up(residual);
+      if (!over || residual < best_) keep_or_go_back(residual);
+      if (over || cannot_be_better() || k == rules_.limit || !step()) break;
     }
     return accept();
   }
@@ -52,7 +51,7 @@ class Polish {
     double square = 0;    // J, squared natural map
     double products = 0;  // J, sum of |r.y|, |eta u_n|, and kappa times what y is short of the dual cone
     double missing = 0;   // m/s, the latter
-    double impulses = 0;  // J, squared impulses by the weights of the natural map
+    double impulses = 0;  // J, squares of r by the weights of the natural map; velocities have nothing of eta
   };
 
   double linearise();
@@ -74,7 +73,7 @@ class Polish {
   ConeSolution& x_;
   double proximal_;
   double best_ = HUGE_VAL;    // sqrt(J), least natural map
-  double best_impulses_ = 0;  // sqrt(J), size of the impulses there
+  double best_impulses_ = 0;  // sqrt(J), size of r there
   int stalled_ = 0;
   Sums sums_;
   bool s_active_ = false;
@@ -148,7 +147,6 @@ double Polish::linearise() {
 [[gnu::always_inline]] inline void Polish::linearise_multiplier(int c, Sums& sums) {
   const double u_n = w_.velocities.u[3 * c] + p_.slack_of(c), w_eta = w_.scales.w_eta[c], eta = x_.eta[c];
   sums.products += std::abs(eta * u_n);
-  sums.impulses += w_eta * eta * eta;
   if (p_.is_fixed(c) || eta - u_n / w_eta > 0) {
     w_.newton.D[c] = 1 / (proximal_ * w_eta);
     w_.newton.c_eta[c] = -w_.newton.D[c] * u_n;
@@ -169,17 +167,16 @@ void Polish::linearise_bound() {
   sums_.square += s_active_ ? excess * excess * w : x_.s * x_.s / w;
 }
 
-// Without progress, or at rounding and not halved again: of the problem's scale, or of its impulses, whose last bits
-// are in the velocities.
+// Without progress, or at rounding and not halved again: that of the problem's scale, or what the last bits of r leave
+// in the velocities.
 bool Polish::gives_up(double residual) {
   if (!std::isfinite(residual) && (!rules_.goes_back || best_ == HUGE_VAL)) return true;  // nothing to go back to
   if (residual < 0.5 * best_) {
     stalled_ = 0;
     return false;
   }
-  constexpr double last_bits = 4 * std::numeric_limits<double>::epsilon();
-  return best_ < std::max(options_.rounding * w_.scales.size, last_bits * best_impulses_) ||
-         ++stalled_ > rules_.patience;
+  constexpr double units = 4 * std::numeric_limits<double>::epsilon();
+  return best_ < std::max(options_.rounding * w_.scales.size, units * best_impulses_) || ++stalled_ > rules_.patience;
 }
 
 void Polish::keep_or_go_back(double residual) {
@@ -196,10 +193,10 @@ void Polish::keep_or_go_back(double residual) {
   }
 }
 
-// Far below rounding, and no product of a large impulse with a velocity that should be zero is left.
+// Far below rounding, and so are the products of large impulses with velocities that should be zero.
 bool Polish::cannot_be_better() const {
-  const double tiny = 1e-2 * options_.rounding, size = w_.scales.size;
-  return best_ <= tiny * size && sums_.products <= 10 * tiny * size * size;
+  const double size = w_.scales.size;
+  return best_ <= 1e-2 * options_.rounding * size && sums_.products <= exact_gap * size * size;
 }
 
 bool Polish::step() {

@@ -15,10 +15,10 @@ class ArticulatedBody {
   /// or kg, to the diagonal of M; empty: none. With h d there a damper's torque -d qd counts as that of the rates at
   /// the end of a step h.
   void factor(const Model& model, const Tree& tree, const State& state, std::span<const double> added = {});
-  /// With the inertias of factor(), in the same pose. `tau`: generalised forces at the joints, `qdd`: result; both of
-  /// this tree, tree.nv (units and meaning as in NewtonEuler). `force`: on each body of the model at its centre of
-  /// mass, N, world; empty: none. Twists of the links must be those of qd. `turning`: with centrifugal, Coriolis and
-  /// gyroscopic forces?
+  /// With the inertias of factor(), of the same tree in the same pose. `tau`: generalised forces at the joints, `qdd`:
+  /// result; both of this tree, tree.nv (units and meaning as in NewtonEuler). `force`: on each body of the model at
+  /// its centre of mass, N, world; empty: none. Twists of the links must be those of qd. `turning`: with centrifugal,
+  /// Coriolis and gyroscopic forces?
   void accelerations(const Tree& tree, const State& state, std::span<const Vec3> force, std::span<const double> tau,
                      std::span<double> qdd, bool turning = true);
   /// Both.

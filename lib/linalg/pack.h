@@ -20,8 +20,9 @@ inline void load_aligned(const double* p, Pack& x) {
 }
 inline void store_aligned(const Pack& x, double* p) { store(x, static_cast<double*>(__builtin_assume_aligned(p, 32))); }
 
-/// x + a b, rounded once where the instruction set has that: the compiler is told to fuse nothing, since what it would
-/// choose depends on its version and tuning; what is written out is the same in every build.
+/// x + a b, rounded once on x86-64 from level v3 on, else twice: the compiler is told to fuse nothing, since what it
+/// would choose depends on its version and tuning; what is written out is the same in every build for an instruction
+/// set.
 inline void add_fused(const Pack& a, const Pack& b, Pack& x) {
 #ifdef __FMA__
   x = _mm256_fmadd_pd(a, b, x);

@@ -22,7 +22,7 @@ namespace {
 /// What a step that is not the last must make of what is left.
 constexpr double least_progress = 0.1;
 
-/// -: of N z - 1, what its last bits are.
+/// -: of N z less the shares (1, or 0), what its last bits are.
 constexpr double last_bits = 4 * std::numeric_limits<double>::epsilon();
 
 class Lift {
@@ -38,6 +38,7 @@ class Lift {
     s_.u_step.resize(3 * island_.nc());
     s_.h.resize(island_.nv());
     if (!factor()) {
+      b_.miss = HUGE_VAL;
       std::fill(b_.z.begin(), b_.z.end(), 0.0);
       return;
     }
@@ -81,7 +82,7 @@ class Lift {
     for (int c = 0; c < nc; ++c) {
       const double miss = s_.u_step[3 * c] - island_.share[c];
       s_.step[3 * c] = set_[c] ? -s_.G[9 * c] * miss : 0;
-      if (set_[c]) b_.miss = std::max(b_.miss, std::abs(miss));
+      if (set_[c] && !(std::abs(miss) <= b_.miss)) b_.miss = std::isnan(miss) ? HUGE_VAL : std::abs(miss);
     }
   }
 

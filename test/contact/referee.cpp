@@ -264,6 +264,24 @@ TEST_CASE("islands are the connected components, numbered by their first contact
   CHECK(islands.count == 2);
   CHECK(islands.of_contact == std::vector<int>{0, 1, 0});
   CHECK(islands.of_block == std::vector<int>{0, 1, -1, 0, 1});
+
+  ContactProblem one;
+  one.M.add_block(6);
+  for (int c = 0; c < 2; ++c) {
+    one.J.add_band();
+    one.J.add_entry(0, 6);
+    one.mu.push_back(0.5);
+  }
+  find_islands(one, islands);
+  CHECK(islands.count == 1);
+  CHECK(islands.of_contact == std::vector<int>{0, 0});
+  CHECK(islands.of_block == std::vector<int>{0});
+  one.J.add_band();  // between fixed bodies
+  one.mu.push_back(0.5);
+  find_islands(one, islands);
+  CHECK(islands.count == 2);
+  CHECK(islands.of_contact == std::vector<int>{0, 0, 1});
+  CHECK(islands.of_block == std::vector<int>{0});
 }
 
 TEST_CASE("the Delassus matrix and its diagonal blocks are J M^-1 J^T") {

@@ -59,6 +59,31 @@ TEST_CASE("articulated bodies accelerate as M^-1 (tau - bias), and Newton-Euler 
   }
 }
 
+TEST_CASE(
+    "one factorisation serves accelerations with what turning asks for and without; what is added counts in both") {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    RandomTree t(seed, 1 + static_cast<int>(seed % 12), false);
+    INFO("seed " << seed);
+    const auto nv = static_cast<std::size_t>(t.tree().nv);
+    const std::vector<Vec3> force = random_forces(t);
+    const std::vector<double> tau = t.numbers(nv, 4);
+    std::vector<double> added = t.numbers(nv, 3), qdd(nv);
+    for (double& a : added) a = std::abs(a);
+    const VectorXd zero = VectorXd::Zero(t.tree().nv), given = VectorXd::Map(tau.data(), t.tree().nv);
+    MatrixXd M = mass(t);
+    M.diagonal() += VectorXd::Map(added.data(), t.tree().nv);
+    const VectorXd turning = M.llt().solve(given - inverse(t, force, zero));
+    ArticulatedBody articulated_body;
+    articulated_body.factor(t.model, t.tree(), t.state, added);
+    articulated_body.accelerations(t.tree(), t.state, force, tau, qdd, true);
+    CHECK(relative(VectorXd::Map(qdd.data(), t.tree().nv), turning) < 1e-12);
+    articulated_body.accelerations(t.tree(), t.state, force, tau, qdd, false);
+    std::fill(t.state.qd.begin(), t.state.qd.end(), 0.0);
+    std::fill(t.state.v.begin(), t.state.v.end(), 0.0);
+    CHECK(relative(VectorXd::Map(qdd.data(), t.tree().nv), M.llt().solve(given - inverse(t, force, zero))) < 1e-12);
+  }
+}
+
 TEST_CASE("the composite mass matrix is symmetric and its columns are what Newton-Euler needs for one acceleration") {
   for (unsigned seed = 0; seed < 60; ++seed) {
     const RandomTree t(seed, 1 + static_cast<int>(seed % 12), seed % 2 == 1);
