@@ -229,13 +229,26 @@ TEST_CASE("newton solves most of the hardest problems, and says of the rest that
     if (holds) ++solved[at.solution.who];
   }
   CHECK(problems == 13);
-  // Where long steps end, the finish goes on from the best, or the central path does.
+  // Where long steps end, the finish goes on from the best.
   int all = 0;
   for (const auto& [who, count] : solved) all += count;
   CHECK(all >= 11);
   CHECK(doubted <= 1);  // random_2390, mu of 9e5: newton is less sure than the referee
   CHECK(solved["cut"] > 0);
-  CHECK(solved["path"] > 0);
+}
+
+// Which of the hardest problems end there hangs on the last bits; of these a quarter do.
+TEST_CASE("where long steps end, the central path answers: stacks that are shaken hard") {
+  std::map<std::string_view, int> solved;
+  for (int boxes = 2; boxes < 42; ++boxes) {
+    INFO(boxes << " boxes");
+    const Answer at = solve(stack(boxes, 0.5, {0, -0.0981, 0}, 2), "newton");
+    CHECK(at.solution.status == NcpStatus::solved);
+    CHECK(Referee::holds(at.residuals, 1e-9));
+    ++solved[at.solution.who];
+  }
+  CHECK(solved["long"] >= 10);
+  CHECK(solved["path"] >= 5);
 }
 
 TEST_CASE("Gauss and Seidel end with the sweep that changes nothing, and with the first of a lone contact", "[ncp]") {
