@@ -12,8 +12,8 @@ namespace cb {
 class ArticulatedBody {
  public:
   /// The articulated inertias, of the pose alone. Poses of the links must be those of q. `added`: of each rate, kg m^2
-  /// or kg, to the diagonal of M; empty: none. With h d there a damper's torque -d qd counts as that of the rates at
-  /// the end of a step h.
+  /// or kg, to the diagonal of M, but for a free joint; empty: none. With h d there a damper's torque -d qd counts as
+  /// that of the rates at the end of a step h.
   void factor(const Model& model, const Tree& tree, const State& state, std::span<const double> added = {});
   /// With the inertias of factor(), of the same tree in the same pose. `tau`: generalised forces at the joints, `qdd`:
   /// result; both of this tree, tree.nv (units and meaning as in NewtonEuler). `force`: on each body of the model at
