@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "cone/kkt_system.h"
 #include "methods/drumwright_shell.h"
 
 namespace {
@@ -84,6 +85,20 @@ void interior_point(benchmark::State& state) {
   state.counters["entries"] = static_cast<double>(solver.system().factor_entries());
   state.SetComplexityN(state.range(0));
 }
+/// What no step can be without: M + J^T D J factored, and solved with once.
+void factor_and_solve(benchmark::State& state) {
+  const ContactProblem problem = stack(static_cast<int>(state.range(0)), 0.5);
+  KktSystem system;
+  system.prepare(problem.M, problem.J, 3);
+  std::vector<double> G(9 * static_cast<std::size_t>(problem.nc()), 0.0), h(problem.v_minus.size());
+  for (std::size_t i = 0; i < G.size(); ++i) G[i] = i % 9 % 4 == 0 ? 1.0 : 0.0;
+  for (auto _ : state) {
+    system.factor(G, {});
+    h.assign(h.size(), 1.0);
+    system.solve_in_place(h);
+    benchmark::DoNotOptimize(h.data());
+  }
+}
 void box_sliding(benchmark::State& state) {
   ContactProblem problem = stack(1, 0.1);
   problem.v_minus[0] = 0.05;
@@ -96,6 +111,7 @@ void box_sticking_on_a_ramp(benchmark::State& state) {
   run(state, problem, {});
 }
 
+BENCHMARK(factor_and_solve)->Arg(1)->Arg(16)->Arg(64)->Arg(1000);
 BENCHMARK(box_sliding);
 BENCHMARK(box_sticking_on_a_ramp);
 BENCHMARK(stack_at_rest)->Arg(1)->Arg(4);

@@ -6,15 +6,17 @@ fault's own room first, all that could see it where these pass.
   test/mutation/campaign.py --room contact        the faults of one room
   test/mutation/campaign.py --id referee-holds    one fault
   test/mutation/campaign.py --nearest             own room's tests only: a first look; without it after that, all tests for who passed
-  test/mutation/campaign.py --drawn-only --seed 2  faults that were never drawn before
+  test/mutation/campaign.py --drawn-only --seed 2 --results /tmp/other   faults that were never drawn before
+  test/mutation/campaign.py --shard 1/2           the first, third, ... fault
   test/mutation/campaign.py --list                the faults, without running anything
 
 Faults are the rows of mutants.toml, written by people who read the code, and more than as many drawn by generate.py, so that
 nobody plants only what is tested. A fault is killed where a test fails or does not come back; a survivor is a gap in the
 tests, or changes nothing that the program promises: `equivalent` in its row, or in [drawn] for those that are drawn, says why.
 
-Results: FOLDER/mutants.csv, a row a fault, and FOLDER/mutants.md, a table by room and what survived. The same command goes
-on after an interruption. A kill stands while the fault's own file stays as it was; a survivor is tried again when any source
+Results: outcomes.csv beside this file, a row a fault, and outcomes.md, a table by room and what survived; both are kept with
+the sources. The same command goes on after an interruption, also on another machine, and several with other --shard and
+--folder may run at once. A kill stands while the fault's own file stays as it was; a survivor is tried again when any source
 or test has changed; --afresh does all again. Exit code 1 where a fault survives without a reason, or an `equivalent` one is
 killed.
 
@@ -23,6 +25,7 @@ The copy is built with -O1 and without warnings, by ccache where there is one; a
 import argparse
 import collections
 import csv
+import fcntl
 import hashlib
 import json
 import os
@@ -266,16 +269,26 @@ def table(rows):
     return lines
 
 
-def report(rows, done, folder):
-    with (folder / "mutants.csv").open("w", newline="") as file:
-        writer = csv.DictWriter(file, COLUMNS)
+def read_rows(file):
+    return {row["id"]: row for row in csv.DictReader(file)}
+
+
+def keep(row, folder, ids):
+    """Writes the row among those that are there, of faults that still are; another campaign may do so at the same time."""
+    with (folder / "outcomes.csv").open("a+", newline="") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        file.seek(0)
+        rows = {**read_rows(file), row["id"]: row}
+        rows = [rows[name] for name in ids if name in rows]
+        file.truncate(0)
+        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         writer.writeheader()
-        writer.writerows({**done, **{row["id"]: row for row in rows}}.values())
-    lines = ["# Planted faults", "", *table(rows), "", "## Survived", ""]
-    for row in rows:
-        if row["outcome"] not in ("killed", "invalid", "stale"):
-            lines.append(f"* `{row['id']}` {row['file']}: {row['what']}" + (f": {row['equivalent']}" if row["equivalent"] else ""))
-    (folder / "mutants.md").write_text("\n".join(lines) + "\n")
+        writer.writerows(rows)
+        lines = ["# Planted faults", "", f"{len(rows)} of {len(ids)} faults tried.", "", *table(rows), "", "## Survived", ""]
+        for row in rows:
+            if row["outcome"] not in ("killed", "invalid", "stale"):
+                lines.append(f"* `{row['id']}` {row['file']}: {row['what']}" + (f": {row['equivalent']}" if row["equivalent"] else ""))
+        (folder / "outcomes.md").write_text("\n".join(lines) + "\n")
 
 
 def main():
@@ -288,23 +301,28 @@ def main():
     parser.add_argument("--nearest", action="store_true", help="the own room's tests only; who passes them is noted as `passed`, and done again")
     parser.add_argument("--afresh", action="store_true", help="earlier results count for nothing")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--folder", type=Path, default=ROOT / "build-mutants", help="the scratch copy, its build, and the results")
+    parser.add_argument("--shard", default="1/1", metavar="I/N", help="every N-th fault, from the I-th on [1/1]")
+    parser.add_argument("--folder", type=Path, default=ROOT / "build-mutants", help="the scratch copy and its build [build-mutants]")
+    parser.add_argument("--results", type=Path, default=TABLE.parent, help="folder of outcomes.csv and outcomes.md [test/mutation]")
     parser.add_argument("--list", action="store_true", help="print the faults and stop")
     options = parser.parse_args()
 
     copy = Copy(options.folder.resolve(), options.jobs) if not options.list else None
     files = copy.files if copy else subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split("\n")
     faults = faults_of(options, files)
+    ids = [fault["id"] for fault in faults_of(argparse.Namespace(**{**vars(options), "room": None, "id": None}), files)]
+    first, every = map(int, options.shard.split("/"))
+    faults = faults[first - 1 :: every]
     if options.list:
         for fault in faults:
             print(f"{fault['id']:40} {fault['file']:45} {fault['what']}")
         return 0
 
-    results = options.folder / "mutants.csv"
-    done = {}
+    options.results.mkdir(parents=True, exist_ok=True)
+    results, done = options.results / "outcomes.csv", {}
     if results.exists():
         with results.open(newline="") as file:
-            done = {row["id"]: row for row in csv.DictReader(file)}
+            done = read_rows(file)
     copy.configure()
     rows = []
     for number, fault in enumerate(faults, 1):
@@ -325,7 +343,7 @@ def main():
             print(f"{number:4}/{len(faults)} {row['outcome']:9} {row['id']:36} {row['seconds']:>6} s  {row['killed_by'] or row['what']}", flush=True)
         row["equivalent"] = fault["equivalent"]
         rows.append(row)
-        report(rows, done, options.folder)
+        keep(row, options.results, ids)
     print("\n".join(table(rows)))
     bad = [row for row in rows if (row["outcome"] in ("survived", "passed")) != bool(row["equivalent"]) and row["outcome"] not in ("invalid", "stale")]
     for row in bad:
