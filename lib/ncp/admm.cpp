@@ -2,21 +2,25 @@
 //
 // Problem: (1) of ncp.h, nc contacts, scaled so that every contact is as heavy as any other: x = sqrt(w) r and z =
 // u~ / sqrt(w), both in sqrt(J), with B = J / sqrt(w) row by row, Q = B M^-1 B^T, b = q / sqrt(w). An iteration, with
-// S = eta + tau rho:
+// a penalty rho of each contact and S = eta + tau rho, diagonal:
 //   x <- -(Q + S)^-1 (b + mu |z_t| e_n - eta x - tau rho y - z)
 //   y <- P_K(x - z / (tau rho))
 //   z <- z - tau rho (x - y)
 // z is u~ where x = y, and mu |z_t| e_n De Saxce's term, of the iteration before. Q is never formed:
-//   (Q + S)^-1 g = 1/S [g - B (S M + B^T B)^-1 B^T g]
-// and S M + B^T B is banded as the bodies touch each other; it is factored anew where rho changes:
+//   (Q + S)^-1 g = S^-1 [g - B (M + B^T S^-1 B)^-1 B^T S^-1 g]
+// and M + B^T S^-1 B is banded as the bodies touch each other; it is factored anew where a penalty changes:
 //   rho = sqrt(L m) (L / m)^p,   L: largest eigenvalue of Q (power iteration), m = eta, p = 0.2 at first
-// and p goes up where x - y is more than ten times the change of z's balance, down where it is less than a tenth.
+// and a contact's p goes up where its x - y is more than ten times the change of its z's balance, down where it is less
+// than a tenth: what opens wants a stiff penalty, what carries and sticks a soft one, and one for all is wrong for
+// both.
 //
 // Source: J. Carpentier, Q. Le Lidec, L. Montaut, From compliant to rigid contact simulation: a unified and efficient
 // approach, RSS 2024, alg. 1 and sec. IV (Pinocchio 3; Kamino has the same iteration).
 // Differences: 1. contacts are scaled (published tolerances are absolute, and with them the answer depends on units);
-// 2. rho is looked at every ten iterations; 3. it ends by the natural residual of (1) on fresh velocities, which may be
-// rounding; 4. no compliance; 5. the power iteration begins with b, so that nothing depends on the order of contacts.
+// 2. every contact has its own rho, looked at every ten iterations (one for all takes two to ten times the iterations
+// where many contacts open or slip: docs/methods/coulomb.md); 3. it ends by the natural residual of (1) on fresh
+// velocities, which may be rounding; 4. no compliance; 5. the power iteration begins with b, so that nothing depends on
+// the order of contacts.
 //
 // Returns: solved; nonconverged (limit of iterations, the best that a check has seen); singular; not_finite.
 
@@ -42,7 +46,12 @@ struct AdmmOptions : NcpOptions {
   /// systems have half the digits.
   double least_power = -0.35;
   double ratio = 10;          ///< -: of the two residuals, from which on it does
+  double least_share = 1e-3;  ///< -: residuals of a contact count as no less than this share of the mean contact's
   int check_every = 10;       ///< iterations between two checks of the residuals
+  /// Iterations, and share of those before, without a residual of half the best: an answer that is accepted is then at
+  /// rounding.
+  int patience = 50;
+  double patience_share = 0.25;
   int limit = 20000;          ///< iterations
   int power_iterations = 20;  ///< for L
   double least_block = 3;     ///< mean size of a block of M from which on systems are factored by blocks
@@ -60,9 +69,10 @@ class Admm {
   void iterate(const NcpProblem& problem);
   void solve_system(const NcpProblem& problem);
   bool check(NcpSolution& solution);
-  bool change_penalty();
+  bool change_penalties();
   void end(NcpSolution& solution);
-  double S() const { return o_.eta + o_.tau * rho_; }
+  double penalty(int c) const { return o_.tau * rho_[c]; }
+  double S(int c) const { return o_.eta + penalty(c); }
 
   AdmmOptions o_;
   NcpMeasure measure_;
@@ -70,7 +80,9 @@ class Admm {
   std::vector<double> root_;                                     // nc, sqrt(w)
   std::vector<double> b_, x_, y_, z_, g_, x_before_, y_before_;  // 3 nc, sqrt(J)
   std::vector<double> scaled_, r_, u_, v_, h_, G_;
-  double L_ = 1, power_ = 0, rho_ = 0;
+  std::vector<double> miss_;         // 2 nc, J: squares of a contact's x - y and of its balance
+  std::vector<double> power_, rho_;  // nc
+  double L_ = 1;
 };
 
 void Admm::begin(const NcpProblem& p) {
@@ -107,7 +119,8 @@ void Admm::begin(const NcpProblem& p) {
     L_ = std::sqrt(norm / before);
     for (int i = 0; i < 3 * nc; ++i) g_[i] = scaled_[i] / std::sqrt(norm);
   }
-  power_ = o_.power;
+  power_.assign(nc, o_.power);
+  rho_.resize(nc);
 }
 
 // y = Q x.
@@ -122,42 +135,44 @@ void Admm::multiply_Q(const NcpProblem& p, const std::vector<double>& x, std::ve
   for (std::size_t i = 0; i < x.size(); ++i) y[i] /= root_[i / 3];
 }
 
-// M + B^T B / S.
+// M + B^T S^-1 B.
 bool Admm::factor(const NcpProblem& p) {
-  rho_ = std::sqrt(L_ * o_.eta) * std::pow(L_ / o_.eta, power_);
   G_.assign(9 * static_cast<std::size_t>(p.nc()), 0.0);
-  for (int c = 0; c < p.nc(); ++c)
-    for (const int i : {0, 4, 8}) G_[9 * c + i] = 1 / (S() * p.weight[c]);
+  for (int c = 0; c < p.nc(); ++c) {
+    rho_[c] = std::sqrt(L_ * o_.eta) * std::pow(L_ / o_.eta, power_[c]);
+    for (const int i : {0, 4, 8}) G_[9 * c + i] = 1 / (S(c) * p.weight[c]);
+  }
   return system_.factor(G_, {});
 }
 
 // x = -(Q + S)^-1 g.
 void Admm::solve_system(const NcpProblem& p) {
+  const int size = 3 * p.nc();
   r_.resize(g_.size());
-  for (std::size_t i = 0; i < g_.size(); ++i) r_[i] = g_[i] / root_[i / 3];
+  for (int i = 0; i < size; ++i) r_[i] = g_[i] / root_[i / 3] / S(i / 3);
   h_.assign(p.nv(), 0.0);
   multiply_transposed_add(*p.J, *p.M, r_, h_);
   system_.solve_in_place(h_);
   scaled_.resize(g_.size());
   multiply(*p.J, *p.M, h_, scaled_);
-  for (std::size_t i = 0; i < g_.size(); ++i) x_[i] = -(g_[i] - scaled_[i] / root_[i / 3] / S()) / S();
+  for (int i = 0; i < size; ++i) x_[i] = -(g_[i] - scaled_[i] / root_[i / 3]) / S(i / 3);
 }
 
 void Admm::iterate(const NcpProblem& p) {
   x_before_ = x_;
   y_before_ = y_;
-  const double penalty = o_.tau * rho_;
   for (int c = 0; c < p.nc(); ++c) {
     const double *z = &z_[3 * c], *x = &x_[3 * c], *y = &y_[3 * c];
-    for (int i = 0; i < 3; ++i) g_[3 * c + i] = b_[3 * c + i] - o_.eta * x[i] - penalty * y[i] - z[i];
+    for (int i = 0; i < 3; ++i) g_[3 * c + i] = b_[3 * c + i] - o_.eta * x[i] - penalty(c) * y[i] - z[i];
     g_[3 * c] += p.mu[c] * std::hypot(z[1], z[2]);
   }
   solve_system(p);
   for (int c = 0; c < p.nc(); ++c) {
+    const double at = penalty(c);
     double *z = &z_[3 * c], *x = &x_[3 * c];
-    const double there[] = {x[0] - z[0] / penalty, x[1] - z[1] / penalty, x[2] - z[2] / penalty};
+    const double there[] = {x[0] - z[0] / at, x[1] - z[1] / at, x[2] - z[2] / at};
     project_on_friction_cone(there, p.mu[c], &y_[3 * c]);
-    for (int i = 0; i < 3; ++i) z[i] -= penalty * (x[i] - y_[3 * c + i]);
+    for (int i = 0; i < 3; ++i) z[i] -= at * (x[i] - y_[3 * c + i]);
   }
 }
 
@@ -176,20 +191,32 @@ bool Admm::check(NcpSolution& solution) {
   return residual <= o_.accepted && measure_.residual_beside_rounding(r_, u_) <= o_.tolerance;
 }
 
-// By the ratio of what x and y differ by to what the multipliers are out of balance; true where rho is another.
-bool Admm::change_penalty() {
+// Contact by contact, by the ratio of what x and y differ by to what the multipliers are out of balance; true where a
+// penalty is another.
+bool Admm::change_penalties() {
+  const int nc = static_cast<int>(power_.size());
+  miss_.assign(2 * power_.size(), 0.0);
   double primal = 0, dual = 0;
-  for (std::size_t i = 0; i < x_.size(); ++i) {
-    const double balance = o_.eta * (x_[i] - x_before_[i]) + o_.tau * rho_ * (y_[i] - y_before_[i]);
-    primal += (x_[i] - y_[i]) * (x_[i] - y_[i]);
-    dual += balance * balance;
+  for (int c = 0; c < nc; ++c) {
+    for (int i = 3 * c; i < 3 * c + 3; ++i) {
+      const double balance = o_.eta * (x_[i] - x_before_[i]) + penalty(c) * (y_[i] - y_before_[i]);
+      miss_[2 * c] += (x_[i] - y_[i]) * (x_[i] - y_[i]);
+      miss_[2 * c + 1] += balance * balance;
+    }
+    primal += miss_[2 * c];
+    dual += miss_[2 * c + 1];
   }
-  const double before = power_, ratio2 = o_.ratio * o_.ratio;
-  if (primal > ratio2 * dual)
-    power_ = std::min(1.0, power_ + o_.power_step);
-  else if (dual > ratio2 * primal)
-    power_ = std::max(o_.least_power, power_ - o_.power_step);
-  return power_ != before;
+  const double least = o_.least_share * o_.least_share / nc, ratio2 = o_.ratio * o_.ratio;
+  bool changed = false;
+  for (int c = 0; c < nc; ++c) {
+    const double own = miss_[2 * c] + least * primal, balance = miss_[2 * c + 1] + least * dual, before = power_[c];
+    if (own > ratio2 * balance)
+      power_[c] = std::min(1.0, before + o_.power_step);
+    else if (balance > ratio2 * own)
+      power_[c] = std::max(o_.least_power, before - o_.power_step);
+    changed = changed || power_[c] != before;
+  }
+  return changed;
 }
 
 void Admm::end(NcpSolution& solution) {
@@ -218,12 +245,21 @@ void Admm::operator()(const NcpProblem& p, NcpSolution& solution) {
   r_.resize(x_.size());
   bool done = check(solution);
   const int limit = o_.iteration_limit > 0 ? o_.iteration_limit : o_.limit;
+  double mark = solution.residual;
+  int marked = 0;
   while (!done && solution.iterations < limit) {
     poll_stop();
     for (int k = 0; k < o_.check_every; ++k, ++solution.iterations) iterate(p);
     if (!all_finite(x_)) break;
     done = check(solution);
-    if (!done && change_penalty() && !factor(p))
+    if (solution.residual < 0.5 * mark) {
+      mark = solution.residual;
+      marked = solution.iterations;
+    }
+    const int since = solution.iterations - marked;
+    done = done ||
+           (solution.residual <= o_.accepted && since >= std::max<double>(o_.patience, o_.patience_share * marked));
+    if (!done && change_penalties() && !factor(p))
       return fail(NcpStatus::singular, "the system of an iteration could not be factored");
   }
   end(solution);
