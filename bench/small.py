@@ -37,7 +37,7 @@ COLD = [
 def run(program, flags):
     """us a step and errors; the reason in place of both where the run does not end `ok`."""
     with tempfile.TemporaryDirectory() as folder:
-        done = subprocess.run([program, "run", *flags, "--record-every", "0", "--quiet", "--out", folder],
+        done = subprocess.run([program, "run", *flags, "--record-every", "0", "--quiet", "--time-limit", "10", "--out", folder],
                               capture_output=True, text=True, env={**os.environ, "CONTACTBENCH_ENGINES": os.path.dirname(program)})
         try:
             with open(os.path.join(folder, "summary.json")) as file:

@@ -1,0 +1,58 @@
+"""What the campaign of planted faults keeps (test/mutation/campaign.py)."""
+import importlib.util
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def campaign():
+    folder = str(ROOT / "test/mutation")
+    sys.path.insert(0, folder)
+    try:
+        spec = importlib.util.spec_from_file_location("campaign", f"{folder}/campaign.py")
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        return module
+    finally:
+        sys.path.remove(folder)
+
+
+class Outcomes(unittest.TestCase):
+    def setUp(self):
+        self.campaign = campaign()
+        self.folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
+
+    def keep(self, name, outcome, ids=("a", "b", "c"), **others):
+        row = {**dict.fromkeys(self.campaign.COLUMNS, ""), "id": name, "room": "cone", "outcome": outcome, **others}
+        self.campaign.keep(row, self.folder, ids)
+
+    def rows(self):
+        with (self.folder / "outcomes.csv").open(newline="") as file:
+            return self.campaign.read_rows(file)
+
+    def test_a_row_takes_its_place_among_those_that_are_there(self):
+        self.keep("b", "survived")
+        self.keep("a", "killed", what='a "quoted"\nline, of two')
+        self.keep("b", "killed")
+        self.assertEqual([(name, row["outcome"]) for name, row in self.rows().items()], [("a", "killed"), ("b", "killed")])
+        self.assertEqual(self.rows()["a"]["what"], 'a "quoted"\nline, of two')
+
+    def test_rows_of_faults_that_are_gone_leave(self):
+        self.keep("a", "killed")
+        self.keep("c", "killed", ids=("b", "c"))
+        self.assertEqual(list(self.rows()), ["c"])
+
+    def test_the_page_counts_those_tried_and_names_who_survived_and_why(self):
+        self.keep("a", "killed")
+        self.keep("b", "survived", file="lib/x.cpp", what="one more", equivalent="nobody sees it")
+        page = (self.folder / "outcomes.md").read_text()
+        self.assertIn("2 of 3 faults tried", page)
+        self.assertIn("| cone | 2 | 1 | 0 | 1 | 100 % |", page)
+        self.assertIn("* `b` lib/x.cpp: one more: nobody sees it", page)
+
+
+if __name__ == "__main__":
+    unittest.main()
