@@ -47,11 +47,11 @@ class Outcomes(unittest.TestCase):
 
     def test_the_page_counts_those_tried_and_names_who_survived_and_why(self):
         self.keep("a", "killed")
-        self.keep("b", "survived", file="lib/x.cpp", what="one more", equivalent="nobody sees it")
+        self.keep("b", "survived", file="x.cpp", what="one more", equivalent="nobody sees it")
         page = (self.folder / "outcomes.md").read_text()
         self.assertIn("2 of 3 faults tried", page)
         self.assertIn("| cone | 2 | 1 | 0 | 1 | 100 % |", page)
-        self.assertIn("* `b` lib/x.cpp: one more: nobody sees it", page)
+        self.assertIn("* `b` x.cpp: one more: nobody sees it", page)
 
 
 if __name__ == "__main__":
