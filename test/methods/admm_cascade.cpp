@@ -51,8 +51,8 @@ TEST_CASE("admm and cascade find the motion that Newton's method finds", "[ncp]"
     const Answer law = answer(p, "newton");
     REQUIRE(law.solution.status == Status::ok);
     REQUIRE(Referee::holds(law.residuals, 1e-9));
-    // A stack of two that is hit while it slides: 1e-12 of the law, where Newton's method ends, leaves 5e-9 m/s.
-    const double near = p.nc() == 8 ? 1e-8 : 1e-9;
+    // A stack of two that is hit while it slides: 1e-12 of the law, where these end, leaves 3e-8 m/s.
+    const double near = p.nc() == 8 ? 1e-7 : 1e-9;
     for (const char* solver : {"admm", "cascade"}) {
       INFO(solver << ": " << p.nc() << " contacts");
       const Answer got = answer(p, solver);
