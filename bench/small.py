@@ -4,8 +4,8 @@ error, and what the kernels alone would take. Everything takes turns in one run;
 
     bench/small.py BUILD [--before PROGRAM] [--rounds N] [--only TEXT]
 
-BUILD: folder of a release build, with bench_cone and what engines it has. --before: the program of an older build, which is
-run with the same flags but those that it does not know.
+BUILD: folder of a release build, with bench_cone and what engines it has. --before: the program of an older build, run with
+the same flags; where it does not know one, its cell says so. Runs that take more than ten seconds are ended.
 """
 import argparse
 import json

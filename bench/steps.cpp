@@ -123,13 +123,13 @@ Figure measure(const Case& c) {
 }
 
 /// The first step of a stack whose boxes begin with velocities of all directions, up to 0.5 m/s and rad/s.
-Figure measure_first_step(int boxes, const std::string& method) {
+Figure measure_first_step(int boxes, const std::string& method, const MethodOptions& options_of_method) {
   Scenario scenario = load_scenario(find_scenario("stack.xml"), {{"boxes", std::to_string(boxes)}});
   std::mt19937 random(1);
   std::uniform_real_distribution<double> speed(-0.5, 0.5);
   for (double& v : scenario.initial.v) v = speed(random);
   const MethodRow* row = find_method(method);
-  const ContactMethod solve = row->make({});
+  const ContactMethod solve = row->make(options_of_method);
   SimulationOptions options;
   options.step = scenario.step;
   Figure figure;
@@ -194,27 +194,30 @@ int main() {
       print(scene, method + " warm start", measure(warm));
     }
   }
-  for (const std::string method : {"ap", "convex", "coulomb"}) {
+  struct Way {
+    std::string label, method, solver;
+    int most;  ///< boxes
+  };
+  for (const Way& way :
+       {Way{"ap lemke k=4", "ap", "", 64}, Way{"convex eps=1e-12", "convex", "", 256},
+        Way{"coulomb newton", "coulomb", "newton", 1000}, Way{"coulomb admm", "coulomb", "admm", 256}}) {
     double first_us = 0, first_mb = 0, last_us = 0, last_mb = 0, first_perturbed_us = 0, last_perturbed_us = 0;
     int most = 0;
     for (int boxes : {1, 2, 4, 8, 16, 32, 64, 128, 256, 1000}) {
-      if (boxes > (method == "ap" ? 64 : method == "convex" ? 256 : 1000)) break;
-      const Figure f = measure(make_case("stack.xml", {{"boxes", std::to_string(boxes)}}, method, 4, boxes, 3));
-      print(fmt::format("stack of {}", boxes),
-            method == "ap"       ? "ap lemke k=4"
-            : method == "convex" ? "convex eps=1e-12"
-                                 : "coulomb newton",
-            f);
-      if (method != "ap" && boxes >= 16) {
-        const Figure perturbed = measure_first_step(boxes, method);
-        print(fmt::format("stack of {}, perturbed", boxes), method, perturbed);
+      if (boxes > way.most) break;
+      Case at_rest = make_case("stack.xml", {{"boxes", std::to_string(boxes)}}, way.method, 4, boxes, 3);
+      at_rest.options.solver = way.solver;
+      const Figure f = measure(at_rest);
+      print(fmt::format("stack of {}", boxes), way.label, f);
+      if (way.method != "ap" && boxes >= 16) {
+        const Figure perturbed = measure_first_step(boxes, way.method, at_rest.options);
+        print(fmt::format("stack of {}, perturbed", boxes), way.label, perturbed);
         if (boxes == 16) first_perturbed_us = perturbed.minimum_us;
         last_perturbed_us = perturbed.minimum_us;
       }
       if (boxes == 16 || boxes == 64) {
-        Case warm = make_case("stack.xml", {{"boxes", std::to_string(boxes)}}, method, 4, boxes, 3);
-        warm.options.warm_start = true;
-        print(fmt::format("stack of {}", boxes), method + " warm start", measure(warm));
+        at_rest.options.warm_start = true;
+        print(fmt::format("stack of {}", boxes), way.label + ", warm", measure(at_rest));
       }
       if (boxes == 16) first_us = f.minimum_us, first_mb = f.memory_mb;
       last_us = f.minimum_us, last_mb = f.memory_mb;
@@ -222,9 +225,9 @@ int main() {
     }
     const double doublings = std::log2(most / 16.0);
     fmt::print("{}: time grows as boxes^{:.2f} from 16 on; memory of a run {:.2f} MB at 16, {:.2f} MB at the largest\n",
-               method, std::log2(last_us / first_us) / doublings, first_mb, last_mb);
+               way.label, std::log2(last_us / first_us) / doublings, first_mb, last_mb);
     if (first_perturbed_us > 0)
-      fmt::print("{}: time of a first step, perturbed, grows as boxes^{:.2f} from 16 to {}\n", method,
+      fmt::print("{}: time of a first step, perturbed, grows as boxes^{:.2f} from 16 to {}\n", way.label,
                  std::log2(last_perturbed_us / first_perturbed_us) / doublings, most);
   }
   return 0;

@@ -3,30 +3,33 @@
 // Problem: (1) of ncp.h, nc contacts, scaled so that every contact is as heavy as any other: x = sqrt(w) r and z =
 // u~ / sqrt(w), both in sqrt(J), with B = J / sqrt(w) row by row, Q = B M^-1 B^T, b = q / sqrt(w). An iteration, with
 // a penalty rho of each contact and S = eta + tau rho, diagonal:
-//   x <- -(Q + S)^-1 (b + mu |z_t| e_n - eta x - tau rho y - z)
+//   x <- (Q + S)^-1 (eta x + tau rho y + z - b - mu |z_t| e_n)
 //   y <- P_K(x - z / (tau rho))
 //   z <- z - tau rho (x - y)
 // z is u~ where x = y, and mu |z_t| e_n De Saxce's term, of the iteration before. Q is never formed:
 //   (Q + S)^-1 g = S^-1 [g - B (M + B^T S^-1 B)^-1 B^T S^-1 g]
 // and M + B^T S^-1 B is banded as the bodies touch each other; it is factored anew where a penalty changes:
 //   rho = sqrt(L m) (L / m)^p,   L: largest eigenvalue of Q (power iteration), m = eta, p = 0.2 at first
-// and a contact's p goes up where its x - y is more than ten times the change of its z's balance, down where it is less
-// than a tenth: what opens wants a stiff penalty, what carries and sticks a soft one, and one for all is wrong for
-// both.
+// and p goes up where x - y is more than ten times the change of z's balance, down where it is less than a tenth. What
+// opens wants a stiff penalty, what carries a soft one, and one for all is wrong for both: contacts of the same bodies
+// have two, one for those that carry and one for those that do not. Not one each: friction of a patch that hardly slips
+// is to stay parallel, or the last of its slip takes tens of thousands of iterations.
 //
 // Source: J. Carpentier, Q. Le Lidec, L. Montaut, From compliant to rigid contact simulation: a unified and efficient
 // approach, RSS 2024, alg. 1 and sec. IV (Pinocchio 3; Kamino has the same iteration).
 // Differences: 1. contacts are scaled (published tolerances are absolute, and with them the answer depends on units);
-// 2. every contact has its own rho, looked at every ten iterations (one for all takes two to ten times the iterations
+// 2. each pair of bodies has two rho, looked at every ten iterations (one for all takes two to ten times the iterations
 // where many contacts open or slip: docs/methods/coulomb.md); 3. it ends by the natural residual of (1) on fresh
 // velocities, which may be rounding; 4. no compliance; 5. the power iteration begins with b, so that nothing depends on
-// the order of contacts.
+// the order of contacts; 6. near the end x is refined once an iteration.
 //
 // Returns: solved; nonconverged (limit of iterations, the best that a check has seen); singular; not_finite.
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numeric>
+#include <span>
 
 #include "cone/kkt_system.h"
 #include "linalg/finite.h"
@@ -46,15 +49,14 @@ struct AdmmOptions : NcpOptions {
   /// systems have half the digits.
   double least_power = -0.35;
   double ratio = 10;          ///< -: of the two residuals, from which on it does
-  double least_share = 1e-3;  ///< -: residuals of a contact count as no less than this share of the mean contact's
+  double least_share = 1e-3;  ///< -: residuals count as no less than this share of the mean contact's
   int check_every = 10;       ///< iterations between two checks of the residuals
-  /// Iterations, and share of those before, without a residual of half the best: an answer that is accepted is then at
-  /// rounding.
-  int patience = 50;
-  double patience_share = 0.25;
   int limit = 20000;          ///< iterations
   int power_iterations = 20;  ///< for L
-  double least_block = 3;     ///< mean size of a block of M from which on systems are factored by blocks
+  /// -: natural residual from which on x is refined: it is the small difference of g and B (M + ..)^-1 B^T S^-1 g,
+  /// which at a soft penalty leaves 1e-11.
+  double refined_from = 1e-8;
+  double least_block = 3;  ///< mean size of a block of M from which on systems are factored by blocks
 };
 
 class Admm {
@@ -66,9 +68,11 @@ class Admm {
   void begin(const NcpProblem& problem);
   bool factor(const NcpProblem& problem);
   void multiply_Q(const NcpProblem& problem, const std::vector<double>& x, std::vector<double>& y);
-  void iterate(const NcpProblem& problem);
-  void solve_system(const NcpProblem& problem);
+  void iterate(const NcpProblem& problem, bool refined);
+  void solve_system(const NcpProblem& problem, const std::vector<double>& g, std::vector<double>& x);
+  void refine(const NcpProblem& problem, std::vector<double>& x);
   bool check(NcpSolution& solution);
+  void find_pairs(const BandMatrix& J);
   bool change_penalties();
   void end(NcpSolution& solution);
   double penalty(int c) const { return o_.tau * rho_[c]; }
@@ -79,9 +83,10 @@ class Admm {
   KktSystem system_;
   std::vector<double> root_;                                     // nc, sqrt(w)
   std::vector<double> b_, x_, y_, z_, g_, x_before_, y_before_;  // 3 nc, sqrt(J)
-  std::vector<double> scaled_, r_, u_, v_, h_, G_;
-  std::vector<double> miss_;         // 2 nc, J: squares of a contact's x - y and of its balance
-  std::vector<double> power_, rho_;  // nc
+  std::vector<double> scaled_, r_, u_, v_, h_, G_, rest_, correction_;
+  std::vector<double> miss_;                    // J, two of each in power_: squares of x - y, and of the balance
+  std::vector<int> pair_, order_;               // nc: which pair of bodies; scratch
+  std::vector<double> power_, power_of_, rho_;  // of what carries and what does not of each pair; nc, nc
   double L_ = 1;
 };
 
@@ -119,8 +124,23 @@ void Admm::begin(const NcpProblem& p) {
     L_ = std::sqrt(norm / before);
     for (int i = 0; i < 3 * nc; ++i) g_[i] = scaled_[i] / std::sqrt(norm);
   }
-  power_.assign(nc, o_.power);
+  find_pairs(*p.J);
+  power_.assign(2 * root_.size(), o_.power);
+  power_of_.assign(nc, o_.power);
   rho_.resize(nc);
+}
+
+// Contacts whose rows are of the same blocks of M.
+void Admm::find_pairs(const BandMatrix& J) {
+  const auto blocks = [&J](int c) {
+    return std::span(J.block).subspan(J.band[c], static_cast<std::size_t>(J.band[c + 1] - J.band[c]));
+  };
+  order_.resize(J.bands());
+  std::iota(order_.begin(), order_.end(), 0);
+  std::ranges::sort(order_, [&](int a, int b) { return std::ranges::lexicographical_compare(blocks(a), blocks(b)); });
+  pair_.assign(order_.size(), 0);
+  for (std::size_t i = 1; i < order_.size(); ++i)
+    pair_[order_[i]] = pair_[order_[i - 1]] + !std::ranges::equal(blocks(order_[i]), blocks(order_[i - 1]));
 }
 
 // y = Q x.
@@ -139,34 +159,44 @@ void Admm::multiply_Q(const NcpProblem& p, const std::vector<double>& x, std::ve
 bool Admm::factor(const NcpProblem& p) {
   G_.assign(9 * static_cast<std::size_t>(p.nc()), 0.0);
   for (int c = 0; c < p.nc(); ++c) {
-    rho_[c] = std::sqrt(L_ * o_.eta) * std::pow(L_ / o_.eta, power_[c]);
+    rho_[c] = std::sqrt(L_ * o_.eta) * std::pow(L_ / o_.eta, power_of_[c]);
     for (const int i : {0, 4, 8}) G_[9 * c + i] = 1 / (S(c) * p.weight[c]);
   }
   return system_.factor(G_, {});
 }
 
-// x = -(Q + S)^-1 g.
-void Admm::solve_system(const NcpProblem& p) {
+// x = (Q + S)^-1 g.
+void Admm::solve_system(const NcpProblem& p, const std::vector<double>& g, std::vector<double>& x) {
   const int size = 3 * p.nc();
-  r_.resize(g_.size());
-  for (int i = 0; i < size; ++i) r_[i] = g_[i] / root_[i / 3] / S(i / 3);
+  r_.resize(size);
+  for (int i = 0; i < size; ++i) r_[i] = g[i] / root_[i / 3] / S(i / 3);
   h_.assign(p.nv(), 0.0);
   multiply_transposed_add(*p.J, *p.M, r_, h_);
   system_.solve_in_place(h_);
-  scaled_.resize(g_.size());
+  scaled_.resize(size);
   multiply(*p.J, *p.M, h_, scaled_);
-  for (int i = 0; i < size; ++i) x_[i] = -(g_[i] - scaled_[i] / root_[i / 3]) / S(i / 3);
+  x.resize(size);
+  for (int i = 0; i < size; ++i) x[i] = (g[i] - scaled_[i] / root_[i / 3]) / S(i / 3);
 }
 
-void Admm::iterate(const NcpProblem& p) {
+// x += (Q + S)^-1 (g - (Q + S) x).
+void Admm::refine(const NcpProblem& p, std::vector<double>& x) {
+  multiply_Q(p, x, rest_);
+  for (int i = 0; i < 3 * p.nc(); ++i) rest_[i] = g_[i] - rest_[i] - S(i / 3) * x[i];
+  solve_system(p, rest_, correction_);
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] += correction_[i];
+}
+
+void Admm::iterate(const NcpProblem& p, bool refined) {
   x_before_ = x_;
   y_before_ = y_;
   for (int c = 0; c < p.nc(); ++c) {
     const double *z = &z_[3 * c], *x = &x_[3 * c], *y = &y_[3 * c];
-    for (int i = 0; i < 3; ++i) g_[3 * c + i] = b_[3 * c + i] - o_.eta * x[i] - penalty(c) * y[i] - z[i];
-    g_[3 * c] += p.mu[c] * std::hypot(z[1], z[2]);
+    for (int i = 0; i < 3; ++i) g_[3 * c + i] = o_.eta * x[i] + penalty(c) * y[i] + z[i] - b_[3 * c + i];
+    g_[3 * c] -= p.mu[c] * std::hypot(z[1], z[2]);
   }
-  solve_system(p);
+  solve_system(p, g_, x_);
+  if (refined) refine(p, x_);
   for (int c = 0; c < p.nc(); ++c) {
     const double at = penalty(c);
     double *z = &z_[3 * c], *x = &x_[3 * c];
@@ -191,30 +221,34 @@ bool Admm::check(NcpSolution& solution) {
   return residual <= o_.accepted && measure_.residual_beside_rounding(r_, u_) <= o_.tolerance;
 }
 
-// Contact by contact, by the ratio of what x and y differ by to what the multipliers are out of balance; true where a
-// penalty is another.
+// By the ratio of what x and y differ by to what the multipliers are out of balance; true where a contact's penalty is
+// another.
 bool Admm::change_penalties() {
-  const int nc = static_cast<int>(power_.size());
+  const int nc = static_cast<int>(pair_.size());
+  const auto group = [this](int c) { return 2 * pair_[c] + (y_[3 * c] > 0 ? 1 : 0); };
   miss_.assign(2 * power_.size(), 0.0);
   double primal = 0, dual = 0;
-  for (int c = 0; c < nc; ++c) {
-    for (int i = 3 * c; i < 3 * c + 3; ++i) {
-      const double balance = o_.eta * (x_[i] - x_before_[i]) + penalty(c) * (y_[i] - y_before_[i]);
-      miss_[2 * c] += (x_[i] - y_[i]) * (x_[i] - y_[i]);
-      miss_[2 * c + 1] += balance * balance;
-    }
-    primal += miss_[2 * c];
-    dual += miss_[2 * c + 1];
+  for (int i = 0; i < 3 * nc; ++i) {
+    const int c = i / 3;
+    const double difference = x_[i] - y_[i];
+    const double balance = o_.eta * (x_[i] - x_before_[i]) + penalty(c) * (y_[i] - y_before_[i]);
+    miss_[2 * group(c)] += difference * difference;
+    miss_[2 * group(c) + 1] += balance * balance;
+    primal += difference * difference;
+    dual += balance * balance;
   }
   const double least = o_.least_share * o_.least_share / nc, ratio2 = o_.ratio * o_.ratio;
+  for (std::size_t g = 0; g < power_.size(); ++g) {
+    const double own = miss_[2 * g] + least * primal, balance = miss_[2 * g + 1] + least * dual;
+    if (own > ratio2 * balance)
+      power_[g] = std::min(1.0, power_[g] + o_.power_step);
+    else if (balance > ratio2 * own)
+      power_[g] = std::max(o_.least_power, power_[g] - o_.power_step);
+  }
   bool changed = false;
   for (int c = 0; c < nc; ++c) {
-    const double own = miss_[2 * c] + least * primal, balance = miss_[2 * c + 1] + least * dual, before = power_[c];
-    if (own > ratio2 * balance)
-      power_[c] = std::min(1.0, before + o_.power_step);
-    else if (balance > ratio2 * own)
-      power_[c] = std::max(o_.least_power, before - o_.power_step);
-    changed = changed || power_[c] != before;
+    changed = changed || power_of_[c] != power_[group(c)];
+    power_of_[c] = power_[group(c)];
   }
   return changed;
 }
@@ -245,20 +279,12 @@ void Admm::operator()(const NcpProblem& p, NcpSolution& solution) {
   r_.resize(x_.size());
   bool done = check(solution);
   const int limit = o_.iteration_limit > 0 ? o_.iteration_limit : o_.limit;
-  double mark = solution.residual;
-  int marked = 0;
   while (!done && solution.iterations < limit) {
     poll_stop();
-    for (int k = 0; k < o_.check_every; ++k, ++solution.iterations) iterate(p);
+    const bool refined = solution.residual <= o_.refined_from;
+    for (int k = 0; k < o_.check_every; ++k, ++solution.iterations) iterate(p, refined);
     if (!all_finite(x_)) break;
     done = check(solution);
-    if (solution.residual < 0.5 * mark) {
-      mark = solution.residual;
-      marked = solution.iterations;
-    }
-    const int since = solution.iterations - marked;
-    done = done ||
-           (solution.residual <= o_.accepted && since >= std::max<double>(o_.patience, o_.patience_share * marked));
     if (!done && change_penalties() && !factor(p))
       return fail(NcpStatus::singular, "the system of an iteration could not be factored");
   }

@@ -27,6 +27,7 @@ import collections
 import csv
 import fcntl
 import hashlib
+import io
 import json
 import os
 import re
@@ -269,26 +270,33 @@ def table(rows):
     return lines
 
 
-def read_rows(file):
-    return {row["id"]: row for row in csv.DictReader(file)}
+def read_rows(path):
+    if not path.exists():
+        return {}
+    with path.open(newline="") as file:
+        return {row["id"]: row for row in csv.DictReader(file)}
 
 
 def keep(row, folder, ids):
     """Writes the row among those that are there, of faults that still are; another campaign may do so at the same time."""
-    with (folder / "outcomes.csv").open("a+", newline="") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        file.seek(0)
-        rows = {**read_rows(file), row["id"]: row}
+    lock = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        rows = {**read_rows(folder / "outcomes.csv"), row["id"]: row}
         rows = [rows[name] for name in ids if name in rows]
-        file.truncate(0)
-        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        text = io.StringIO()
+        writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)
         lines = ["# Planted faults", "", f"{len(rows)} of {len(ids)} faults tried.", "", *table(rows), "", "## Survived", ""]
         for row in rows:
             if row["outcome"] not in ("killed", "invalid", "stale"):
                 lines.append(f"* `{row['id']}` {row['file']}: {row['what']}" + (f": {row['equivalent']}" if row["equivalent"] else ""))
-        (folder / "outcomes.md").write_text("\n".join(lines) + "\n")
+        for name, content in (("outcomes.csv", text.getvalue()), ("outcomes.md", "\n".join(lines) + "\n")):
+            (folder / f".{name}").write_text(content, newline="")
+            os.replace(folder / f".{name}", folder / name)  # whole or not at all
+    finally:
+        os.close(lock)
 
 
 def main():
@@ -306,12 +314,17 @@ def main():
     parser.add_argument("--results", type=Path, default=TABLE.parent, help="folder of outcomes.csv and outcomes.md [test/mutation]")
     parser.add_argument("--list", action="store_true", help="print the faults and stop")
     options = parser.parse_args()
+    if (options.drawn_only or options.seed != 1 or options.generated != DRAWN) and options.results == TABLE.parent:
+        parser.error("other faults than the table's: name another folder for what comes of them (--results)")
+    shard = re.fullmatch(r"([1-9]\d*)/([1-9]\d*)", options.shard)
+    if not shard or int(shard[1]) > int(shard[2]):
+        parser.error(f"--shard {options.shard}: I/N, with I from 1 to N")
+    first, every = map(int, shard.groups())
 
     copy = Copy(options.folder.resolve(), options.jobs) if not options.list else None
     files = copy.files if copy else subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split("\n")
     faults = faults_of(options, files)
     ids = [fault["id"] for fault in faults_of(argparse.Namespace(**{**vars(options), "room": None, "id": None}), files)]
-    first, every = map(int, options.shard.split("/"))
     faults = faults[first - 1 :: every]
     if options.list:
         for fault in faults:
@@ -319,10 +332,7 @@ def main():
         return 0
 
     options.results.mkdir(parents=True, exist_ok=True)
-    results, done = options.results / "outcomes.csv", {}
-    if results.exists():
-        with results.open(newline="") as file:
-            done = read_rows(file)
+    done = read_rows(options.results / "outcomes.csv")
     copy.configure()
     rows = []
     for number, fault in enumerate(faults, 1):

@@ -251,8 +251,8 @@ TEST_CASE("where long steps end, the central path answers: stacks that are shake
   CHECK(solved["path"] >= 5);
 }
 
-// With one penalty for all contacts: 425,820 iterations, and 14 of the stacks are not solved.
-TEST_CASE("a penalty of its own for each contact brings admm to the answer of stacks that are shaken") {
+// With one penalty for all contacts: 425,820 iterations, and 14 of the stacks are not solved; with one for each pair: 158,030.
+TEST_CASE("penalties by pairs of bodies bring admm to the answer of stacks that are shaken") {
   int iterations = 0;
   for (int boxes = 2; boxes < 42; ++boxes) {
     INFO(boxes << " boxes");
@@ -261,12 +261,14 @@ TEST_CASE("a penalty of its own for each contact brings admm to the answer of st
     CHECK(Referee::holds(at.residuals, 1e-9));
     iterations += at.solution.iterations;
   }
-  CHECK(iterations <= 150000);
+  CHECK(iterations <= 100000);
 }
 
-TEST_CASE("admm ends where an answer is at rounding") {
+// At soft penalties x is a small difference: as it comes from the system it leaves 9e-12, in any number of iterations.
+TEST_CASE("admm brings a tall stack at rest to its tolerance") {
   const Answer at = solve(stack(256, 0.5, {0, -0.0981, 0}), "admm");
   CHECK(at.solution.status == NcpStatus::solved);
+  CHECK(at.solution.residual <= 1e-12);
   CHECK(at.solution.iterations <= 400);
   CHECK(Referee::holds(at.residuals, 1e-9));
 }

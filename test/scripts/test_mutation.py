@@ -1,5 +1,6 @@
 """What the campaign of planted faults keeps (test/mutation/campaign.py)."""
 import importlib.util
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -30,8 +31,7 @@ class Outcomes(unittest.TestCase):
         self.campaign.keep(row, self.folder, ids)
 
     def rows(self):
-        with (self.folder / "outcomes.csv").open(newline="") as file:
-            return self.campaign.read_rows(file)
+        return self.campaign.read_rows(self.folder / "outcomes.csv")
 
     def test_a_row_takes_its_place_among_those_that_are_there(self):
         self.keep("b", "survived")
@@ -52,6 +52,21 @@ class Outcomes(unittest.TestCase):
         self.assertIn("2 of 3 faults tried", page)
         self.assertIn("| cone | 2 | 1 | 0 | 1 | 100 % |", page)
         self.assertIn("* `b` x.cpp: one more: nobody sees it", page)
+
+
+class Flags(unittest.TestCase):
+    def refused(self, *flags):
+        ended = subprocess.run([sys.executable, "-B", str(ROOT / "test/mutation/campaign.py"), "--list", *flags], capture_output=True, text=True)
+        self.assertEqual(ended.returncode, 2, ended.stdout[-200:])
+        return ended.stderr
+
+    def test_other_faults_do_not_come_among_those_that_are_kept(self):
+        for flags in (["--drawn-only"], ["--seed", "2"], ["--generated", "5"]):
+            self.assertIn("--results", self.refused(*flags))
+
+    def test_a_shard_that_is_none_is_refused(self):
+        for shard in ("0/2", "3/2", "1", "a/b"):
+            self.assertIn("--shard", self.refused("--shard", shard))
 
 
 if __name__ == "__main__":
