@@ -33,6 +33,35 @@ std::string_view text(PathEnd end) {
   return "";
 }
 
+namespace {
+
+/// Row whose variable z_0 replaces: the one that needs most of it to be feasible; -1 where none needs any, or z_0 would
+/// help none.
+int neediest_row(Basis& basis) {
+  const double *cover = basis.column(basis.artificial()), *rhs = basis.rhs();
+  int best = -1;
+  double worst = 0;
+  for (int i = 0; i < basis.n(); ++i)
+    if (rhs[i] < worst * cover[i] && cover[i] > 0) {
+      worst = rhs[i] / cover[i];
+      best = i;
+    }
+  return best;
+}
+
+}  // namespace
+
+PathEnd ComplementaryPath::follow(Basis& basis) {
+  const int row = neediest_row(basis);
+  if (row < 0) return PathEnd::solution;
+  if (!enter(basis, row)) return PathEnd::bad_pivot;
+  while (goes_on(basis)) {  // until z_0 has left, nothing blocks, a pivot is no good, or the limit is reached
+    const int entering = complement(left, basis.n());
+    exchange(basis, entering, blocking_row(basis, entering));
+  }
+  return end;
+}
+
 bool ComplementaryPath::enter(Basis& basis, int row) {
   left = basis.basic(row);
   ended_ = !basis.pivot(row, basis.artificial());
@@ -104,6 +133,9 @@ int RatioTest::row(const double* column, const double* rhs, int preferred) {
   if (round_off * largest_value > harris) bound = nearest(column, rhs, round_off * largest_value, largest_value);
   if (!(bound < HUGE_VAL)) return -1;
   bound = std::max(bound, 0.0);
+  if (preferred >= 0 && column[preferred] < -pivot_tolerance &&
+      rhs[preferred] + column[preferred] * bound <= vanishing * largest_value)
+    return preferred;
 
   // Second pass: the largest pivot among the rows that block within it.
   Pack largest = Pack{};
@@ -116,7 +148,6 @@ int RatioTest::row(const double* column, const double* rhs, int preferred) {
     largest = size > largest ? size : largest;
     store_aligned(size, score_.data() + i);
   }
-  if (preferred >= 0 && score_[preferred] > 0) return preferred;
   const double top = largest_of(largest);
   if (!(top > 0)) return -1;
   int best = 0;

@@ -17,6 +17,10 @@ class RatioTest {
   /// Rows whose basic value would fall to no less than minus the allowance still compete for the largest pivot: this,
   /// or `round_off` of the largest basic value where that is more, -.
   double harris = 1e-12;
+  /// `preferred` blocks where it is left with no more than this of the largest basic value once the others do, -. 0
+  /// from covers that part z_0 from all other values at the solution; else rows that vanish together with z_0 are told
+  /// apart by their rounding, and lead past the solution.
+  double vanishing = 0;
   void resize(int padded) { score_.resize(padded); }
   /// Row that blocks the entering variable, or -1. `preferred` wins whenever it is among them (-1: none).
   int row(const double* column, const double* rhs, int preferred);
@@ -49,11 +53,13 @@ struct ComplementaryPath {
   PathEnd end = PathEnd::solution;
   int ray_variable = 0;  ///< what nothing blocks, where it ends in a ray
 
+  /// All of that from the complementary basis in hand: z_0 enters for the row that needs most of it to be feasible.
+  PathEnd follow(Basis& basis);
   /// Begins: z_0 enters for the variable of `row`. False where there is no pivot for it.
   bool enter(Basis& basis, int row);
   /// Is the path to go on? If not, `end` says why.
   bool goes_on(const Basis& basis);
-  /// Row that blocks `entering`; z_0 wins wherever it is among those that do.
+  /// Row that blocks `entering`; z_0 wins wherever it is among those that do (RatioTest::vanishing).
   int blocking_row(Basis& basis, int entering);
   /// `entering` for the variable of `row`; -1: nothing blocks it.
   void exchange(Basis& basis, int entering, int row);

@@ -52,8 +52,11 @@ Judgement PathJudge::judge(Basis& basis, const ScaledLoad& load, const Eigen::Ve
   if (doubtful > beyond_doubt && found.beyond_rounding < HUGE_VAL) {
     basis.magnitudes(z, product_);
     product_ += load.original.cwiseAbs();
+    of_load_.setZero(z.size());
+    if (load.of->groups.terms) load.of->groups.terms(of_load_);
+    of_load_ = of_load_.cwiseMax(load.original.cwiseAbs());
     find_shared(basis, load, z);
-    second_look(load, found);
+    second_look(load, z, found);
   } else {
     found.residual = std::max(found.residual, doubtful);
   }
@@ -80,7 +83,7 @@ void PathJudge::find_shared(Basis& basis, const ScaledLoad& load, const Eigen::V
   for (Eigen::Index i = 0; i < z.size(); ++i)
     if (groups.own[i]) z_[i] = 0;
   basis.magnitudes(z_, terms_);
-  terms_ += load.original.cwiseAbs();
+  terms_ += of_load_;
   shared_.assign(groups.islands, 0.0);
   for (Eigen::Index i = 0; i < z.size(); ++i) {
     double& shared = shared_[groups.island[groups.of_pair[i]]];
@@ -139,7 +142,7 @@ Judgement PathJudge::first_look(const ScaledLoad& load, const Eigen::VectorXd& z
 }
 
 // The same without what rounding of the terms may be: first what a solver can do, then what the data leave open.
-void PathJudge::second_look(const ScaledLoad& load, Judgement& found) {
+void PathJudge::second_look(const ScaledLoad& load, const Eigen::VectorXd& z, Judgement& found) {
   const LcpGroups& groups = load.of->groups;
   const bool grouped = !groups.of_pair.empty();
   const auto n = static_cast<int>(error_.size());
@@ -149,7 +152,8 @@ void PathJudge::second_look(const ScaledLoad& load, Judgement& found) {
   }
   found.beyond_rounding = worst_of_groups(load);
   if (!grouped) return;
-  found.residual = std::max(found.residual, overlap(groups, true));
+  product_ += of_load_ - load.original.cwiseAbs();
+  found.residual = std::max(natural(load, z), overlap(groups, true));
   if (found.beyond_rounding <= beyond_doubt) {
     found.residual = std::max(found.residual, found.beyond_rounding);
     return;
@@ -166,6 +170,16 @@ void PathJudge::second_look(const ScaledLoad& load, Judgement& found) {
     }
   }
   found.residual = std::max(found.residual, worst_of_groups(load));
+}
+
+// The natural residual without what the data leave open.
+double PathJudge::natural(const ScaledLoad& load, const Eigen::VectorXd& z) const {
+  double worst = 0;
+  for (Eigen::Index i = 0; i < z.size(); ++i) {
+    const double error = std::abs(std::min(z[i] * load.root[i], w_[i] / load.root[i]));
+    worst = std::max(worst, error - term_rounding * product_[i] / load.root[i]);
+  }
+  return worst / load.judged;
 }
 
 // Of error_ less what is excused of a group, over size_, or over all that the problem is about where it has no groups.

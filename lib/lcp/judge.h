@@ -46,14 +46,16 @@ struct PathJudge {
  private:
   Judgement judge(Basis& basis, const ScaledLoad& load, const Eigen::VectorXd& z);
   Judgement first_look(const ScaledLoad& load, const Eigen::VectorXd& z);
-  void second_look(const ScaledLoad& load, Judgement& found);
+  void second_look(const ScaledLoad& load, const Eigen::VectorXd& z, Judgement& found);
+  double natural(const ScaledLoad& load, const Eigen::VectorXd& z) const;
   double worst_of_groups(const ScaledLoad& load);
   double overlap(const LcpGroups& groups, bool excused) const;
   void find_shared(Basis& basis, const ScaledLoad& load, const Eigen::VectorXd& z);
 
-  Eigen::VectorXd scratch_, w_, z_, product_, terms_;  // product_: |M| z + |q|; terms_: without what acts on its own
-  Eigen::VectorXd error_, size_, squares_, excused_;   // n; groups
-  std::vector<double> shared_;                         // islands: the largest term in the unit that rows share
+  // product_: |M| z + |q|, then + what q itself is made of, of_load_; terms_: with that, without what acts on its own
+  Eigen::VectorXd scratch_, w_, z_, product_, of_load_, terms_;
+  Eigen::VectorXd error_, size_, squares_, excused_;  // n; groups
+  std::vector<double> shared_;                        // islands: the largest term in the unit that rows share
   std::vector<int> active_;
 };
 

@@ -29,6 +29,9 @@ struct LcpGroups {
   /// The first so many pairs are rates of distances: w_i < 0 is an error of its own there, held against this alone
   /// (sqrt(z w)), however large the z that carry. Empty: none.
   Eigen::VectorXd before;
+  /// Sets n: the sum of the terms that q_i is made of, by absolute value, in its unit. A wheel at 20 rad/s that rolls
+  /// has q of 1e-12 m/s, the rounding of terms of 1 m/s. Few answers ask for it. Empty: |q_i|.
+  std::function<void(Eigen::VectorXd& terms)> terms;
 };
 
 /// Linear complementarity problem: find z >= 0 with w = M z + q >= 0 and z.w = 0. Two forms:

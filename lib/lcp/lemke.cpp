@@ -16,7 +16,7 @@
 //  2. Ties, of which a symmetric box is full: q is perturbed by delta p, p pseudo-random in [1, 2), so that ratios
 //     agree, and bases come back, by accident only (Cottle, Pang, Stone, sec. 4.9).
 //  3. The answer is recomputed for q itself at the basis reached, refined and judged on the original data (judge.h).
-//     Where that vertex is not exact, the method goes on from its basis (exact_vertex).
+//     Where that vertex is not exact, the method goes on from its basis (exact_vertex.h).
 //  4. Ratio test in two passes after Harris (complementary_path.h); z_0 wins whenever it is among those that block.
 //  5. A ray is believed only if it is one of the original data. On any failure a ladder of other perturbations and
 //     covering vectors is climbed; `reason` names each rung that was used.
@@ -30,29 +30,13 @@
 #include <cmath>
 
 #include "lcp/draw.h"
+#include "lcp/exact_vertex.h"
 #include "lcp/front.h"
-#include "lcp/judge.h"
 #include "lcp/ladder.h"
 
 namespace cb {
 
 namespace {
-
-/// Row whose variable z_0 replaces: the one that needs most of it to be feasible; -1 where none needs any, or z_0 would
-/// help none.
-int neediest_row(Basis& basis);
-
-/// The method, from the complementary basis in hand: whatever left last, its complement enters.
-PathEnd follow(Basis& basis, ComplementaryPath& path) {
-  const int row = neediest_row(basis);
-  if (row < 0) return PathEnd::solution;
-  if (!path.enter(basis, row)) return PathEnd::bad_pivot;
-  while (path.goes_on(basis)) {  // until z_0 has left, nothing blocks, a pivot is no good, or the limit is reached
-    const int entering = complement(path.left, basis.n());
-    path.exchange(basis, entering, path.blocking_row(basis, entering));
-  }
-  return path.end;
-}
 
 /// Numbers of the pivoting. All act on the scaled problem: |M_ii| ~ 1, max |q_i| ~ 1.
 struct LemkeOptions : LcpOptions {
@@ -61,9 +45,6 @@ struct LemkeOptions : LcpOptions {
   double harris = 1e-12;       ///< least allowance of the ratio test (RatioTest) on the way to a rung's first vertex, -
   double harris_back = 3e-13;  ///< the same where its perturbation is taken back; after that none but rounding, -
   double perturbation = 1e-7;  ///< delta of q, -; smaller: ties drown in round-off, larger: more repairs
-  int repairs = 4;             ///< paths from the vertices of one rung to the exact one, at most
-  /// Judgement::beyond_rounding up to which a vertex is exact, -; larger: vertices near the exact one are kept.
-  double vertex_tolerance = 1e-12;
 };
 
 /// A rung: perturbation as a multiple of the option, seed of p, and c of ones or drawn from [0.5, 1.5).
@@ -85,28 +66,27 @@ constexpr std::array<Rung, 7> ladder{{{"cover of ones", 1, 1, false, 1},
 class Lemke {
  public:
   static constexpr Wants wants = Wants::basis;
-  explicit Lemke(const LcpOptions& options) { static_cast<LcpOptions&>(o_) = options; }
+  explicit Lemke(const LcpOptions& options) {
+    static_cast<LcpOptions&>(o_) = options;
+    exact_.tolerance = options.tolerance;
+  }
   void solve(Front& front, LcpSolution& solution);
 
  private:
   PathEnd attempt(Basis& basis, const Rung& rung, LcpSolution& solution);
-  double exact_vertex(Basis& basis, const Rung& rung, Eigen::VectorXd& z);
-  PathEnd repair(Basis& basis, const Rung& rung, int count);
   PathEnd follow_path(Basis& basis);
   PathEnd take_perturbation_back(Basis& basis);
-  bool cover_vertex(Basis& basis);
-  int list_basis(const Basis& basis, std::vector<int>& active) const;
   void set_noise(unsigned seed);
 
   LemkeOptions o_;
   const ScaledLoad* load_ = nullptr;
   ComplementaryPath path_;
   PathJudge judge_;
+  ExactVertex exact_;
   int n_ = 0, pivot_limit_ = 0;
   Eigen::VectorXd noise_, perturbed_, cover_;  // n: p, q + delta p (then scratch), c
   Eigen::VectorXd first_noise_;                // p of the first rung, of the largest problem so far
-  Eigen::VectorXd best_, answer_;              // n: best vertex of a rung, of all rungs
-  std::vector<int> best_active_, active_;      // pairs whose z is basic: at the best vertex, at the basis in hand
+  Eigen::VectorXd answer_;                     // n: best vertex of all rungs
 };
 
 // All rungs, until one solves the problem.
@@ -154,7 +134,11 @@ PathEnd Lemke::attempt(Basis& basis, const Rung& rung, LcpSolution& solution) {
 
   const PathEnd end = follow_path(basis);
   if (end != PathEnd::solution) return end;
-  solution.residual = exact_vertex(basis, rung, solution.z);
+  solution.residual = exact_.find(basis, *load_, path_, judge_, rung.seed, solution.z, [&] {
+    // Contacts that approach at 1e-11 beside others at 1 have values of 1e-12 that decide which of them carries.
+    path_.ratio.harris = o_.harris_back;
+    return take_perturbation_back(basis);
+  });
   return PathEnd::solution;
 }
 
@@ -164,53 +148,10 @@ void Lemke::set_noise(unsigned seed) {
   for (int i = 0; i < n_; ++i) noise_[i] = 1 + draw(seed, static_cast<unsigned>(i));
 }
 
-int neediest_row(Basis& basis) {
-  const double *cover = basis.column(basis.artificial()), *rhs = basis.rhs();
-  int best = -1;
-  double worst = 0;
-  for (int i = 0; i < basis.n(); ++i)
-    if (rhs[i] < worst * cover[i] && cover[i] > 0) {
-      worst = rhs[i] / cover[i];
-      best = i;
-    }
-  return best;
-}
-
 PathEnd Lemke::follow_path(Basis& basis) {
-  const PathEnd end = follow(basis, path_);
+  const PathEnd end = path_.follow(basis);
   if (end == PathEnd::ray && !judge_.ray_holds(basis, *load_, cover_, path_.ray_variable)) return PathEnd::doubtful_ray;
   return end;
-}
-
-// From the vertex in hand on, until one is exact: the better of that and the best on the way, and its residual, which
-// is infinite where none could be factorised.
-double Lemke::exact_vertex(Basis& basis, const Rung& rung, Eigen::VectorXd& z) {
-  Judgement found = judge_.vertex(basis, *load_, z), best;
-  for (int count = 1; found.beyond_rounding > o_.vertex_tolerance || found.residual > o_.tolerance; ++count) {
-    if (found.residual < best.residual) {
-      best = found;
-      best_ = z;
-      list_basis(basis, best_active_);
-    }
-    if (best.residual == HUGE_VAL || count > o_.repairs) break;  // HUGE_VAL: it cannot be factorised
-    const PathEnd end = repair(basis, rung, count);
-    found = end == PathEnd::solution ? judge_.vertex(basis, *load_, z) : Judgement{};
-    if (end == PathEnd::pivot_limit) break;
-  }
-  if (found.residual <= best.residual) return found.residual;
-  z = best_;
-  return best.residual;
-}
-
-// A path to the exact vertex: first by taking the perturbation back, then from the best vertex so far, whose basis is
-// taken from the original matrix: contacts that are all but redundant make bases all but singular, where the pivots
-// carried out before have left no digits.
-PathEnd Lemke::repair(Basis& basis, const Rung& rung, int count) {
-  // Contacts that approach at 1e-11 beside others at 1 have values of 1e-12 that decide which of them carries.
-  path_.ratio.harris = count == 1 ? o_.harris_back : 0;
-  if (count == 1) return take_perturbation_back(basis);
-  set_noise(rung.seed + 1000 * static_cast<unsigned>(count));
-  return cover_vertex(basis) ? follow_path(basis) : PathEnd::bad_pivot;
 }
 
 // The vertex in hand is that of q + delta p, so with c = p it is feasible from z_0 = delta on. Back from there to z_0 =
@@ -222,27 +163,6 @@ PathEnd Lemke::take_perturbation_back(Basis& basis) {
   basis.set_cover(cover_);
   basis.set_load(load_->q);
   return follow_path(basis);
-}
-
-// Takes up the best vertex so far with a covering vector of its own: its basic values y become y + p z_0, feasible from
-// some z_0 > 0 on, where the lowest leaves, and at z_0 = 0 nothing is perturbed any more. False where its basis is
-// singular.
-bool Lemke::cover_vertex(Basis& basis) {
-  set_own_cover(basis, *load_, best_active_, noise_, perturbed_, cover_);
-  return basis.renew(best_active_, -1, load_->q, cover_);
-}
-
-// Pairs whose z is basic, and (returned) the pair that is out, -1 where z_0 is not basic.
-int Lemke::list_basis(const Basis& basis, std::vector<int>& active) const {
-  int out = -1;
-  active.clear();
-  for (int i = 0; i < n_; ++i) {
-    if (basis.is_basic(n_ + i))
-      active.push_back(i);
-    else if (!basis.is_basic(i))
-      out = i;
-  }
-  return out;
 }
 
 }  // namespace

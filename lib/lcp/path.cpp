@@ -23,7 +23,8 @@
 //  2. The problem is scaled by powers of two (scaling.h). Ties, of which a symmetric box is full: the path starts from
 //     x_k moved by `noise` (1 + random) a pair, and as its end is at z_0 = 0 nothing has to be undone there.
 //  3. The answer is the vertex of the last basis, recomputed, refined and judged on the original data (judge.h). So is
-//     that of a path that ends in a ray, with z_0 taken out: rounded data have rays close to their answer.
+//     that of a path that ends in a ray, with z_0 taken out: rounded data have rays close to their answer. From a
+//     vertex that is refused a path goes on under a cover of its own (exact_vertex.h).
 //  4. A ladder of starts, proximal steps, which cost most, last. Two rungs start at z = 0, x_i = -(max(q_i, 0) + 1 +
 //     random), once and without a crash (the PATH library's last resort): c > 0 there, the path is Lemke's.
 //
@@ -36,8 +37,8 @@
 #include <cmath>
 
 #include "lcp/draw.h"
+#include "lcp/exact_vertex.h"
 #include "lcp/front.h"
-#include "lcp/judge.h"
 #include "lcp/ladder.h"
 #include "lcp/path_crash.h"
 
@@ -78,7 +79,10 @@ struct Watchdog {
 class Path {
  public:
   static constexpr Wants wants = Wants::basis;
-  explicit Path(const LcpOptions& options) { static_cast<LcpOptions&>(o_) = options; }
+  explicit Path(const LcpOptions& options) {
+    static_cast<LcpOptions&>(o_) = options;
+    exact_.tolerance = options.tolerance;
+  }
   void solve(Front& front, LcpSolution& solution);
 
  private:
@@ -95,7 +99,7 @@ class Path {
       else if (rung.crash)
         crash_.run(basis, map_, load_->q, path_.pivots, o_.crash_tries * n_);
       end = path_search(basis, load_->q, rung, seed);
-      if (is_answer(basis, end, solution)) return PathEnd::solution;
+      if (is_answer(basis, end, rung, solution)) return PathEnd::solution;
       if (end == PathEnd::pivot_limit || !may_try_again(basis, rung, dog)) break;
     }
     solution.residual = least_;
@@ -124,7 +128,7 @@ class Path {
   PathEnd path_search(Basis& basis, const Eigen::VectorXd& q, const Rung& rung, unsigned seed);
   double choose_cover(Basis& basis, const Eigen::VectorXd& q, const Rung& rung, unsigned seed);
   int first_row(Basis& basis, double start);
-  bool is_answer(Basis& basis, PathEnd end, LcpSolution& solution);
+  bool is_answer(Basis& basis, PathEnd end, const Rung& rung, LcpSolution& solution);
   bool may_try_again(Basis& basis, const Rung& rung, Watchdog& dog);
 
   PathOptions o_;
@@ -134,6 +138,7 @@ class Path {
   PathCrash crash_;
   ComplementaryPath path_;
   PathJudge judge_;
+  ExactVertex exact_;
   Kernels proximal_;
   LcpProblem perturbed_;
   int n_ = 0, pivot_limit_ = 0, factorisations_ = 0;
@@ -180,6 +185,7 @@ void Path::solve(Front& front, LcpSolution& solution) {
 void Path::start(Basis& basis, const Rung& rung) {
   path_.ratio.pivot_tolerance = o_.pivot_tolerance * rung.pivot_tolerance;
   path_.ratio.harris = rung.harris;
+  path_.ratio.vanishing = round_off;
   path_.pivots.limit = path_.pivots.done + (pivot_limit_ - path_.pivots.done) / 2;
   basis.restart();
   if (rung.from_best)
@@ -259,10 +265,14 @@ int Path::first_row(Basis& basis, double start) {
 }
 
 // Does the vertex at the end of a path solve the problem? The best of a rung goes into solution.z.
-bool Path::is_answer(Basis& basis, PathEnd end, LcpSolution& solution) {
+bool Path::is_answer(Basis& basis, PathEnd end, const Rung& rung, LcpSolution& solution) {
   const bool ray = end == PathEnd::ray || end == PathEnd::doubtful_ray;
   if (end != PathEnd::solution && !(ray && path_.drop_artificial(basis))) return false;
-  const double residual = judge_.vertex(basis, *load_, trial_).residual;
+  double residual = judge_.vertex(basis, *load_, trial_).residual;
+  if (!ray && residual > o_.tolerance) {
+    residual = exact_.find(basis, *load_, path_, judge_, rung.seed, trial_);
+    basis.restart();  // its last path may have broken off anywhere
+  }
   const bool counts = !ray || residual <= o_.tolerance;
   if (counts && residual < least_) {
     least_ = solution.residual = residual;

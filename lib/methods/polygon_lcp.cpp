@@ -240,6 +240,7 @@ void PolygonLcp::group_by_contact(const ContactProblem& problem, const BlockChol
     groups.before[c] = std::sqrt(all);
     groups.size[c] = std::sqrt(std::min(all, std::max(own, ConstVec3(&u[3 * c]).squaredNorm()) / weight_[c]));
   }
+  groups.terms = [this, &problem](Eigen::VectorXd& terms) { find_terms(problem, terms); };
   for (int f = 0; f < at.rough_count(); ++f) {
     const int c = rough_[f], first = at.first_direction(f);
     std::fill_n(&groups.of_pair[first], at.k, c);
@@ -248,6 +249,30 @@ void PolygonLcp::group_by_contact(const ContactProblem& problem, const BlockChol
     groups.of_pair[at.slip_bound(f)] = c;
     groups.own[at.slip_bound(f)] = 1;
     groups.root[at.slip_bound(f)] = 1 / groups.root[c];
+  }
+}
+
+// |J| |v-| + |w|, along the directions that rows have.
+void PolygonLcp::find_terms(const ContactProblem& problem, Eigen::VectorXd& of_row) {
+  const PolygonUnknowns at = this->at();
+  const BandMatrix& J = problem.J;
+  of_contact_.resize(3, nc_);
+  for (int c = 0; c < nc_; ++c) {
+    Eigen::Vector3d terms = ConstVec3(&problem.offset[3 * c]).cwiseAbs();
+    for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
+      const auto entry = J.entry(e);
+      terms +=
+          entry.cwiseAbs() *
+          Eigen::Map<const Eigen::VectorXd>(&problem.v_minus[problem.M.first[J.block[e]]], entry.cols()).cwiseAbs();
+    }
+    of_contact_.col(c) = terms;
+  }
+  of_row.setZero(at.count());
+  of_row.head(nc_) = of_contact_.row(0);
+  for (int f = 0; f < at.rough_count(); ++f) {
+    const double t1 = of_contact_(1, rough_[f]), t2 = of_contact_(2, rough_[f]);
+    for (int a = 0; a < at.k; ++a)
+      of_row[at.first_direction(f) + a] = std::abs(at.cosine[a]) * t1 + std::abs(at.sine[a]) * t2;
   }
 }
 

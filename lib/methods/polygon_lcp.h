@@ -54,6 +54,7 @@ class PolygonLcp {
   void drop_rounding();
   void find_stops(const ContactProblem& problem, const BlockCholesky& factor, std::span<const double> u);
   double stopping2(const ContactProblem& problem, int limit) const;
+  void find_terms(const ContactProblem& problem, Eigen::VectorXd& of_row);
   void band(const ContactProblem& problem, int c, int column, const Eigen::Vector3d& direction);
   void diagonal(int row);
   void add_normal_columns(const ContactProblem& problem);
@@ -70,6 +71,7 @@ class PolygonLcp {
   Islands islands_;
   std::vector<std::array<double, 2>> of_island_;  // sum of u^2 / w, J; largest u^2, but for limits
   std::vector<double> stops_;                     // nv
+  Eigen::Matrix3Xd of_contact_;                   // nc: terms of the velocities before, m/s
   Eigen::MatrixX3d columns_;
 };
 

@@ -107,7 +107,7 @@ TEST_CASE("a small pair is solved for as exactly as a large one where it is abou
     LcpProblem problem;
     problem.M = matrix(2, {1, 0, 0, 1});
     problem.q = column({-1, -1e-13});
-    problem.groups = {{0, 1}, column({1, 1e-13}), column({1, 1}), {0, 0}, {0, 0}, {0, 1}, 2, {}};
+    problem.groups = {{0, 1}, column({1, 1e-13}), column({1, 1}), {0, 0}, {0, 0}, {0, 1}, 2, {}, {}};
     LcpSolution found;
     find_lcp_solver(name)->make({})(problem, found);
     INFO(name << " " << found.reason);

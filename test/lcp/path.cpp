@@ -165,6 +165,26 @@ TEST_CASE("along the path of a P-matrix the normal map shrinks in proportion, an
   }
 }
 
+TEST_CASE("z_0 blocks where rounding alone would keep it above zero", "[path]") {
+  // Along the path row 0 falls from 1 by 1 a unit, row 1, z_0, from 1e-3 (1 + off) by 1e-3 a unit.
+  const auto blocking = [](double off, double vanishing = round_off) {
+    VectorXd column = VectorXd::Zero(4), rhs = VectorXd::Ones(4);
+    column[0] = -1;
+    column[1] = -1e-3;
+    rhs[1] = 1e-3 * (1 + off);
+    RatioTest test;
+    test.harris = 0;
+    test.vanishing = vanishing;
+    test.resize(4);
+    return test.row(column.data(), rhs.data(), 1);
+  };
+  CHECK(blocking(-1e-9) == 1);
+  CHECK(blocking(0) == 1);
+  CHECK(blocking(1e-12) == 1);  // 1e-15 above zero, beside values of 1
+  CHECK(blocking(1e-12, 0) == 0);
+  CHECK(blocking(1e-9) == 0);
+}
+
 TEST_CASE("other units of the pairs give the same answer in those units", "[path]") {
   Random random(4);
   for (int trial = 0; trial < 20; ++trial) {

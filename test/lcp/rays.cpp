@@ -37,3 +37,31 @@ TEST_CASE("a direction is a ray where nothing falls along it and its equations h
   CHECK(holds(-1e-10, -1e-10));
   CHECK_FALSE(holds(-1e-8, -1e-8));
 }
+
+// The basis of w, where a velocity of q < 0 is left: an error of all that the pair is about, or the rounding of the
+// terms that made q.
+TEST_CASE("what a load is the rounding of is no error of an answer") {
+  for (const char shares : {char(0), char(1)}) {
+    const auto residual = [&](double q, double terms) {
+      LcpProblem problem;
+      problem.M = Eigen::MatrixXd::Identity(1, 1);
+      problem.q = Eigen::VectorXd::Constant(1, q);
+      const Eigen::VectorXd one = Eigen::VectorXd::Ones(1);
+      problem.groups = {
+          {0}, 1e-12 * one, one, {shares}, {0}, {0}, 1, {}, [&](Eigen::VectorXd& of_q) { of_q = terms * one; }};
+      ScaledLoad load;
+      load.scales.rho = load.scales.rows = load.scales.columns = one;
+      load.original = problem.q;
+      REQUIRE(load.set(problem));
+      DenseBasis basis;
+      basis.start(problem, load.scales);
+      basis.restart();
+      Eigen::VectorXd z;
+      return PathJudge().vertex(basis, load, z).residual;
+    };
+    INFO((shares ? "m/s" : "of its own unit"));
+    CHECK(residual(-2e-14, 0) > 1e-3);
+    CHECK(residual(-2e-14, 1) <= 1e-12);
+    CHECK(residual(-2e-13, 1) > 1e-3);
+  }
+}

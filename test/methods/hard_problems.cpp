@@ -213,6 +213,31 @@ TEST_CASE("A ray that rounding makes of a wall at rest ends at its answer", "[pa
   }
 }
 
+// Two contacts, one that carries hardly anything: where z_0 comes to zero, so do four other variables, and z_0 was left
+// at 2e-15 beside values of 3, past which every path ended in a ray.
+TEST_CASE("A covering vector that vanishes together with other variables has led to an answer", "[path]") {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problems are not read");
+    return;
+  }
+  const StoredEvent event("ap_cover_vanishes", "path", 4);
+  INFO(event.solution.iterations << " pivots " << event.solution.reason);
+  CHECK(event.solution.status == Status::ok);
+  CHECK(event.solution.iterations < 2 * event.solution.size);
+  CHECK(event.residual <= 1e-12);
+}
+
+// A wheel of 20 rad/s rolls between two planes that it could jam between: u- is the rounding, 1e-16 of it, and the load
+// of the second phase no longer one that impulses without effect cannot oppose. From all covers there are rays then.
+TEST_CASE("What rolls where it could jam is answered to what its velocities leave open", "[ap]") {
+  expect_answers({"ap_rolls_jammed"}, 8, 1e-9);
+}
+
+// 15 contacts, many redundant: exchanges wear the dictionary until z_0 leaves where nothing is solved.
+TEST_CASE("A vertex of a worn dictionary is followed by one from the matrix", "[ap]") {
+  expect_answers({"ap_worn_basis"}, 4, 1e-10);
+}
+
 // 76 contacts of a wall: four crashes that led nowhere, and ten thousand pivots of proximal steps, before the path from
 // the ray, which takes 40.
 TEST_CASE("A crash does not cost more than the path that it is to shorten", "[path]") {

@@ -256,22 +256,31 @@ class Sweep(unittest.TestCase):
         self.assertLess(todo, len(rows))
         self.assertLessEqual(starts_killed + todo, len(rows) + 20 * 2)
 
+    def alive(self):
+        """Processes of runs."""
+        return [p for p in Path("/proc").glob("[0-9]*/cmdline") if f"{self.program}\0run".encode() in read(p)]
+
+    def wait_for_runs(self):
+        """Until a sweep has begun its first, however slow the machine."""
+        end = time.monotonic() + 60
+        while not self.alive() and time.monotonic() < end:
+            time.sleep(0.05)
+
     def test_two_sweeps_do_not_share_a_folder(self):
         first = subprocess.Popen(self.command(), env=standin.environment(SLOW="0.3"), stdout=subprocess.DEVNULL)
-        time.sleep(1)
+        self.wait_for_runs()
         self.assertIn("another sweep is at work", self.run_sweep(code=1))
         self.assertEqual(first.wait(), 0)
 
     def test_interrupting_it_ends_its_runs_with_it(self):
         sweep = subprocess.Popen(self.command(), env=standin.environment(SLOW="30"), stdout=subprocess.DEVNULL,
                                  stderr=subprocess.DEVNULL)
-        time.sleep(3)  # begun, however slow the machine
+        self.wait_for_runs()
         sweep.send_signal(signal.SIGTERM)
         self.assertEqual(sweep.wait(timeout=10), 130)
         # What was killed with it is no result.
         self.assertEqual(list((self.top / "out/runs").glob("*/run.json")), [])
-        alive = [p for p in Path("/proc").glob("[0-9]*/cmdline") if str(self.program).encode() in read(p)]
-        self.assertEqual(alive, [])
+        self.assertEqual(self.alive(), [])
 
     def test_timed_runs_go_alone_when_asked(self):
         self.sweep.write_text(SMALL.replace('step = ["1e-2", "1e-3"]', 'step = ["1e-2", "1e-3"]\ntimed = false'))
