@@ -17,9 +17,9 @@ class RatioTest {
   /// Rows whose basic value would fall to no less than minus the allowance still compete for the largest pivot: this,
   /// or `round_off` of the largest basic value where that is more, -.
   double harris = 1e-12;
-  /// `preferred` blocks where it is left with no more than this of the largest basic value once the others do, -. 0
-  /// from covers that part z_0 from all other values at the solution; else rows that vanish together with z_0 are told
-  /// apart by their rounding, and lead past the solution.
+  /// `preferred` blocks too where what others leave of it is no more than this of the largest basic value, -. Without
+  /// (0), rows that vanish together with it are told apart by their rounding, and lead past the solution; with it, a
+  /// cover that parts z_0 from all other values at the solution loses digits for nothing.
   double vanishing = 0;
   void resize(int padded) { score_.resize(padded); }
   /// Row that blocks the entering variable, or -1. `preferred` wins whenever it is among them (-1: none).

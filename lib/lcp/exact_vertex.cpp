@@ -13,14 +13,9 @@ double ExactVertex::find(Basis& basis, const ScaledLoad& load, ComplementaryPath
   const int n = basis.n();
   const double harris = path.ratio.harris, vanishing = path.ratio.vanishing, retreat = path.retreat;
   path.ratio.vanishing = 0;
-  // Among answers the one that could be least better: what rounding excuses is alike for all of them.
-  const auto better = [&](const Judgement& a, const Judgement& b) {
-    const bool both = a.residual <= tolerance && b.residual <= tolerance;
-    return both ? a.beyond_rounding < b.beyond_rounding : a.residual < b.residual;
-  };
   Judgement found = judge.vertex(basis, load, z), best;
   for (int count = 1; found.beyond_rounding > vertex_tolerance || found.residual > tolerance; ++count) {
-    if (better(found, best)) {
+    if (better(found, best, tolerance)) {
       best = found;
       best_ = z;
       active_.clear();
@@ -29,6 +24,7 @@ double ExactVertex::find(Basis& basis, const ScaledLoad& load, ComplementaryPath
     }
     if (best.residual == HUGE_VAL || count > repairs) break;  // HUGE_VAL: it cannot be factorised
     PathEnd end = PathEnd::bad_pivot;
+    const int pivots = path.pivots.done;
     if (count == 1 && first) {
       end = first();
     } else {
@@ -37,12 +33,13 @@ double ExactVertex::find(Basis& basis, const ScaledLoad& load, ComplementaryPath
       if (cover(basis, load, seed + 1000 * static_cast<unsigned>(count))) end = path.follow(basis);
     }
     found = end == PathEnd::solution ? judge.vertex(basis, load, z) : Judgement{};
-    if (end == PathEnd::pivot_limit) break;
+    // Without a pivot the cover parts nothing there, and no other will.
+    if (end == PathEnd::pivot_limit || path.pivots.done == pivots) break;
   }
   path.ratio.harris = harris;
   path.ratio.vanishing = vanishing;
   path.retreat = retreat;
-  if (!better(best, found)) return found.residual;
+  if (!better(best, found, tolerance)) return found.residual;
   z = best_;
   return best.residual;
 }

@@ -6,6 +6,11 @@
 
 namespace cb {
 
+bool better(const Judgement& a, const Judgement& b, double tolerance) {
+  const bool both = a.residual <= tolerance && b.residual <= tolerance;
+  return both ? a.beyond_rounding < b.beyond_rounding : a.residual < b.residual;
+}
+
 Judgement PathJudge::vertex(Basis& basis, const ScaledLoad& load, Eigen::VectorXd& z) {
   const auto n = static_cast<int>(load.q.size());
   const auto& scales = load.scales;
@@ -48,17 +53,15 @@ Judgement PathJudge::vertex(Basis& basis, const ScaledLoad& load, Eigen::VectorX
 // Judges z, whose w = M z + q is in w_.
 Judgement PathJudge::judge(Basis& basis, const ScaledLoad& load, const Eigen::VectorXd& z) {
   Judgement found = first_look(load, z);
-  const double doubtful = std::max(found.beyond_rounding, overlap(load.of->groups, false));
-  if (doubtful > beyond_doubt && found.beyond_rounding < HUGE_VAL) {
+  const double by_groups = std::max(found.beyond_rounding, overlap(load.of->groups, false));
+  const bool in_doubt = by_groups > beyond_doubt || found.residual > natural_doubt;
+  if (in_doubt && found.beyond_rounding < HUGE_VAL) {
     basis.magnitudes(z, product_);
     product_ += load.original.cwiseAbs();
-    of_load_.setZero(z.size());
-    if (load.of->groups.terms) load.of->groups.terms(of_load_);
-    of_load_ = of_load_.cwiseMax(load.original.cwiseAbs());
     find_shared(basis, load, z);
     second_look(load, z, found);
   } else {
-    found.residual = std::max(found.residual, doubtful);
+    found.residual = std::max(found.residual, by_groups);
   }
   return found;
 }
@@ -69,13 +72,14 @@ double PathJudge::overlap(const LcpGroups& groups, bool excused) const {
   double worst = 0;
   for (Eigen::Index i = 0; i < groups.before.size(); ++i) {
     if (!(w_[i] < 0)) continue;
-    const double open = !excused ? 0 : groups.shares[i] ? shared_[groups.island[groups.of_pair[i]]] : product_[i];
+    const double open = !excused ? 0 : groups.shares[i] ? shared_[groups.island[groups.of_pair[i]]] : open_[i];
     const double beyond = (-w_[i] - term_rounding * open) / groups.root[i];
     if (beyond > worst * groups.before[i]) worst = beyond / groups.before[i];  // nothing was before: infinite
   }
   return worst;
 }
 
+// What a group is about, what the data leave open of each row, and what of the rows of an island that share a unit.
 void PathJudge::find_shared(Basis& basis, const ScaledLoad& load, const Eigen::VectorXd& z) {
   const LcpGroups& groups = load.of->groups;
   if (groups.of_pair.empty()) return;
@@ -83,11 +87,14 @@ void PathJudge::find_shared(Basis& basis, const ScaledLoad& load, const Eigen::V
   for (Eigen::Index i = 0; i < z.size(); ++i)
     if (groups.own[i]) z_[i] = 0;
   basis.magnitudes(z_, terms_);
-  terms_ += of_load_;
+  open_.setZero(z.size());
+  if (groups.terms) groups.terms(open_);
+  open_ = terms_ + open_.cwiseMax(load.original.cwiseAbs());
+  terms_ += load.original.cwiseAbs();
   shared_.assign(groups.islands, 0.0);
   for (Eigen::Index i = 0; i < z.size(); ++i) {
     double& shared = shared_[groups.island[groups.of_pair[i]]];
-    if (groups.shares[i]) shared = std::max(shared, terms_[i]);
+    if (groups.shares[i]) shared = std::max(shared, open_[i]);
   }
 }
 
@@ -152,7 +159,6 @@ void PathJudge::second_look(const ScaledLoad& load, const Eigen::VectorXd& z, Ju
   }
   found.beyond_rounding = worst_of_groups(load);
   if (!grouped) return;
-  product_ += of_load_ - load.original.cwiseAbs();
   found.residual = std::max(natural(load, z), overlap(groups, true));
   if (found.beyond_rounding <= beyond_doubt) {
     found.residual = std::max(found.residual, found.beyond_rounding);
@@ -166,7 +172,8 @@ void PathJudge::second_look(const ScaledLoad& load, const Eigen::VectorXd& z, Ju
       excused_[group] = term_rounding * shared_[groups.island[group]] / root;
       size_[group] = std::max(size_[group], terms_[i] / root);
     } else {
-      error_[i] = std::max(0.0, error_[i] - (term_rounding - round_off) * product_[i] / root);
+      const double more = std::max(0.0, term_rounding * open_[i] - round_off * product_[i]);
+      error_[i] = std::max(0.0, error_[i] - more / root);
     }
   }
   found.residual = std::max(found.residual, worst_of_groups(load));
@@ -177,7 +184,7 @@ double PathJudge::natural(const ScaledLoad& load, const Eigen::VectorXd& z) cons
   double worst = 0;
   for (Eigen::Index i = 0; i < z.size(); ++i) {
     const double error = std::abs(std::min(z[i] * load.root[i], w_[i] / load.root[i]));
-    worst = std::max(worst, error - term_rounding * product_[i] / load.root[i]);
+    worst = std::max(worst, error - term_rounding * open_[i] / load.root[i]);
   }
   return worst / load.judged;
 }

@@ -12,19 +12,23 @@ namespace cb {
 
 /// How good an answer is, -. The error of a group is the root of the sum of squares of min(z_i s_i, w_i / s_i) over its
 /// pairs, as a fraction of the largest z_i s_i of them, or its size; without groups, that of each pair over all that
-/// the problem is about. What may not be negative beside other things (LcpGroups::before) counts beside these. Where it
-/// is above `beyond_doubt`, w_i may be a small sum of large terms, t_i = |q_i| + sum_j |M_ij| z_j.
+/// the problem is about. What may not be negative beside other things (LcpGroups::before) counts beside these. Where
+/// that is in doubt (below), w_i may be a small sum of large terms, t_i = |q_i| + sum_j |M_ij| z_j.
 struct Judgement {
-  /// Is it an answer? Natural residual (lcp.h), or the worst error of a group where that is more. A group's
-  /// error of `term_rounding` t_i, or of that of any row of its island in the same unit, is none, and a group is about
-  /// t_i / s_i too, both without what acts on its own group alone (LcpGroups::own): the last bits of the data leave
-  /// that open.
+  /// Is it an answer? Natural residual (lcp.h), or the worst error of a group where that is more. What the last bits of
+  /// the data leave open is no error: `term_rounding` t_i, of a group that of any row of its island in the same unit,
+  /// where t_i holds LcpGroups::terms in place of |q_i| and nothing that acts on its own group alone (LcpGroups::own).
+  /// A group is about t_i / s_i too, with |q_i|.
   double residual = HUGE_VAL;
   /// Could it be better? The worst error of a group, `round_off` t_i of it no error. A solver that is content with
   /// less leaves what adds up over a run: a stack of 16 boxes begins to creep after 600 steps.
   double beyond_rounding = HUGE_VAL;
 };
-inline constexpr double beyond_doubt = 1e-12;  ///< -
+/// Is `a` the better one? Among answers that which could be improved least: what rounding excuses is alike for them.
+bool better(const Judgement& a, const Judgement& b, double tolerance);
+inline constexpr double beyond_doubt = 1e-12;  ///< of groups, -
+/// Of the natural residual, -. Smaller: a second look at many good answers (a third of a sliding box's time).
+inline constexpr double natural_doubt = 1e-11;
 /// -: as many roundings of each term a sum may be off by, whose terms are sums themselves. Larger: errors pass for
 /// rounding; smaller: paths are followed to find what is not there.
 inline constexpr double term_rounding = 128 * std::numeric_limits<double>::epsilon();
@@ -52,8 +56,9 @@ struct PathJudge {
   double overlap(const LcpGroups& groups, bool excused) const;
   void find_shared(Basis& basis, const ScaledLoad& load, const Eigen::VectorXd& z);
 
-  // product_: |M| z + |q|, then + what q itself is made of, of_load_; terms_: with that, without what acts on its own
-  Eigen::VectorXd scratch_, w_, z_, product_, of_load_, terms_;
+  // product_: t, |M| z + |q|; terms_: that without what acts on its own group alone; open_: that with what q itself is
+  // made of in place of q. All n.
+  Eigen::VectorXd scratch_, w_, z_, product_, terms_, open_;
   Eigen::VectorXd error_, size_, squares_, excused_;  // n; groups
   std::vector<double> shared_;                        // islands: the largest term in the unit that rows share
   std::vector<int> active_;

@@ -30,7 +30,7 @@ struct LcpGroups {
   /// (sqrt(z w)), however large the z that carry. Empty: none.
   Eigen::VectorXd before;
   /// Sets n: the sum of the terms that q_i is made of, by absolute value, in its unit. A wheel at 20 rad/s that rolls
-  /// has q of 1e-12 m/s, the rounding of terms of 1 m/s. Few answers ask for it. Empty: |q_i|.
+  /// may have q of 1e-12 m/s, give or take 1e-16 m/s. Few answers ask for it. Empty: |q_i|.
   std::function<void(Eigen::VectorXd& terms)> terms;
 };
 
@@ -73,7 +73,8 @@ struct LcpSolution {
   Eigen::VectorXd x;   ///< nx, the free unknowns (expanded form)
   int pivots = 0;      ///< pivots or iterations, summed over restarts
   int factorisations = 0;
-  /// Natural residual (below) as the solver finds it; by groups, where the problem has them and that is more.
+  /// Natural residual (below) as the solver finds it; by groups, where the problem has them and that is more. Where
+  /// these say what their terms are, without what the last bits of the data leave open (judge.h).
   double residual = std::numeric_limits<double>::infinity();
   double peak_memory_mb = 0;  ///< of the solver's own tables, where it measures them (ynl)
 };

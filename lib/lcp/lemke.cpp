@@ -84,7 +84,7 @@ class Lemke {
   PathJudge judge_;
   ExactVertex exact_;
   int n_ = 0, pivot_limit_ = 0;
-  Eigen::VectorXd noise_, perturbed_, cover_;  // n: p, q + delta p (then scratch), c
+  Eigen::VectorXd noise_, perturbed_, cover_;  // n: p, q + delta p, c
   Eigen::VectorXd first_noise_;                // p of the first rung, of the largest problem so far
   Eigen::VectorXd answer_;                     // n: best vertex of all rungs
 };

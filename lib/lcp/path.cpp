@@ -99,7 +99,7 @@ class Path {
       else if (rung.crash)
         crash_.run(basis, map_, load_->q, path_.pivots, o_.crash_tries * n_);
       end = path_search(basis, load_->q, rung, seed);
-      if (is_answer(basis, end, rung, solution)) return PathEnd::solution;
+      if (is_answer(basis, end, seed, solution)) return PathEnd::solution;
       if (end == PathEnd::pivot_limit || !may_try_again(basis, rung, dog)) break;
     }
     solution.residual = least_;
@@ -128,7 +128,7 @@ class Path {
   PathEnd path_search(Basis& basis, const Eigen::VectorXd& q, const Rung& rung, unsigned seed);
   double choose_cover(Basis& basis, const Eigen::VectorXd& q, const Rung& rung, unsigned seed);
   int first_row(Basis& basis, double start);
-  bool is_answer(Basis& basis, PathEnd end, const Rung& rung, LcpSolution& solution);
+  bool is_answer(Basis& basis, PathEnd end, unsigned seed, LcpSolution& solution);
   bool may_try_again(Basis& basis, const Rung& rung, Watchdog& dog);
 
   PathOptions o_;
@@ -265,12 +265,12 @@ int Path::first_row(Basis& basis, double start) {
 }
 
 // Does the vertex at the end of a path solve the problem? The best of a rung goes into solution.z.
-bool Path::is_answer(Basis& basis, PathEnd end, const Rung& rung, LcpSolution& solution) {
+bool Path::is_answer(Basis& basis, PathEnd end, unsigned seed, LcpSolution& solution) {
   const bool ray = end == PathEnd::ray || end == PathEnd::doubtful_ray;
   if (end != PathEnd::solution && !(ray && path_.drop_artificial(basis))) return false;
   double residual = judge_.vertex(basis, *load_, trial_).residual;
   if (!ray && residual > o_.tolerance) {
-    residual = exact_.find(basis, *load_, path_, judge_, rung.seed, trial_);
+    residual = exact_.find(basis, *load_, path_, judge_, seed + 50'000, trial_);
     basis.restart();  // its last path may have broken off anywhere
   }
   const bool counts = !ray || residual <= o_.tolerance;

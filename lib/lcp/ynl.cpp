@@ -139,6 +139,7 @@ class Ynl {
   int worn_ = 0;          // pivots since the basis was taken from the original matrix
   bool at_hand_ = false;  // is the basis that of the state in hand?
   bool polishing_ = false, solved_ = false;
+  Judgement best_;                              // of the answer that is kept
   Eigen::VectorXd cover_, own_cover_, in_use_;  // n: c of the search; of an end; the one at hand
   Eigen::VectorXd ones_, z_ones_, answer_;      // n
 };
@@ -149,6 +150,7 @@ void Ynl::solve(Front& front, LcpSolution& solution) {
   pivots_ = 0;
   pivot_limit_ = front.pivot_limit();
   polishing_ = solved_ = false;
+  best_ = {};
   memory_ = {o_.memory_limit_mb * 1e6};
   dead_ = {};
   covers_ = {-1};
@@ -241,14 +243,15 @@ bool Ynl::vertex(Basis& basis, const SearchState& state, LcpSolution& solution) 
     ++dead_.singular;
     return false;
   }
-  const bool better = found.residual < solution.residual;
-  if (better) {
+  const bool improves = better(found, best_, o_.tolerance);
+  if (improves) {
+    best_ = found;
     solution.residual = found.residual;
     solution.z = answer_;
   }
   const bool good = found.residual <= o_.tolerance, exact = found.beyond_rounding <= o_.vertex_tolerance;
   if (good && exact) return solved_ = true;
-  if (!polishing_ && better && polish(basis, state, solution)) return true;
+  if (!polishing_ && improves && polish(basis, state, solution)) return true;
   if (!polishing_ && solution.residual <= o_.tolerance) return solved_ = true;  // this end's, or one of its polish
   ++dead_.refused;
   return false;

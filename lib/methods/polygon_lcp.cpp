@@ -252,7 +252,8 @@ void PolygonLcp::group_by_contact(const ContactProblem& problem, const BlockChol
   }
 }
 
-// |J| |v-| + |w|, along the directions that rows have.
+// |J| |v-| + |w|, along the directions that rows have. What compression added before the second phase is not counted:
+// less is excused there.
 void PolygonLcp::find_terms(const ContactProblem& problem, Eigen::VectorXd& of_row) {
   const PolygonUnknowns at = this->at();
   const BandMatrix& J = problem.J;

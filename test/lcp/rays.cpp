@@ -42,8 +42,9 @@ TEST_CASE("a direction is a ray where nothing falls along it and its equations h
 // terms that made q.
 TEST_CASE("what a load is the rounding of is no error of an answer") {
   for (const char shares : {char(0), char(1)}) {
-    const auto residual = [&](double q, double terms) {
+    const auto residual = [&](double q, double terms, double size = 0) {
       LcpProblem problem;
+      problem.size = size;
       problem.M = Eigen::MatrixXd::Identity(1, 1);
       problem.q = Eigen::VectorXd::Constant(1, q);
       const Eigen::VectorXd one = Eigen::VectorXd::Ones(1);
@@ -63,5 +64,6 @@ TEST_CASE("what a load is the rounding of is no error of an answer") {
     CHECK(residual(-2e-14, 0) > 1e-3);
     CHECK(residual(-2e-14, 1) <= 1e-12);
     CHECK(residual(-2e-13, 1) > 1e-3);
+    CHECK(residual(-2e-11, 1, 1) > 1e-3);  // the terms excuse: they are not what the contact is about
   }
 }
