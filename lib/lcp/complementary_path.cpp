@@ -100,12 +100,16 @@ void ComplementaryPath::exchange(Basis& basis, int entering, int row) {
   pivots.done += !ended_;
 }
 
+bool drop_artificial(Basis& basis, int variable) {
+  const int row = basis.row_of(basis.artificial()), other = complement(variable, basis.n());
+  const double p = std::abs(basis.column(variable)[row]), p_other = std::abs(basis.column(other)[row]);
+  return basis.pivot(row, p > p_other ? variable : other);
+}
+
 bool ComplementaryPath::drop_artificial(Basis& basis) {
-  const int row = basis.row_of(basis.artificial()), other = complement(ray_variable, basis.n());
-  const double p = std::abs(basis.column(ray_variable)[row]), p_other = std::abs(basis.column(other)[row]);
-  if (!basis.pivot(row, p > p_other ? ray_variable : other)) return false;
-  ++pivots.done;
-  return true;
+  const bool out = cb::drop_artificial(basis, ray_variable);
+  pivots.done += out;
+  return out;
 }
 
 // First pass: how far all rows can go if each may fall to -allowance; `largest`: of the basic values.

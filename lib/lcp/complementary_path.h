@@ -31,6 +31,10 @@ class RatioTest {
   Eigen::VectorXd score_;  // padded
 };
 
+/// Takes z_0 out of the basis at a ray along `variable`, which nothing blocks, for whichever of its pair has the larger
+/// pivot. Rounding of the data makes rays of problems that have none, close to z_0 = 0. False where neither has one.
+bool drop_artificial(Basis& basis, int variable);
+
 /// Pivots of a solver, restarts included.
 struct PivotCount {
   int done = 0, limit = 0;
@@ -63,8 +67,7 @@ struct ComplementaryPath {
   int blocking_row(Basis& basis, int entering);
   /// `entering` for the variable of `row`; -1: nothing blocks it.
   void exchange(Basis& basis, int entering, int row);
-  /// Takes z_0 out where the path has ended in a ray, for whichever variable of the pair that is out has the larger
-  /// pivot. Rounding of the data makes rays of problems that have none, close to z_0 = 0. False where neither has one.
+  /// The same where the path has ended in a ray.
   bool drop_artificial(Basis& basis);
 
  private:

@@ -32,6 +32,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lcp/complementary_path.h"
 #include "lcp/draw.h"
 #include "lcp/front.h"
 #include "lcp/judge.h"
@@ -101,9 +102,10 @@ class Ynl {
     if (found != Look::on && (!at_hand_ || worn_ > 0))
       found = take_up(basis, state) ? look(basis, state) : Look::singular;
     dead_.note(found);
+    const int entering = state.z_enters ? n_ + state.out : state.out;
+    if (found == Look::ray || found == Look::doubtful_ray) answer_beside_ray(basis, entering, solution);
     if (found != Look::on) return at_hand_ = false;
 
-    const int entering = state.z_enters ? n_ + state.out : state.out;
     const auto& candidates = search_.candidates;
     if (state.z_enters) state.flip(state.out);
     std::size_t first = 0;
@@ -126,6 +128,7 @@ class Ynl {
   bool take_up(Basis& basis, const SearchState& state);
   void list_active(const SearchState& state);
   bool vertex(Basis& basis, const SearchState& state, LcpSolution& solution);
+  void answer_beside_ray(Basis& basis, int entering, LcpSolution& solution);
 
   YnlOptions o_;
   const ScaledLoad* load_ = nullptr;
@@ -255,6 +258,16 @@ bool Ynl::vertex(Basis& basis, const SearchState& state, LcpSolution& solution) 
   if (!polishing_ && solution.residual <= o_.tolerance) return solved_ = true;  // this end's, or one of its polish
   ++dead_.refused;
   return false;
+}
+
+// Rounded data have rays close to their answer: without z_0 there the vertex counts where it is an answer.
+void Ynl::answer_beside_ray(Basis& basis, int entering, LcpSolution& solution) {
+  if (!drop_artificial(basis, entering)) return;
+  const double residual = judge_.vertex(basis, *load_, answer_).residual;
+  if (residual > o_.tolerance) return;
+  solution.residual = residual;
+  solution.z = answer_;
+  solved_ = true;
 }
 
 // On from an end that is not exact, with the search in hand put aside meanwhile.

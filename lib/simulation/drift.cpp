@@ -15,8 +15,11 @@ namespace {
 
 constexpr int rounds = 4;         // corrections at most; one or two do, their error is quadratic
 constexpr double good_gap = 0.1;  // of the tolerance
-constexpr double ridge = 1e-11;   // of the largest diagonal: G is singular where points share a face; a round more
-                                  // takes away what it leaves
+// Times what arcs can have done to it that a shape may be moved: up to 4 in scenes with robots; hundreds where points
+// that part are asked to close.
+constexpr double arcs = 10;
+constexpr double ridge = 1e-11;  // of the largest diagonal: G is singular where points share a face; a round more
+                                 // takes away what it leaves
 
 }  // namespace
 
@@ -99,11 +102,21 @@ void Drift::bring_to_zero(const Scenario& scenario, std::vector<Motion>& motions
     const bool last = worst_ <= good_gap;
     if (last && (!exact_ || rounding_)) return;
     assemble(scenario, state);
-    do {
-      if (!find_displacement()) return;
-    } while (hold_limits(limit_tolerance));
-    move_poses(scenario.model, owners_, problem_.M.first, d_, state);
-    for (std::size_t i = 0; i < motions.size(); ++i) shape_motion(scenario.shapes[i], state, motions[i]);
+    find_reach(scenario);
+    state_was_ = state;
+    was_ = motions;
+    for (bool again = true; again;) {
+      do {
+        if (!find_displacement()) return;
+      } while (hold_limits(limit_tolerance));
+      move_poses(scenario.model, owners_, problem_.M.first, d_, state);
+      for (std::size_t i = 0; i < motions.size(); ++i) shape_motion(scenario.shapes[i], state, motions[i]);
+      again = moves_too_far(scenario, motions);
+      if (!again) break;
+      state = state_was_;
+      motions = was_;
+      if (!leave_parting(tolerance)) return;
+    }
     if (last) return;  // what is left is the square of what was good
   }
 }
@@ -113,6 +126,7 @@ void Drift::find_points(const Scenario& scenario, const std::vector<Motion>& mot
                         const std::vector<double>& tolerance, const std::vector<std::pair<int, int>>& pairs) {
   constexpr double ulps = 8;  // of the coordinates: what gaps are rounded to
   points_.clear();
+  may_move_.clear();
   worst_ = 0;
   rounding_ = true;
   for (std::size_t k = 0; k < pairs.size(); ++k) {
@@ -125,11 +139,66 @@ void Drift::find_points(const Scenario& scenario, const std::vector<Motion>& mot
     for (const ContactPoint& point : found_) {
       if (point.gap < -delta || (delta_[k] < 0 && point.gap > -closed)) continue;
       points_.push_back(point);
+      may_move_.push_back(delta);
       worst_ = std::max(worst_, std::abs(point.gap) / closed);
       rounding_ = rounding_ && std::abs(point.gap) <=
                                    ulps * std::numeric_limits<double>::epsilon() * point.position.cwiseAbs().maxCoeff();
     }
   }
+}
+
+int owner_of(const Scenario& scenario, int shape) {
+  const int body = scenario.shapes[shape].body;
+  if (body < 0) return -1;
+  const int tree = scenario.model.bodies[body].tree, trees = static_cast<int>(scenario.model.trees.size());
+  return tree >= 0 ? tree : trees + body;
+}
+
+// What was moved moves what it touches.
+void Drift::find_reach(const Scenario& scenario) {
+  reach_.assign(scenario.model.trees.size() + scenario.model.bodies.size(), 0.0);
+  for (bool more = true; more;) {
+    more = false;
+    for (std::size_t c = 0; c < points_.size(); ++c) {
+      const int a = owner_of(scenario, points_[c].shape_a), b = owner_of(scenario, points_[c].shape_b);
+      const double reach = std::max({may_move_[c], a < 0 ? 0 : reach_[a], b < 0 ? 0 : reach_[b]});
+      for (const int owner : {a, b}) {
+        if (owner < 0 || reach_[owner] >= reach) continue;
+        reach_[owner] = reach;
+        more = true;
+      }
+    }
+  }
+}
+
+// Beyond what arcs can have done to it, from was_?
+bool Drift::moves_too_far(const Scenario& scenario, const std::vector<Motion>& motions) const {
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    const int owner = owner_of(scenario, static_cast<int>(i));
+    if (owner < 0) continue;
+    const Pose &now = motions[i].pose, &before = was_[i].pose;
+    const double far = (now.p - before.p).norm() +
+                       2 * (before.q.conjugate() * now.q).vec().norm() * scenario.shapes[i].bounding_radius();
+    if (!(far <= arcs * reach_[owner])) return true;
+  }
+  return false;
+}
+
+// Lets go of the points that are open the widest. False where none is open.
+bool Drift::leave_parting(const std::vector<double>& tolerance) {
+  held_.resize(held_points_);
+  in_.assign(limits_.size(), 0);
+  double widest = 0;
+  for (const int c : held_) {
+    const double closed = std::min(tolerance[points_[c].shape_a], tolerance[points_[c].shape_b]);
+    if (points_[c].gap > good_gap * closed) widest = std::max(widest, points_[c].gap);
+  }
+  if (widest == 0) return false;
+  std::erase_if(held_, [&](int c) { return points_[c].gap > widest / 2; });
+  held_points_ = static_cast<Eigen::Index>(held_.size());
+  wanted_.clear();
+  for (const int c : held_) wanted_.push_back(-points_[c].gap);
+  return held_points_ > 0;
 }
 
 // N and M^-1 N^T of the points and of the joint limits that may come to hold.
@@ -151,6 +220,7 @@ void Drift::assemble(const Scenario& scenario, const State& state) {
   }
   held_.resize(points_.size());
   std::iota(held_.begin(), held_.end(), 0);
+  held_points_ = static_cast<Eigen::Index>(held_.size());
   wanted_.resize(points_.size());
   for (std::size_t c = 0; c < points_.size(); ++c) wanted_[c] = -points_[c].gap;
   in_.assign(limits_.size(), 0);
@@ -158,7 +228,7 @@ void Drift::assemble(const Scenario& scenario, const State& state) {
 
 // d = M^-1 N^T (N M^-1 N^T)^-1 wanted over held_. Limits have no ridge: they hold, and points give way.
 bool Drift::find_displacement() {
-  const auto n = static_cast<Eigen::Index>(held_.size()), points = static_cast<Eigen::Index>(points_.size());
+  const auto n = static_cast<Eigen::Index>(held_.size()), points = held_points_;
   G_.noalias() = NT_(Eigen::all, held_).transpose() * MNT_(Eigen::all, held_);
   G_.diagonal().head(points).array() += ridge * G_.diagonal().head(points).maxCoeff();
   lambda_ = Eigen::Map<const Eigen::VectorXd>(wanted_.data(), n);

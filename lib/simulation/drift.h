@@ -21,9 +21,12 @@ void shape_motion(const Shape& shape, const State& state, Motion& motion);
 ///   * other pairs: their points with a gap from -delta to -tolerance
 /// are brought back to gap 0 by the displacement d least in d.M d, to first order N d = -gap, repeated until the gaps
 /// are within a tenth of the tolerance. A joint that d would take beyond its limit is held at it, and gaps that it
-/// alone could close stay. A free body's spin turns with it (displacement.h); the energy of trees is the caller's to
-/// keep, potential energy changes by second order in the step, with either sign. Both signs of
-/// gap are taken, so that contact goes on as contact, and no later event closes what arithmetic opened.
+/// alone could close stay. What arcs moved by delta, displacements of the order of delta put back: where d moves a
+/// shape by more than ten of the largest delta that it could have come from, through whatever it touches, the points
+/// with the largest gaps are parting, not drifting (a box that tips off an edge; points side by side whose gaps
+/// differ), and are left alone; if none is open, nothing is moved. A free body's spin turns with it (displacement.h);
+/// the energy of trees is the caller's to keep, potential energy changes by second order in the step, with either sign.
+/// Both signs of gap are taken, so that contact goes on as contact, and no later event closes what arithmetic opened.
 class Drift {
  public:
   /// `motions`: per shape, before the move; brought up to date. `touching`: the contacts then. `tolerance`, `radius`:
@@ -44,6 +47,9 @@ class Drift {
                      double limit_tolerance, const std::vector<std::pair<int, int>>& pairs, State& state);
   void find_points(const Scenario& scenario, const std::vector<Motion>& motions, const std::vector<double>& tolerance,
                    const std::vector<std::pair<int, int>>& pairs);
+  void find_reach(const Scenario& scenario);
+  bool moves_too_far(const Scenario& scenario, const std::vector<Motion>& motions) const;
+  bool leave_parting(const std::vector<double>& tolerance);
   void assemble(const Scenario& scenario, const State& state);
   bool find_displacement();
   bool hold_limits(double limit_tolerance);
@@ -51,13 +57,18 @@ class Drift {
   std::vector<double> arc_;    // per shape: how far from steady motion it ended, m
   std::vector<double> delta_;  // per pair, m; negative: did not stay in touch
   std::vector<ContactPoint> points_, found_;
+  std::vector<double> may_move_;  // per point, m: delta of its pair
+  std::vector<double> reach_;     // per tree, then per body: the largest of those that may have moved it, m
+  std::vector<Motion> was_;       // per shape, before a displacement
+  State state_was_;
   double worst_ = 0;                       // largest |gap| / tolerance of points_
   bool exact_ = false, rounding_ = false;  // rounding_: are all gaps of points_ rounding's?
 
   std::vector<LimitContact> limits_;  // that can hold
-  std::vector<int> held_;             // rows: points, then those of the limits that do
-  std::vector<double> wanted_;        // N d of held_, m or rad
-  std::vector<char> in_;              // per limit: does it hold?
+  std::vector<int> held_;             // rows: points, held_points_ of them, then those of the limits that do
+  Eigen::Index held_points_ = 0;
+  std::vector<double> wanted_;  // N d of held_, m or rad
+  std::vector<char> in_;        // per limit: does it hold?
 
   Assembler assembler_;
   ContactProblem problem_;

@@ -67,3 +67,13 @@ TEST_CASE("what a load is the rounding of is no error of an answer") {
     CHECK(residual(-2e-11, 1, 1) > 1e-3);  // the terms excuse: they are not what the contact is about
   }
 }
+
+TEST_CASE("of two answers the one that could be improved least is better, else the nearer one") {
+  const Judgement exact{1e-13, 1e-14}, rough{0, 1e-11}, miss{1e-9, 1e-16}, none;
+  CHECK(better(exact, rough, 1e-10));
+  CHECK_FALSE(better(rough, exact, 1e-10));
+  CHECK(better(rough, miss, 1e-10));
+  CHECK_FALSE(better(miss, rough, 1e-10));
+  CHECK(better(miss, none, 1e-10));
+  CHECK_FALSE(better(none, none, 1e-10));
+}

@@ -233,6 +233,9 @@ TEST_CASE("What rolls where it could jam is answered to what its velocities leav
   expect_answers({"ap_rolls_jammed"}, 8, 1e-9);
 }
 
+// At rest against each other in a wedge, u- of rounding: all paths end in rays, with the answer beside each.
+TEST_CASE("A ray of rounding has its answer beside it", "[ap]") { expect_answers({"ap_wedge_jammed"}, 8, 1e-9); }
+
 // 15 contacts, many redundant: exchanges wear the dictionary until z_0 leaves where nothing is solved.
 TEST_CASE("A vertex of a worn dictionary is followed by one from the matrix", "[ap]") {
   expect_answers({"ap_worn_basis"}, 4, 1e-10);

@@ -88,6 +88,37 @@ TEST_CASE("a gap that arithmetic leaves at a link is closed without its joint go
   CHECK(state.pose[1].p[0] - state.pose[0].p[0] == Approx(1).epsilon(1e-9));
 }
 
+// A plate that stands on the ground on its lower edge, leaning by 0.5 rad. Its other lower edge is within reach of the
+// ground too: closing both would lay it upright, by half a metre at its top.
+TEST_CASE("a gap that only a turn by more than arcs can have made would close is left open", "[drift]") {
+  const double thickness = 1e-5, lean = 0.5, off = 1e-6, reach = 1e-5;
+  Scenario s = without_gravity();
+  test::add_ground(s);
+  const Quat tilt(Eigen::AngleAxisd(lean, Vec3::UnitX()));
+  const double height = 0.5 * (std::cos(lean) + thickness * std::sin(lean));
+  test::add_box(s, {1, 1, thickness}, 1, {{0, height, 0}, tilt});
+  test::collide_all(s, 0);
+  State state = s.initial;
+  std::vector<Motion> motions(2);
+  for (std::size_t i = 0; i < 2; ++i) shape_motion(s.shapes[i], state, motions[i]);
+  std::vector<ContactPoint> touching;
+  contact_points(s.shapes[0], motions[0].pose, 0, s.shapes[1], motions[1].pose, 1, reach, touching);
+  REQUIRE(touching.size() == 4);
+  for (const double lifted : {-off, off}) {
+    State moved = state;
+    std::vector<Motion> now = motions;
+    moved.pose[0].p[1] += lifted;
+    shape_motion(s.shapes[1], moved, now[1]);
+    Drift().close(s, now, touching, {1e-9, 1e-9}, 1e-9, {{0, 1}}, reach, moved);
+    CHECK(moved.pose[0].q.angularDistance(tilt) < 10 * off);
+    std::vector<ContactPoint> after;
+    contact_points(s.shapes[0], now[0].pose, 0, s.shapes[1], now[1].pose, 1, reach, after);
+    double lowest = 1;
+    for (const ContactPoint& point : after) lowest = std::min(lowest, point.gap);
+    CHECK(std::abs(lowest) < 1e-10);
+  }
+}
+
 TEST_CASE("a link that met a body askew is put back to where it touches, not to where a straight line says",
           "[drift]") {
   // The ball does not budge; the link slides along x, and their line of centres is 0.6 off it: a first correction of
