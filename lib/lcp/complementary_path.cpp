@@ -100,14 +100,15 @@ void ComplementaryPath::exchange(Basis& basis, int entering, int row) {
   pivots.done += !ended_;
 }
 
-bool drop_artificial(Basis& basis, int variable) {
+int drop_artificial(Basis& basis, int variable, double pivot_tolerance) {
   const int row = basis.row_of(basis.artificial()), other = complement(variable, basis.n());
   const double p = std::abs(basis.column(variable)[row]), p_other = std::abs(basis.column(other)[row]);
-  return basis.pivot(row, p > p_other ? variable : other);
+  const int in = p > p_other ? variable : other;
+  return std::max(p, p_other) > pivot_tolerance && basis.pivot(row, in) ? in : -1;
 }
 
 bool ComplementaryPath::drop_artificial(Basis& basis) {
-  const bool out = cb::drop_artificial(basis, ray_variable);
+  const bool out = cb::drop_artificial(basis, ray_variable, ratio.pivot_tolerance) >= 0;
   pivots.done += out;
   return out;
 }

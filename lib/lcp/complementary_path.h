@@ -32,8 +32,9 @@ class RatioTest {
 };
 
 /// Takes z_0 out of the basis at a ray along `variable`, which nothing blocks, for whichever of its pair has the larger
-/// pivot. Rounding of the data makes rays of problems that have none, close to z_0 = 0. False where neither has one.
-bool drop_artificial(Basis& basis, int variable);
+/// pivot. Rounding of the data makes rays of problems that have none, close to z_0 = 0. Returns what came in; -1 where
+/// neither has a pivot above the tolerance.
+int drop_artificial(Basis& basis, int variable, double pivot_tolerance);
 
 /// Pivots of a solver, restarts included.
 struct PivotCount {

@@ -33,8 +33,9 @@ double ExactVertex::find(Basis& basis, const ScaledLoad& load, ComplementaryPath
       if (cover(basis, load, seed + 1000 * static_cast<unsigned>(count))) end = path.follow(basis);
     }
     found = end == PathEnd::solution ? judge.vertex(basis, load, z) : Judgement{};
-    // Without a pivot the cover parts nothing there, and no other will.
-    if (end == PathEnd::pivot_limit || path.pivots.done == pivots) break;
+    // Without a pivot a cover of its own parts nothing there, and no other will.
+    const bool own = count > 1 || !first;
+    if (end == PathEnd::pivot_limit || (own && path.pivots.done == pivots)) break;
   }
   path.ratio.harris = harris;
   path.ratio.vanishing = vanishing;

@@ -19,8 +19,7 @@
 //     Where that vertex is not exact, the method goes on from its basis (exact_vertex.h).
 //  4. Ratio test in two passes after Harris (complementary_path.h); z_0 wins whenever it is among those that block.
 //  5. A ray is believed only if it is one of the original data and z_0, taken out there, leaves no answer. On any
-//  failure a ladder of other perturbations and
-//     covering vectors is climbed; `reason` names each rung that was used.
+//     failure a ladder of other perturbations and covering vectors is climbed; `reason` names each rung that was used.
 //
 // Returns: solved (residual at most the tolerance), inaccurate (vertices, whose residuals all stay above it; both by
 // ladder.h); without a vertex nonconverged (the last rung spent its share of the pivots), ray (a rung ended in one),
@@ -76,7 +75,7 @@ class Lemke {
  private:
   PathEnd attempt(Basis& basis, const Rung& rung, LcpSolution& solution);
   PathEnd follow_path(Basis& basis);
-  bool answer_beside_ray(Basis& basis, LcpSolution& solution);
+  bool answer_beside_ray(Basis& basis, const Rung& rung, LcpSolution& solution);
   PathEnd take_perturbation_back(Basis& basis);
   void set_noise(unsigned seed);
 
@@ -136,7 +135,7 @@ PathEnd Lemke::attempt(Basis& basis, const Rung& rung, LcpSolution& solution) {
 
   const PathEnd end = follow_path(basis);
   if (end == PathEnd::ray || end == PathEnd::doubtful_ray)
-    return answer_beside_ray(basis, solution) ? PathEnd::solution : end;
+    return answer_beside_ray(basis, rung, solution) ? PathEnd::solution : end;
   if (end != PathEnd::solution) return end;
   solution.residual = exact_.find(basis, *load_, path_, judge_, rung.seed, solution.z, [&] {
     // Contacts that approach at 1e-11 beside others at 1 have values of 1e-12 that decide which of them carries.
@@ -147,13 +146,10 @@ PathEnd Lemke::attempt(Basis& basis, const Rung& rung, LcpSolution& solution) {
 }
 
 // Rounded data have rays close to their answer: z_0 leaves for a variable of the pair that is out, and that vertex
-// counts where it is an answer.
-bool Lemke::answer_beside_ray(Basis& basis, LcpSolution& solution) {
-  if (!path_.drop_artificial(basis)) return false;
-  const double residual = judge_.vertex(basis, *load_, noise_).residual;
-  if (residual > o_.tolerance) return false;
-  solution.residual = residual;
-  solution.z = noise_;
+// counts where it is an answer, or the way to an exact one.
+bool Lemke::answer_beside_ray(Basis& basis, const Rung& rung, LcpSolution& solution) {
+  if (!path_.drop_artificial(basis) || judge_.vertex(basis, *load_, solution.z).residual > o_.tolerance) return false;
+  solution.residual = exact_.find(basis, *load_, path_, judge_, rung.seed, solution.z);
   return true;
 }
 

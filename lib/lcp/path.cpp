@@ -269,7 +269,7 @@ bool Path::is_answer(Basis& basis, PathEnd end, unsigned seed, LcpSolution& solu
   const bool ray = end == PathEnd::ray || end == PathEnd::doubtful_ray;
   if (end != PathEnd::solution && !(ray && path_.drop_artificial(basis))) return false;
   double residual = judge_.vertex(basis, *load_, trial_).residual;
-  if (!ray && residual > o_.tolerance) {
+  if (ray ? residual <= o_.tolerance : residual > o_.tolerance) {
     residual = exact_.find(basis, *load_, path_, judge_, seed + 50'000, trial_);
     basis.restart();  // its last path may have broken off anywhere
   }

@@ -21,7 +21,8 @@
 //     `renew_every` pivots, and before a dead end is believed.
 //  4. An end where z_0 has left is solved for and judged on the original data (judge.h). One that is not exact is near
 //     the exact one: from the best so far a search of its own goes on (polish). Where that finds none, an end within
-//     the tolerance stands, and the search goes on from any other.
+//     the tolerance stands, and the search goes on from any other. At a ray z_0 is taken out: where that is an answer,
+//     the ray is rounding's, and this an end.
 //  5. One search after another, from other covering vectors (try_covers); q itself is never perturbed.
 //
 // Returns: solved; nonconverged (pivot limit), memory_limit: the search was cut off; where three came to an end:
@@ -103,7 +104,7 @@ class Ynl {
       found = take_up(basis, state) ? look(basis, state) : Look::singular;
     dead_.note(found);
     const int entering = state.z_enters ? n_ + state.out : state.out;
-    if (found == Look::ray || found == Look::doubtful_ray) answer_beside_ray(basis, entering, solution);
+    if (found == Look::ray || found == Look::doubtful_ray) answer_beside_ray(basis, state, entering, solution);
     if (found != Look::on) return at_hand_ = false;
 
     const auto& candidates = search_.candidates;
@@ -128,7 +129,7 @@ class Ynl {
   bool take_up(Basis& basis, const SearchState& state);
   void list_active(const SearchState& state);
   bool vertex(Basis& basis, const SearchState& state, LcpSolution& solution);
-  void answer_beside_ray(Basis& basis, int entering, LcpSolution& solution);
+  void answer_beside_ray(Basis& basis, const SearchState& state, int entering, LcpSolution& solution);
 
   YnlOptions o_;
   const ScaledLoad* load_ = nullptr;
@@ -260,14 +261,14 @@ bool Ynl::vertex(Basis& basis, const SearchState& state, LcpSolution& solution) 
   return false;
 }
 
-// Rounded data have rays close to their answer: without z_0 there the vertex counts where it is an answer.
-void Ynl::answer_beside_ray(Basis& basis, int entering, LcpSolution& solution) {
-  if (!drop_artificial(basis, entering)) return;
-  const double residual = judge_.vertex(basis, *load_, answer_).residual;
-  if (residual > o_.tolerance) return;
-  solution.residual = residual;
-  solution.z = answer_;
-  solved_ = true;
+// Rounded data have rays close to their answer: without z_0 there the vertex is an end where it is an answer.
+void Ynl::answer_beside_ray(Basis& basis, const SearchState& state, int entering, LcpSolution& solution) {
+  if (polishing_) return;
+  const int in = drop_artificial(basis, entering, o_.pivot_tolerance);
+  if (in < 0 || judge_.vertex(basis, *load_, answer_).residual > o_.tolerance) return;
+  SearchState end = state;
+  if (in >= n_) end.flip(state.out);
+  vertex(basis, end, solution);
 }
 
 // On from an end that is not exact, with the search in hand put aside meanwhile.

@@ -297,7 +297,7 @@ void BaseStep::move(double dt) {
     std::erase_if(contacts_, [&](const ContactPoint& contact) {
       return contact.gap > std::min(tolerance_[contact.shape_a], tolerance_[contact.shape_b]);
     });
-  drift_.remove(scenario_, motions_, contacts_, tolerance_, options_.closed_gap, radius_, *pairs_, dt, state_);
+  drift_.remove(scenario_, motions_, contacts_, tolerance_, options_.closed_gap, radius_, *pairs_, driven_, dt, state_);
   for (std::size_t t = 0; t < trees.size(); ++t) set_tree_energy(scenario_.model, trees[t], kept_[t], state_);
   update_motions();
 }

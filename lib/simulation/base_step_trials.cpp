@@ -117,7 +117,7 @@ void BaseStep::close_gaps(const std::vector<ContactPoint>& touching, double reac
   if (touching.empty()) return;
   update_motions();
   find_pairs(0, margin_ + reach);
-  drift_.close(scenario_, motions_, touching, tolerance_, options_.closed_gap, *pairs_, reach, state_);
+  drift_.close(scenario_, motions_, touching, tolerance_, options_.closed_gap, *pairs_, driven_, reach, state_);
   contacts_known_ = false;
 }
 

@@ -43,8 +43,10 @@ void shape_motion(const Shape& shape, const State& state, Motion& motion) {
 
 void Drift::remove(const Scenario& scenario, std::vector<Motion>& motions, const std::vector<ContactPoint>& touching,
                    const std::vector<double>& tolerance, double limit_tolerance, const std::vector<double>& radius,
-                   const std::vector<std::pair<int, int>>& pairs, double dt, State& state) {
+                   const std::vector<std::pair<int, int>>& pairs, const std::vector<char>& driven, double dt,
+                   State& state) {
   if (pairs.empty()) return;
+  take_driven(scenario, driven);
 
   // Linear opening speed of the pairs in touch; infinite for those that are not.
   delta_.assign(pairs.size(), HUGE_VAL);
@@ -82,7 +84,9 @@ void Drift::remove(const Scenario& scenario, std::vector<Motion>& motions, const
 
 void Drift::close(const Scenario& scenario, std::vector<Motion>& motions, const std::vector<ContactPoint>& touching,
                   const std::vector<double>& tolerance, double limit_tolerance,
-                  const std::vector<std::pair<int, int>>& pairs, double reach, State& state) {
+                  const std::vector<std::pair<int, int>>& pairs, const std::vector<char>& driven, double reach,
+                  State& state) {
+  take_driven(scenario, driven);
   delta_.assign(pairs.size(), 0.0);  // no point of such a pair is looked for
   for (const ContactPoint& contact : touching) {
     const auto pair = std::pair(std::min(contact.shape_a, contact.shape_b), std::max(contact.shape_a, contact.shape_b));
@@ -96,29 +100,38 @@ void Drift::close(const Scenario& scenario, std::vector<Motion>& motions, const 
 
 void Drift::bring_to_zero(const Scenario& scenario, std::vector<Motion>& motions, const std::vector<double>& tolerance,
                           double limit_tolerance, const std::vector<std::pair<int, int>>& pairs, State& state) {
+  window_.resize(pairs.size());
+  for (std::size_t k = 0; k < pairs.size(); ++k) window_[k] = std::abs(delta_[k]);
+  was_ = motions;
+  reach_.assign(scenario.model.trees.size() + scenario.model.bodies.size(), 0.0);
   for (int round = 0; round < rounds; ++round) {
-    poll_stop();
     find_points(scenario, motions, tolerance, pairs);
     const bool last = worst_ <= good_gap;
     if (last && (!exact_ || rounding_)) return;
     assemble(scenario, state);
-    find_reach(scenario);
-    state_was_ = state;
-    was_ = motions;
-    for (bool again = true; again;) {
-      do {
-        if (!find_displacement()) return;
-      } while (hold_limits(limit_tolerance));
-      move_poses(scenario.model, owners_, problem_.M.first, d_, state);
-      for (std::size_t i = 0; i < motions.size(); ++i) shape_motion(scenario.shapes[i], state, motions[i]);
-      again = moves_too_far(scenario, motions);
-      if (!again) break;
-      state = state_was_;
-      motions = was_;
-      if (!leave_parting(tolerance)) return;
-    }
+    find_components(scenario);
+    if (!displace_within_reach(scenario, tolerance, limit_tolerance, motions, state)) return;
     if (last) return;  // what is left is the square of what was good
   }
+}
+
+// Moves by d, with points let go until nothing moves too far. False where nothing is moved.
+bool Drift::displace_within_reach(const Scenario& scenario, const std::vector<double>& tolerance,
+                                  double limit_tolerance, std::vector<Motion>& motions, State& state) {
+  state_was_ = state;
+  while (held_points_ > 0) {
+    poll_stop();
+    do {
+      if (!find_displacement()) return false;
+    } while (hold_limits(limit_tolerance));
+    move_poses(scenario.model, owners_, problem_.M.first, d_, state);
+    for (std::size_t i = 0; i < motions.size(); ++i) shape_motion(scenario.shapes[i], state, motions[i]);
+    if (!moves_too_far(scenario, motions)) return true;
+    state = state_was_;
+    for (std::size_t i = 0; i < motions.size(); ++i) shape_motion(scenario.shapes[i], state, motions[i]);
+    if (!let_go(scenario, tolerance)) return false;
+  }
+  return false;
 }
 
 // The points whose gap is to be 0.
@@ -126,12 +139,12 @@ void Drift::find_points(const Scenario& scenario, const std::vector<Motion>& mot
                         const std::vector<double>& tolerance, const std::vector<std::pair<int, int>>& pairs) {
   constexpr double ulps = 8;  // of the coordinates: what gaps are rounded to
   points_.clear();
-  may_move_.clear();
+  pair_of_.clear();
   worst_ = 0;
   rounding_ = true;
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const auto [i, j] = pairs[k];
-    const double closed = std::min(tolerance[i], tolerance[j]), delta = std::abs(delta_[k]);
+    const double closed = std::min(tolerance[i], tolerance[j]), delta = window_[k];
     if (delta == 0) continue;
     found_.clear();
     contact_points(scenario.shapes[i], motions[i].pose, i, scenario.shapes[j], motions[j].pose, j,
@@ -139,7 +152,7 @@ void Drift::find_points(const Scenario& scenario, const std::vector<Motion>& mot
     for (const ContactPoint& point : found_) {
       if (point.gap < -delta || (delta_[k] < 0 && point.gap > -closed)) continue;
       points_.push_back(point);
-      may_move_.push_back(delta);
+      pair_of_.push_back(static_cast<int>(k));
       worst_ = std::max(worst_, std::abs(point.gap) / closed);
       rounding_ = rounding_ && std::abs(point.gap) <=
                                    ulps * std::numeric_limits<double>::epsilon() * point.position.cwiseAbs().maxCoeff();
@@ -147,58 +160,95 @@ void Drift::find_points(const Scenario& scenario, const std::vector<Motion>& mot
   }
 }
 
-int owner_of(const Scenario& scenario, int shape) {
+// The tree or body that carries the shape; -1: none that passes a displacement on.
+int Drift::owner(const Scenario& scenario, int shape) const {
   const int body = scenario.shapes[shape].body;
   if (body < 0) return -1;
   const int tree = scenario.model.bodies[body].tree, trees = static_cast<int>(scenario.model.trees.size());
-  return tree >= 0 ? tree : trees + body;
+  if (tree < 0) return trees + body;
+  return driven_[tree] != 0 ? -1 : tree;
 }
 
-// What was moved moves what it touches.
-void Drift::find_reach(const Scenario& scenario) {
-  reach_.assign(scenario.model.trees.size() + scenario.model.bodies.size(), 0.0);
-  for (bool more = true; more;) {
-    more = false;
-    for (std::size_t c = 0; c < points_.size(); ++c) {
-      const int a = owner_of(scenario, points_[c].shape_a), b = owner_of(scenario, points_[c].shape_b);
-      const double reach = std::max({may_move_[c], a < 0 ? 0 : reach_[a], b < 0 ? 0 : reach_[b]});
-      for (const int owner : {a, b}) {
-        if (owner < 0 || reach_[owner] >= reach) continue;
-        reach_[owner] = reach;
-        more = true;
-      }
-    }
+void Drift::take_driven(const Scenario& scenario, const std::vector<char>& driven) {
+  driven_ = driven;
+  driven_.resize(scenario.model.trees.size(), 0);
+}
+
+// What touch each other, each with the number of its lowest owner.
+void Drift::find_components(const Scenario& scenario) {
+  component_.resize(scenario.model.trees.size() + scenario.model.bodies.size());
+  std::iota(component_.begin(), component_.end(), 0);
+  const auto root = [&](int owner) {
+    while (component_[owner] != owner) owner = component_[owner] = component_[component_[owner]];
+    return owner;
+  };
+  for (const ContactPoint& point : points_) {
+    const int a = owner(scenario, point.shape_a), b = owner(scenario, point.shape_b);
+    if (a < 0 || b < 0) continue;
+    const int root_a = root(a), root_b = root(b);
+    component_[std::max(root_a, root_b)] = std::min(root_a, root_b);
   }
+  for (int owner = 0; owner < static_cast<int>(component_.size()); ++owner) component_[owner] = root(owner);
+  of_component_.assign(component_.size(), 0.0);
+  for (std::size_t c = 0; c < points_.size(); ++c) {
+    double& reach = of_component_[component_of(scenario, points_[c])];
+    reach = std::max(reach, std::abs(delta_[pair_of_[c]]));
+  }
+  for (std::size_t o = 0; o < component_.size(); ++o) reach_[o] = std::max(reach_[o], of_component_[component_[o]]);
 }
 
-// Beyond what arcs can have done to it, from was_?
-bool Drift::moves_too_far(const Scenario& scenario, const std::vector<Motion>& motions) const {
+// Of the point; of one between what passes nothing on, 0, which counts for nothing.
+int Drift::component_of(const Scenario& scenario, const ContactPoint& point) const {
+  const int a = owner(scenario, point.shape_a), b = owner(scenario, point.shape_b);
+  return a >= 0 ? component_[a] : b >= 0 ? component_[b] : 0;
+}
+
+// Notes the components of which a shape is now further from was_ than arcs can have brought it.
+bool Drift::moves_too_far(const Scenario& scenario, const std::vector<Motion>& motions) {
+  too_far_.assign(component_.size(), 0);
+  bool any = false;
   for (std::size_t i = 0; i < motions.size(); ++i) {
-    const int owner = owner_of(scenario, static_cast<int>(i));
-    if (owner < 0) continue;
+    const int carrier = owner(scenario, static_cast<int>(i));
+    if (carrier < 0) continue;
     const Pose &now = motions[i].pose, &before = was_[i].pose;
     const double far = (now.p - before.p).norm() +
                        2 * (before.q.conjugate() * now.q).vec().norm() * scenario.shapes[i].bounding_radius();
-    if (!(far <= arcs * reach_[owner])) return true;
+    if (far <= arcs * reach_[carrier]) continue;
+    too_far_[component_[carrier]] = 1;
+    any = true;
   }
-  return false;
+  return any;
 }
 
-// Lets go of the points that are open the widest. False where none is open.
-bool Drift::leave_parting(const std::vector<double>& tolerance) {
+// Of components that moved too far, the points that d_ pulls at half as much as at any go, in later rounds too; all
+// where it pulls at none. False where there is none to let go.
+bool Drift::let_go(const Scenario& scenario, const std::vector<double>& tolerance) {
+  pull_.assign(component_.size(), 0.0);
   held_.resize(held_points_);
-  in_.assign(limits_.size(), 0);
-  double widest = 0;
-  for (const int c : held_) {
-    const double closed = std::min(tolerance[points_[c].shape_a], tolerance[points_[c].shape_b]);
-    if (points_[c].gap > good_gap * closed) widest = std::max(widest, points_[c].gap);
+  for (std::size_t row = 0; row < held_.size(); ++row) {
+    double& pull = pull_[component_of(scenario, points_[held_[row]])];
+    pull = std::max(pull, -lambda_[static_cast<Eigen::Index>(row)]);
   }
-  if (widest == 0) return false;
-  std::erase_if(held_, [&](int c) { return points_[c].gap > widest / 2; });
-  held_points_ = static_cast<Eigen::Index>(held_.size());
+  std::size_t kept = 0;
+  for (std::size_t row = 0; row < held_.size(); ++row) {
+    const int c = held_[row], component = component_of(scenario, points_[c]);
+    const double pull = -lambda_[static_cast<Eigen::Index>(row)];
+    const bool goes = too_far_[component] != 0 && (pull_[component] == 0 || pull > pull_[component] / 2);
+    if (!goes) {
+      held_[kept++] = c;
+      continue;
+    }
+    const double closed = std::min(tolerance[points_[c].shape_a], tolerance[points_[c].shape_b]);
+    double& window = window_[pair_of_[c]];
+    if (points_[c].gap > 0) window = std::min(window, std::max(closed, 0.9 * points_[c].gap));
+  }
+  const bool any = kept < held_.size();
+  held_.resize(kept);
+  held_points_ = static_cast<Eigen::Index>(kept);
+  in_.assign(limits_.size(), 0);
   wanted_.clear();
   for (const int c : held_) wanted_.push_back(-points_[c].gap);
-  return held_points_ > 0;
+  return any;
 }
 
 // N and M^-1 N^T of the points and of the joint limits that may come to hold.

@@ -83,39 +83,47 @@ TEST_CASE("a gap that arithmetic leaves at a link is closed without its joint go
   // As if an arc of half a millimetre had taken the ball into the link.
   state.v[5] = motions[0].w[2] = 31.6;
   state.pose[0].p[0] += depth;
-  Drift().remove(s, motions, touching, {1e-9, 1e-9}, 1e-9, {0.5, 0.5}, {{0, 1}}, 1e-3, state);
+  Drift().remove(s, motions, touching, {1e-9, 1e-9}, 1e-9, {0.5, 0.5}, {{0, 1}}, {0}, 1e-3, state);
   CHECK(state.q[0] == Approx(0).margin(1e-10));
   CHECK(state.pose[1].p[0] - state.pose[0].p[0] == Approx(1).epsilon(1e-9));
 }
 
 // A plate that stands on the ground on its lower edge, leaning by 0.5 rad. Its other lower edge is within reach of the
-// ground too: closing both would lay it upright, by half a metre at its top.
-TEST_CASE("a gap that only a turn by more than arcs can have made would close is left open", "[drift]") {
-  const double thickness = 1e-5, lean = 0.5, off = 1e-6, reach = 1e-5;
+// ground too: closing both would lay it upright, by half a metre at its top. A cube beside it drifted further.
+TEST_CASE("a gap that only a turn by more than arcs can have made would close is left open, and others are closed",
+          "[drift]") {
+  const double thickness = 1e-5, lean = 0.5, off = 1e-6, reach = 1e-5, cube_off = 8e-6;
   Scenario s = without_gravity();
   test::add_ground(s);
   const Quat tilt(Eigen::AngleAxisd(lean, Vec3::UnitX()));
   const double height = 0.5 * (std::cos(lean) + thickness * std::sin(lean));
   test::add_box(s, {1, 1, thickness}, 1, {{0, height, 0}, tilt});
+  test::add_box(s, {1, 1, 1}, 1, {{5, 0.5, 0}, Quat::Identity()});
   test::collide_all(s, 0);
   State state = s.initial;
-  std::vector<Motion> motions(2);
-  for (std::size_t i = 0; i < 2; ++i) shape_motion(s.shapes[i], state, motions[i]);
-  std::vector<ContactPoint> touching;
-  contact_points(s.shapes[0], motions[0].pose, 0, s.shapes[1], motions[1].pose, 1, reach, touching);
+  std::vector<Motion> motions(3);
+  for (std::size_t i = 0; i < 3; ++i) shape_motion(s.shapes[i], state, motions[i]);
+  const auto points = [&](const std::vector<Motion>& at, int shape) {
+    std::vector<ContactPoint> found;
+    contact_points(s.shapes[0], at[0].pose, 0, s.shapes[shape], at[shape].pose, shape, reach, found);
+    return found;
+  };
+  std::vector<ContactPoint> touching = points(motions, 1);
   REQUIRE(touching.size() == 4);
+  for (const ContactPoint& point : points(motions, 2)) touching.push_back(point);
   for (const double lifted : {-off, off}) {
     State moved = state;
     std::vector<Motion> now = motions;
     moved.pose[0].p[1] += lifted;
-    shape_motion(s.shapes[1], moved, now[1]);
-    Drift().close(s, now, touching, {1e-9, 1e-9}, 1e-9, {{0, 1}}, reach, moved);
+    moved.pose[1].p[1] += cube_off;
+    for (std::size_t i = 1; i < 3; ++i) shape_motion(s.shapes[i], moved, now[i]);
+    Drift().close(s, now, touching, {1e-9, 1e-9, 1e-9}, 1e-9, {{0, 1}, {0, 2}}, {}, reach, moved);
     CHECK(moved.pose[0].q.angularDistance(tilt) < 10 * off);
-    std::vector<ContactPoint> after;
-    contact_points(s.shapes[0], now[0].pose, 0, s.shapes[1], now[1].pose, 1, reach, after);
-    double lowest = 1;
-    for (const ContactPoint& point : after) lowest = std::min(lowest, point.gap);
-    CHECK(std::abs(lowest) < 1e-10);
+    for (const int shape : {1, 2}) {
+      double lowest = 1;
+      for (const ContactPoint& point : points(now, shape)) lowest = std::min(lowest, point.gap);
+      CHECK(std::abs(lowest) < 1e-10);
+    }
   }
 }
 
@@ -140,7 +148,7 @@ TEST_CASE("a link that met a body askew is put back to where it touches, not to 
     moved.v[5] = now[0].w[2] = 40;
     moved.q[0] = off;
     forward_kinematics(s.model, s.model.trees[0], moved);
-    Drift().remove(s, now, touching, {1e-9, 1e-9}, 1e-9, {0.5, 0.5}, {{0, 1}}, 1e-3, moved);
+    Drift().remove(s, now, touching, {1e-9, 1e-9}, 1e-9, {0.5, 0.5}, {{0, 1}}, {0}, 1e-3, moved);
     CHECK(std::abs((moved.pose[1].p - moved.pose[0].p).norm() - 1) < 1e-9);
   }
 }
