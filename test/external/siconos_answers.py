@@ -38,15 +38,19 @@ def main():
                         wrong.append(f"{name}: {solver} has no answer")
                     continue
                 code, judged, said = run(program, "judge", path, answer, "--law", "coulomb", "--json")
+            if judged is None:
+                wrong.append(f"{name}: {solver}: exit code {code}: {said.strip()}")
+                continue
             holds = judged["verdict"] == "holds"
-            print(f"{name:40} {solver:7} {judged['verdict']:14} residual {judged['residual']:.3g}"
+            found = judged["residual"]  # none of an answer that is not finite
+            print(f"{name:40} {solver:7} {judged['verdict']:14} residual {'none' if found is None else format(found, '.3g')}"
                   f"{'' if holds else ', worst at contact ' + str((judged['worst'] or {}).get('contact'))}")
             if code != (0 if holds else 3):
                 wrong.append(f"{name}: exit code {code} and '{judged['verdict']}'")
-            if solved["residual"] != judged["residual"]:
-                wrong.append(f"{name}: judge finds {judged['residual']}, solve {solved['residual']}")
-            if solver == "nsgs" and name.startswith(KNOWN) and not judged["residual"] <= 1e-6:
-                wrong.append(f"{name}: {judged['residual']} of an answer that should be one")
+            if solved["residual"] != found:
+                wrong.append(f"{name}: judge finds {found}, solve {solved['residual']}")
+            if solver == "nsgs" and name.startswith(KNOWN) and (found is None or found > 1e-6):
+                wrong.append(f"{name}: {found} of an answer that should be one")
     sys.exit("\n".join(wrong) or 0)
 
 
