@@ -15,9 +15,10 @@ namespace {
 
 constexpr int rounds = 4;         // corrections at most; one or two do, their error is quadratic
 constexpr double good_gap = 0.1;  // of the tolerance
-// Times what arcs can have done to it that a shape may be moved: up to 4 in scenes with robots; hundreds where points
-// that part are asked to close.
-constexpr double arcs = 10;
+// How far a shape may be moved: times what arcs can have done to it, or of its radius if that is more. Pads that hold a
+// box close gaps of rounding by 1e-6 to 1e-4 of theirs, and stall where these stay; points side by side whose gaps
+// differ ask for up to the radius.
+constexpr double arcs = 10, unseen = 1e-3;
 constexpr double ridge = 1e-11;  // of the largest diagonal: G is singular where points share a face; a round more
                                  // takes away what it leaves
 
@@ -48,16 +49,18 @@ void Drift::remove(const Scenario& scenario, std::vector<Motion>& motions, const
   if (pairs.empty()) return;
   take_driven(scenario, driven);
 
-  // Linear opening speed of the pairs in touch; infinite for those that are not.
+  // Linear opening speed of the pairs in touch; infinite for those that are not. How fast they slip.
   delta_.assign(pairs.size(), HUGE_VAL);
+  slip_.assign(pairs.size(), 0.0);
   for (const ContactPoint& contact : touching) {
     const auto pair = std::pair(std::min(contact.shape_a, contact.shape_b), std::max(contact.shape_a, contact.shape_b));
     const auto at = std::lower_bound(pairs.begin(), pairs.end(), pair);
     if (at == pairs.end() || *at != pair) continue;
     const Motion &a = motions[contact.shape_a], &b = motions[contact.shape_b];
     const Vec3 v_a = a.v + a.w.cross(contact.position - a.pose.p), v_b = b.v + b.w.cross(contact.position - b.pose.p);
-    double& speed = delta_[static_cast<std::size_t>(at - pairs.begin())];
-    speed = std::min(speed, contact.normal.dot(v_a - v_b));
+    const auto k = static_cast<std::size_t>(at - pairs.begin());
+    delta_[k] = std::min(delta_[k], contact.normal.dot(v_a - v_b));
+    slip_[k] = std::max(slip_[k], (v_a - v_b).norm());
   }
 
   // How far each shape ended from where steady motion would have taken it.
@@ -72,11 +75,17 @@ void Drift::remove(const Scenario& scenario, std::vector<Motion>& motions, const
     arc_[i] = (steady.p - motions[i].pose.p).norm() +
               2 * (steady.q.conjugate() * motions[i].pose.q).vec().norm() * shape.bounding_radius();
   }
+  // The gap g = n.(x - p) of a point x of one shape over a face of the other, normal n and centre p, has
+  // |g''| <= w_x^2 r_x + 2 w_n |x' - p'| + w_n^2 r_n, and x' - p' is the slip and w_n x r_n.
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const auto [i, j] = pairs[k];
-    const double reach = (scenario.shapes[i].body < 0 ? 0 : radius[i]) + (scenario.shapes[j].body < 0 ? 0 : radius[j]);
-    const double spin2 = motions[i].w.squaredNorm() + motions[j].w.squaredNorm();
-    const double delta = arc_[i] + arc_[j] + dt * dt * spin2 * reach + std::min(tolerance[i], tolerance[j]);
+    double bend = 0;
+    for (const int s : {i, j}) {
+      if (scenario.shapes[s].body < 0) continue;
+      const double spin = motions[s].w.norm();
+      bend += spin * (1.5 * spin * radius[s] + slip_[k]);
+    }
+    const double delta = arc_[i] + arc_[j] + dt * dt * bend + std::min(tolerance[i], tolerance[j]);
     delta_[k] = delta_[k] * dt <= delta ? delta : -delta;
   }
   bring_to_zero(scenario, motions, tolerance, limit_tolerance, pairs, state);
@@ -209,11 +218,11 @@ bool Drift::moves_too_far(const Scenario& scenario, const std::vector<Motion>& m
   bool any = false;
   for (std::size_t i = 0; i < motions.size(); ++i) {
     const int carrier = owner(scenario, static_cast<int>(i));
-    if (carrier < 0) continue;
+    if (carrier < 0 || reach_[carrier] == 0) continue;  // what no pair reaches, d moves by rounding at most
     const Pose &now = motions[i].pose, &before = was_[i].pose;
-    const double far = (now.p - before.p).norm() +
-                       2 * (before.q.conjugate() * now.q).vec().norm() * scenario.shapes[i].bounding_radius();
-    if (far <= arcs * reach_[carrier]) continue;
+    const double radius = scenario.shapes[i].bounding_radius();
+    const double far = (now.p - before.p).norm() + 2 * (before.q.conjugate() * now.q).vec().norm() * radius;
+    if (far <= std::max(arcs * reach_[carrier], unseen * radius)) continue;
     too_far_[component_[carrier]] = 1;
     any = true;
   }

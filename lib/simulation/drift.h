@@ -26,9 +26,10 @@ void shape_motion(const Shape& shape, const State& state, Motion& motion);
 /// contact goes on as contact, and no later event closes what arithmetic opened.
 ///
 /// What arcs moved by delta, displacements of the order of delta put back. Of bodies that touch each other (not by way
-/// of a belt that stops drive), none is moved by more than ten times the largest delta of their pairs: where d would,
-/// the points that d pulls at are parting, not drifting (a box that tips over an edge; points side by side whose gaps
-/// differ), and are let go, those first that it pulls at most. Where none is pulled, these bodies stay where they are.
+/// of a belt that stops drive), none is moved by more than ten times the largest delta of their pairs and more than a
+/// thousandth of its radius: where d would, the points that d pulls at are parting, not drifting (a box that tips over
+/// an edge; points side by side whose gaps differ), and are let go, those first that it pulls at most. Where none is
+/// pulled, these bodies stay where they are.
 class Drift {
  public:
   /// `motions`: per shape, before the move; brought up to date. `touching`: the contacts then. `tolerance`, `radius`:
@@ -65,6 +66,7 @@ class Drift {
 
   std::vector<double> arc_;    // per shape: how far from steady motion it ended, m
   std::vector<double> delta_;  // per pair, m; negative: did not stay in touch
+  std::vector<double> slip_;   // per pair, m/s
   std::vector<ContactPoint> points_, found_;
   std::vector<int> pair_of_;               // per point
   std::vector<double> window_;             // per pair, m: its points with gaps within +-this are looked at

@@ -88,6 +88,27 @@ TEST_CASE("a gap that arithmetic leaves at a link is closed without its joint go
   CHECK(state.pose[1].p[0] - state.pose[0].p[0] == Approx(1).epsilon(1e-9));
 }
 
+// A ball that spins at 5 rad/s on a link of 10 m: what its spin can open in a step is of its radius, 1.9e-5 m, not of
+// the link's, 1.4e-4 m.
+TEST_CASE("a gap beyond what arcs can have opened is that of a pair that parts, however large the other shape",
+          "[drift]") {
+  Scenario s = ball_and_stop(0, 1);
+  std::vector<Motion> motions(2);
+  for (std::size_t i = 0; i < 2; ++i) shape_motion(s.shapes[i], s.initial, motions[i]);
+  std::vector<ContactPoint> touching;
+  contact_points(s.shapes[0], motions[0].pose, 0, s.shapes[1], motions[1].pose, 1, 1e-9, touching);
+  REQUIRE(touching.size() == 1);
+  motions[0].w[0] = 5;  // about the normal: no slip
+  for (const double gap : {1e-5, 5e-5}) {
+    State state = s.initial;
+    std::vector<Motion> now = motions;
+    state.v[3] = 5;
+    state.pose[0].p[0] -= gap;
+    Drift().remove(s, now, touching, {1e-9, 1e-9}, 1e-9, {0.5, 5}, {{0, 1}}, {0}, 1e-3, state);
+    CHECK(state.pose[1].p[0] - state.pose[0].p[0] - 1 == Approx(gap > 1.9e-5 ? gap : 0).margin(1e-9));
+  }
+}
+
 // A plate that stands on the ground on its lower edge, leaning by 0.5 rad. Its other lower edge is within reach of the
 // ground too: closing both would lay it upright, by half a metre at its top. A cube beside it drifted further.
 TEST_CASE("a gap that only a turn by more than arcs can have made would close is left open, and others are closed",
