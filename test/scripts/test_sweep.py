@@ -229,7 +229,7 @@ class Sweep(unittest.TestCase):
         return len(self.log.read_text().splitlines()) if self.log.exists() else 0
 
     def test_killed_at_random_twenty_times_it_ends_with_the_same_table(self):
-        self.sweep.write_text('outside = ["pgs"]\n[profiles.tiny]\nrepeats = 12\n[[runs]]\nscene = "sliding_box"\nk = [4, 6, 8, 10]\n'
+        self.sweep.write_text('outside = ["pgs"]\n[profiles.tiny]\nrepeats = 6\n[[runs]]\nscene = "sliding_box"\nk = [4, 6, 8, 10]\n'
                               '[[runs]]\nscene = "stack"\nset.boxes = [1, 16]\nk = [4, 8, 12, 16, 20]\n')
         self.run_sweep("--jobs", "2", out="calm")
         self.log.unlink()
