@@ -15,10 +15,10 @@ namespace {
 
 constexpr int rounds = 4;         // corrections at most; one or two do, their error is quadratic
 constexpr double good_gap = 0.1;  // of the tolerance
-// How far a shape may be moved: times what arcs can have done to it, or of its radius if that is more. Pads that hold a
-// box close gaps of rounding by 1e-6 to 1e-4 of theirs, and stall where these stay; points side by side whose gaps
-// differ ask for up to the radius.
-constexpr double arcs = 10, unseen = 1e-3;
+// How far a shape may be moved: times what arcs can have done to it, but from its radius times the one to its radius
+// times the other. Pads that hold a box close gaps of rounding by 1e-6 to 1e-4 of theirs, and stall where these stay;
+// points side by side whose gaps differ ask for up to the radius, as do those of a wheel that turns by radians a step.
+constexpr double arcs = 10, unseen = 1e-3, linear = 0.1;
 constexpr double ridge = 1e-11;  // of the largest diagonal: G is singular where points share a face; a round more
                                  // takes away what it leaves
 
@@ -222,7 +222,7 @@ bool Drift::moves_too_far(const Scenario& scenario, const std::vector<Motion>& m
     const Pose &now = motions[i].pose, &before = was_[i].pose;
     const double radius = scenario.shapes[i].bounding_radius();
     const double far = (now.p - before.p).norm() + 2 * (before.q.conjugate() * now.q).vec().norm() * radius;
-    if (far <= std::max(arcs * reach_[carrier], unseen * radius)) continue;
+    if (far <= std::clamp(arcs * reach_[carrier], unseen * radius, linear * radius)) continue;
     too_far_[component_[carrier]] = 1;
     any = true;
   }

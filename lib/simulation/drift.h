@@ -26,10 +26,10 @@ void shape_motion(const Shape& shape, const State& state, Motion& motion);
 /// contact goes on as contact, and no later event closes what arithmetic opened.
 ///
 /// What arcs moved by delta, displacements of the order of delta put back. Of bodies that touch each other (not by way
-/// of a belt that stops drive), none is moved by more than ten times the largest delta of their pairs and more than a
-/// thousandth of its radius: where d would, the points that d pulls at are parting, not drifting (a box that tips over
-/// an edge; points side by side whose gaps differ), and are let go, those first that it pulls at most. Where none is
-/// pulled, these bodies stay where they are.
+/// of a belt that stops drive), none is moved by more than ten times the largest delta of their pairs, but for a
+/// thousandth of its radius, and at most a tenth: where d would, the points that d pulls at are parting, not drifting
+/// (a box that tips over an edge; points side by side whose gaps differ), and are let go, those first that it pulls at
+/// most. Where none is pulled, these bodies stay where they are.
 class Drift {
  public:
   /// `motions`: per shape, before the move; brought up to date. `touching`: the contacts then. `tolerance`, `radius`:
