@@ -55,6 +55,20 @@ Scenario ball_and_stop(double depth, double stop) {
   return s;
 }
 
+std::vector<Motion> motions_at(const Scenario& s, const State& state) {
+  std::vector<Motion> motions(s.shapes.size());
+  for (std::size_t i = 0; i < motions.size(); ++i) shape_motion(s.shapes[i], state, motions[i]);
+  return motions;
+}
+
+/// Of the first two shapes.
+std::vector<ContactPoint> one_contact(const Scenario& s, const std::vector<Motion>& motions) {
+  std::vector<ContactPoint> touching;
+  contact_points(s.shapes[0], motions[0].pose, 0, s.shapes[1], motions[1].pose, 1, 1e-9, touching);
+  REQUIRE(touching.size() == 1);
+  return touching;
+}
+
 }  // namespace
 
 TEST_CASE("what overlaps a link whose joint is at its limit is pushed out alone", "[overlap]") {
@@ -75,11 +89,8 @@ TEST_CASE("a gap that arithmetic leaves at a link is closed without its joint go
   const double depth = 1e-6;
   Scenario s = ball_and_stop(0, 0);
   State state = s.initial;
-  std::vector<Motion> motions(2);
-  for (std::size_t i = 0; i < 2; ++i) shape_motion(s.shapes[i], state, motions[i]);
-  std::vector<ContactPoint> touching;
-  contact_points(s.shapes[0], motions[0].pose, 0, s.shapes[1], motions[1].pose, 1, 1e-9, touching);
-  REQUIRE(touching.size() == 1);
+  std::vector<Motion> motions = motions_at(s, state);
+  const std::vector<ContactPoint> touching = one_contact(s, motions);
   // As if an arc of half a millimetre had taken the ball into the link.
   state.v[5] = motions[0].w[2] = 31.6;
   state.pose[0].p[0] += depth;
@@ -93,11 +104,8 @@ TEST_CASE("a gap that arithmetic leaves at a link is closed without its joint go
 TEST_CASE("a gap beyond what arcs can have opened is that of a pair that parts, however large the other shape",
           "[drift]") {
   Scenario s = ball_and_stop(0, 1);
-  std::vector<Motion> motions(2);
-  for (std::size_t i = 0; i < 2; ++i) shape_motion(s.shapes[i], s.initial, motions[i]);
-  std::vector<ContactPoint> touching;
-  contact_points(s.shapes[0], motions[0].pose, 0, s.shapes[1], motions[1].pose, 1, 1e-9, touching);
-  REQUIRE(touching.size() == 1);
+  std::vector<Motion> motions = motions_at(s, s.initial);
+  const std::vector<ContactPoint> touching = one_contact(s, motions);
   motions[0].w[0] = 5;  // about the normal: no slip
   for (const double gap : {1e-5, 5e-5}) {
     State state = s.initial;
@@ -123,11 +131,8 @@ TEST_CASE("a wheel that turns by radians a step stays where it touches", "[drift
   test::add_free(s, disc, 1, {1, 2, 1}, {{0, radius, 0}, upright}, {0, 0, 0}, {0, 0, spin});
   test::collide_all(s, 0);
   State state = s.initial;
-  std::vector<Motion> motions(2);
-  for (std::size_t i = 0; i < 2; ++i) shape_motion(s.shapes[i], state, motions[i]);
-  std::vector<ContactPoint> touching;
-  contact_points(s.shapes[0], motions[0].pose, 0, s.shapes[1], motions[1].pose, 1, 1e-9, touching);
-  REQUIRE(touching.size() == 1);
+  std::vector<Motion> motions = motions_at(s, state);
+  const std::vector<ContactPoint> touching = one_contact(s, motions);
   Drift drift;
   drift.set_exact(true);
   drift.remove(s, motions, touching, {1e-9, 1e-9}, 1e-9, {0, radius}, {{0, 1}}, {}, 1e-3, state);
@@ -148,8 +153,7 @@ TEST_CASE("a gap that only a turn by more than arcs can have made would close is
   test::add_box(s, {1, 1, 1}, 1, {{5, 0.5, 0}, Quat::Identity()});
   test::collide_all(s, 0);
   State state = s.initial;
-  std::vector<Motion> motions(3);
-  for (std::size_t i = 0; i < 3; ++i) shape_motion(s.shapes[i], state, motions[i]);
+  std::vector<Motion> motions = motions_at(s, state);
   const auto points = [&](const std::vector<Motion>& at, int shape) {
     std::vector<ContactPoint> found;
     contact_points(s.shapes[0], at[0].pose, 0, s.shapes[shape], at[shape].pose, shape, reach, found);
@@ -184,11 +188,8 @@ TEST_CASE("a link that met a body askew is put back to where it touches, not to 
   join(s, 1, JointKind::prismatic, Vec3::UnitX());
   test::collide_all(s, 0);
   State state = s.initial;
-  std::vector<Motion> motions(2);
-  for (std::size_t i = 0; i < 2; ++i) shape_motion(s.shapes[i], state, motions[i]);
-  std::vector<ContactPoint> touching;
-  contact_points(s.shapes[0], motions[0].pose, 0, s.shapes[1], motions[1].pose, 1, 1e-9, touching);
-  REQUIRE(touching.size() == 1);
+  std::vector<Motion> motions = motions_at(s, state);
+  const std::vector<ContactPoint> touching = one_contact(s, motions);
   for (const double off : {-1e-3, 1e-3}) {
     State moved = state;
     std::vector<Motion> now = motions;
