@@ -243,7 +243,7 @@ def run_all(todo, known, record, count):
     with open(record, "a") as file, concurrent.futures.ProcessPoolExecutor(count, initializer=deaf) as pool:
         futures = [pool.submit(do, job) for job in todo]
         try:
-            for done, future in enumerate(concurrent.futures.as_completed(futures), start=1):
+            for done, future in enumerate(program.as_they_end(futures), start=1):
                 row = future.result()
                 known[row["key"]] = row
                 file.write(json.dumps(row) + "\n")

@@ -9,6 +9,7 @@ Hence nothing but the standard library here.
 """
 import argparse
 import collections
+import contextlib
 import ctypes
 import errno
 import functools
@@ -16,6 +17,7 @@ import hashlib
 import json
 import math
 import os
+import queue
 import re
 import resource
 import shutil
@@ -34,6 +36,7 @@ TAIL = 1 << 16  # bytes of what a program says that are kept
 FILE_LIMIT = 16 << 30  # bytes that one file of a run may have
 WARM_UP = 0.1  # s, of a timed run done once before it counts: caches, clock and page tables are as it wants them
 BUSY = 0.25  # cores that others may use before a run counts as disturbed
+HEARD = 0.1  # s, the longest that a signal waits to be heard
 TRIES = 3  # tasks of Slurm that may be lost at one run before it is left alone
 AGAIN = ("interrupted", "write_failed")  # statuses that say nothing about the method: done again by themselves
 PR_SET_PDEATHSIG = 1
@@ -236,6 +239,20 @@ def end_all():
     with lock:
         for process in active:
             end(process)
+
+
+def as_they_end(futures):
+    """Futures of executors in the order in which they end. Whoever begins to wait just after a signal came hears of it
+    when that wait ends, and so none here is long."""
+    ended = queue.SimpleQueue()
+    for future in futures:
+        future.add_done_callback(ended.put)
+    for _ in futures:
+        future = None
+        while future is None:
+            with contextlib.suppress(queue.Empty):
+                future = ended.get(timeout=HEARD)
+        yield future
 
 
 def execute(command: list[str], wall_limit: float, memory_bytes: int) -> tuple[int, bool, float, str]:

@@ -86,7 +86,7 @@ def local(todo, count, done):
     load = program.Load()
     with concurrent.futures.ThreadPoolExecutor(count) as pool:
         try:
-            for future in concurrent.futures.as_completed([pool.submit(program.do, job, load) for job in todo]):
+            for future in program.as_they_end([pool.submit(program.do, job, load) for job in todo]):
                 done(future.result())
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)

@@ -1,5 +1,6 @@
 """scripts/sweep.py on a stand-in for the program: every end of a run is one typed row, and nothing interrupts a sweep for good."""
 import collections
+import concurrent.futures
 import csv
 import json
 import os
@@ -8,6 +9,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
 from pathlib import Path
@@ -283,6 +285,34 @@ class Sweep(unittest.TestCase):
         # What was killed with it is no result.
         self.assertEqual(list((self.top / "out/runs").glob("*/run.json")), [])
         self.assertEqual(self.alive(), [])
+
+    def test_a_signal_that_wakes_nobody_is_heard(self):
+        # As one that comes between the last look for signals and a wait: here another thread takes it.
+        def heard(*_):
+            raise InterruptedError
+
+        before = signal.signal(signal.SIGUSR1, heard)
+        self.addCleanup(signal.signal, signal.SIGUSR1, before)
+        through = threading.Event()
+        with concurrent.futures.ThreadPoolExecutor(1) as pool:
+            slow = pool.submit(through.wait, 30)
+            threading.Timer(0.2, lambda: signal.pthread_kill(threading.get_ident(), signal.SIGUSR1)).start()
+            try:
+                with self.assertRaises(InterruptedError):
+                    next(program.as_they_end([slow]))
+                self.assertFalse(slow.done())
+            finally:
+                through.set()
+
+    def test_futures_come_as_they_end(self):
+        first = threading.Event()
+        with concurrent.futures.ThreadPoolExecutor(2) as pool:
+            slow, quick = pool.submit(first.wait, 30), pool.submit(lambda: 7)
+            came = program.as_they_end([slow, quick])
+            self.assertEqual(next(came).result(), 7)
+            first.set()
+            self.assertIs(next(came), slow)
+            self.assertEqual(list(came), [])
 
     def test_timed_runs_go_alone_when_asked(self):
         self.sweep.write_text(SMALL.replace('step = ["1e-2", "1e-3"]', 'step = ["1e-2", "1e-3"]\ntimed = false'))
