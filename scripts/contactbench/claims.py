@@ -19,8 +19,9 @@ from pathlib import Path
 import numpy as np
 
 from . import program, worth
+from .gather import number
 from .precision import circle, slope
-from .runs import Runs, number
+from .runs import Runs
 
 YES, NO, UNKNOWN, DIFFERS = "reproduced", "not reproduced", "cannot be told", "differs in the ensemble"
 VARIANTS = ("uncapped", "stick-tested")

@@ -14,7 +14,8 @@ import tomllib
 from pathlib import Path
 
 from . import findings, isolated, precision, program
-from .runs import Runs, number
+from .gather import number
+from .runs import Runs
 
 SWEEP = "engines"
 SETTINGS = ("default", "tuned")

@@ -4,7 +4,7 @@ import math
 
 from . import claims, measures, precision, solve_all, worth
 from .claims import EPS, stacks
-from .runs import number
+from .gather import number
 
 
 def some(x):

@@ -14,7 +14,8 @@ import tempfile
 from pathlib import Path
 
 from . import program, solve_all
-from .runs import number, table_of, write_table
+from .gather import number
+from .runs import table_of, write_table
 
 # Scene, parameters, and the time whose problem is kept: at rest and sliding, at rest, falling on each other.
 SCENES = (("sliding_box", (), 2.0), ("stack", ("boxes=4", ), 0.5), ("engines/pile.xml", (), 1.0))

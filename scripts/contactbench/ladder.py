@@ -12,8 +12,8 @@ import math
 import statistics
 
 from . import precision
+from .gather import number
 from .references import ERROR
-from .runs import number
 
 ALIKE, CONVERGING, RESIDUAL = "alike", "converging", "residual"
 TOGETHER = ("ap", "convex", "coulomb")  # what solves contacts together: that two of the others agree says less

@@ -12,8 +12,9 @@ from itertools import accumulate
 from pathlib import Path
 
 from . import program
+from .gather import PARTS
 from .looks import LOOKS, legend, plt
-from .runs import PARTS, series
+from .runs import series
 
 
 def run(options, method, out):

@@ -11,8 +11,9 @@ import statistics
 import numpy as np
 
 from . import worth
+from .gather import number
 from .references import ERROR, name_of
-from .runs import Cell, Runs, number, series
+from .runs import Cell, Runs, series
 
 SWEEP = "error_time"
 # The error that stands for a scene: the first of these that it has, largest over time. Closed forms come before

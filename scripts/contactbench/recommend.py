@@ -21,8 +21,9 @@ import tempfile
 from pathlib import Path
 
 from . import engines, ladder, precision, program, references, sweep
+from .gather import row_of
 from .plan import Run
-from .runs import Runs, row_of
+from .runs import Runs
 from .templates import render
 
 # The small sweep of a user's own scene: multiples of its step, all methods, a few polygons and tolerances.

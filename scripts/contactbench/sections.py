@@ -11,10 +11,10 @@ from . import claims, precision, scenery, solve_all, stepping, table1, today, wo
 from . import engines as engines_beside
 from . import found as found_out
 from .figures import FIGURES, SAYS
+from .gather import LIMITS
 from .looks import look_of
 from .measures import BAD, VERDICTS
 from .plan import without_member
-from .runs import LIMITS
 from .templates import TEMPLATES
 
 FIRST_LOOK = "statuses, errors and claims hold, times are a first look"

@@ -13,7 +13,8 @@ import time
 from pathlib import Path
 
 from . import program
-from .runs import number, table_of, write_table
+from .gather import number
+from .runs import table_of, write_table
 from .templates import known, render
 
 COLUMNS = [

@@ -19,10 +19,10 @@ import tempfile
 import time
 from pathlib import Path
 
-from . import program, references, slurm, worth
+from . import program, references, slurm
+from .gather import LIMITS, gather, rows_of, settled
 from .plan import plan
 from .program import ProgramError
-from .runs import LIMITS, gather, rows_of
 
 
 def arguments(words):
@@ -256,7 +256,7 @@ def unsettled(runs, options, known):
     for run in runs:
         if run.repeat == 1 and run.members > 1:
             rows, _ = rows_of([run, run.as_member(1)], options.runs, known)
-            if len(rows) == 2 and rows[0]["status"] not in LIMITS and not worth.settled(rows[0], rows[1]):
+            if len(rows) == 2 and rows[0]["status"] not in LIMITS and not settled(rows[0], rows[1]):
                 out += [run.as_member(n) for n in range(2, run.members + 1)]
     return sorted(out, key=lambda run: run.member)
 

@@ -4,7 +4,7 @@ Reads result files of the sweep today; runs nothing."""
 import math
 
 from . import precision
-from .runs import number
+from .gather import number
 
 SWEEP = "today"
 # What may be missing of Coulomb's law, and whose that is: the columns of the budget.

@@ -15,12 +15,10 @@ import zlib
 
 import pandas as pd
 
-from .runs import CELL, TIMING, Runs
+from .gather import CELL, TIMING, close, is_number
+from .runs import Runs
 
 EXACT, ROUNDED = "exact", "rounding"
-# What right answers of one event may differ by (the referee's accepted residual, docs/judging.md), and four million
-# roundings: numbers closer than this, as a fraction or in the unit of the number, whichever is more, are the same.
-ROUNDING = 1e-9
 LONG = 60  # characters; sentences are counted and not listed
 ABSENT = "absent"
 OTHER = "another"  # at this place stands what is about another run
@@ -123,28 +121,6 @@ def keys(tree):
 def plain(value):
     """A leaf as it is compared: what is no number is None."""
     return None if isinstance(value, float) and math.isnan(value) else value
-
-
-def is_number(value):
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
-
-
-def close(a, b) -> bool:
-    """The same, but for rounding."""
-    if not (is_number(a) and is_number(b)):
-        return a == b
-    return a == b or abs(a - b) <= ROUNDING * max(1.0, min(abs(a), abs(b)))
-
-
-def settled(row: dict, other: dict) -> bool:
-    """Whether a member came to what the run came to, so that no further one is asked. How far a run comes before a
-    limit is a matter of time."""
-    def value(cell):
-        return float(cell) if cell else None
-
-    names = [c for c in {**row, **other} if c.startswith("error_")]
-    return row["status"] == other["status"] and all(
-        close(value(row.get(c, "")), value(other.get(c, ""))) for c in names)
 
 
 # Classes.

@@ -20,7 +20,7 @@ import time
 from pathlib import Path
 
 import private_slurm
-from contactbench.runs import TIMING
+from contactbench.gather import TIMING
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -16,7 +16,7 @@ from pathlib import Path
 import standin
 import standin_slurm
 from contactbench import program, slurm
-from contactbench.runs import TIMING
+from contactbench.gather import TIMING
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import standin
 from contactbench import program
-from contactbench.runs import TIMING
+from contactbench.gather import TIMING
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pandas
 import standin
-from contactbench import claims, plan, precision, sections, worth
+from contactbench import claims, gather, plan, precision, sections, worth
 from contactbench.runs import Runs
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -84,8 +84,8 @@ class Classes(unittest.TestCase):
         self.assertEqual(self.of(0.5, timed=[0.4, 0.5, 0.9], turned=7.0), {"sample": 3, "median": 0.5, "least": 0.4, "most": 0.9})
 
     def test_infinite_and_missing_numbers_are_no_others(self):
-        self.assertFalse(worth.close(math.inf, 1.0))
-        self.assertTrue(worth.close(math.inf, math.inf))
+        self.assertFalse(gather.close(math.inf, 1.0))
+        self.assertTrue(gather.close(math.inf, math.inf))
         self.assertEqual(worth.worth({"a": math.nan}, [{"a": math.nan}], [], {"a": math.nan}), worth.EXACT)
 
     def test_rows_are_compared_by_what_they_are_about(self):
