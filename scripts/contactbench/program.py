@@ -9,6 +9,7 @@ Hence nothing but the standard library here.
 """
 import argparse
 import collections
+import concurrent.futures
 import contextlib
 import ctypes
 import errno
@@ -253,6 +254,18 @@ def as_they_end(futures):
             with contextlib.suppress(queue.Empty):
                 future = ended.get(timeout=HEARD)
         yield future
+
+
+@contextlib.contextmanager
+def workers(count):
+    """Threads that do runs; where their block is left early nothing more is begun, and what runs ends."""
+    with concurrent.futures.ThreadPoolExecutor(count) as pool:
+        try:
+            yield pool
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            end_all()
+            raise
 
 
 def execute(command: list[str], wall_limit: float, memory_bytes: int) -> tuple[int, bool, float, str]:

@@ -37,6 +37,9 @@ def command(name):
         sys.exit(importlib.import_module(f"contactbench.{name}").main())
     except program.ProgramError as error:
         sys.exit(f"{name}: {error}")
+    except KeyboardInterrupt:
+        print(f"\n{name}: interrupted", file=sys.stderr)
+        sys.exit(130)
 
 
 if __name__ == "__main__":

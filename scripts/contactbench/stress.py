@@ -21,7 +21,6 @@ Verdicts:
   defect   crash, no return, garbage, NaN in a file
 The exit code is 1 where a cell is wrong, silent or defect.
 """
-import concurrent.futures
 import json
 import math
 import os
@@ -404,13 +403,13 @@ def table_of(jobs, cells, cases):
 
 def results(futures):
     """Of all, with the time left now and then."""
-    out, began = [], time.monotonic()
-    for done, future in enumerate(futures, start=1):
-        out.append(future.result())
+    began = time.monotonic()
+    for done, future in enumerate(program.as_they_end(futures), start=1):
+        future.result()  # a fault ends all
         if done % 50 == 0:
             left = (time.monotonic() - began) / done * (len(futures) - done)
             print(f"{done} of {len(futures)}, {left:.0f} s left", file=sys.stderr, flush=True)
-    return out
+    return [future.result() for future in futures]
 
 
 def run_all(cases, options):
@@ -420,8 +419,7 @@ def run_all(cases, options):
     every, beside = list(methods_of(listed)), list(engines_of(listed)) if options.engines else []
     program.hold_to("--method", options.method, [*(name for name, _ in every + beside), *(f"ap/{s}" for s in LEFT_OUT)])
     columns, beside = ([c for c in some if not options.method or c[0] in options.method] for some in (every, beside))
-    with tempfile.TemporaryDirectory(prefix="stress") as options.scratch, concurrent.futures.ThreadPoolExecutor(
-            options.jobs) as pool:
+    with tempfile.TemporaryDirectory(prefix="stress") as options.scratch, program.workers(options.jobs) as pool:
         jobs = plan(cases, columns + beside, options)
         solves = [] if options.accuracy else [
             j for j in problem_jobs(cases, columns, listed, options.only, options.scratch)
@@ -438,13 +436,14 @@ def run_all(cases, options):
         found += [
             pool.submit(do_critical, case, column, options) for case in wanted["critical"] if not options.quick
             for column in columns]
-        cells = results(futures)
+        cells = results(futures + found)
+    cells, limits_found = cells[:len(futures)], cells[len(futures):]
     compare(jobs, cells, cases)
     rows = table_of(jobs, cells, cases)
     rows += [{
         **cell, "id": job["id"], "scene": job["name"], "row": "stored problem", "method": job["method"],
         "expect": "ends: " + ", ".join(job["ends"])} for job, cell in zip(solves, cells[len(jobs):])]
-    return rows + [future.result() for future in found], len(cells)
+    return rows + limits_found, len(cells)
 
 
 def arguments():

@@ -7,7 +7,6 @@ a row with a typed status. What is finished is not done again, whatever interrup
   scripts/sweep.py scenarios/sweeps/paper.toml --engine dask:tcp://head:8786
   scripts/sweep.py scenarios/sweeps/paper.toml --engine slurm --slurm "--partition=short --time=1:00:00"
 """
-import concurrent.futures
 import contextlib
 import fcntl
 import json
@@ -84,14 +83,9 @@ def local(todo, count, done):
     """An engine, as is each of `dask` and `slurm.engine`: does the jobs, `count` at a time, and calls done(record) in
     this process after every run."""
     load = program.Load()
-    with concurrent.futures.ThreadPoolExecutor(count) as pool:
-        try:
-            for future in program.as_they_end([pool.submit(program.do, job, load) for job in todo]):
-                done(future.result())
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            program.end_all()
-            raise
+    with program.workers(count) as pool:
+        for future in program.as_they_end([pool.submit(program.do, job, load) for job in todo]):
+            done(future.result())
 
 
 def dask(address):
