@@ -32,11 +32,13 @@ set.boxes = 4
 """
 
 
-SWEPT = tempfile.TemporaryDirectory()
-unittest.addModuleCleanup(SWEPT.cleanup)
-
-
 class Recommend(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.swept = Path(folder.name)
+
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
@@ -46,7 +48,7 @@ class Recommend(unittest.TestCase):
 
     def sweep(self):
         """What SWEEP left, made once and copied: it takes ten seconds and more."""
-        swept = Path(SWEPT.name)
+        swept = self.swept
         if not (swept / "error_time.toml").exists():
             program = standin.write(swept / "program")
             (swept / "error_time.toml").write_text(SWEEP)
