@@ -32,7 +32,8 @@ bool there(const fs::path& file) {
   REQUIRE(pid > 1);
   return kill(pid, 0) == 0 || errno != ESRCH;
 }
-const std::string note_pid = "echo $$ > pid; exec ";
+/// Whoever sees the file can read it.
+const std::string note_pid = "echo $$ > pid.part; mv pid.part pid; exec ";
 
 }  // namespace
 
