@@ -314,13 +314,13 @@ struct HardProblem {
 };
 constexpr const char* hard_problem_file = "hard_problem.hdf5";
 
-/// What `solve` makes of a problem: status of the run's method where it knows of nothing before.
-Status solve_afresh(const RunPlan& plan, const ContactProblem& problem) {
+/// What `solve` makes of a problem with `--prune`: status of the run's method where it knows of nothing before.
+Status solve_afresh(const RunPlan& plan, const ContactProblem& problem, bool prune) {
   MethodOptions options = plan.options;
   options.warm_start = false;
   ContactSolution solution;
   const ContactMethod method =
-      plan.prune ? pruned(*plan.method, options, std::make_shared<LeftOut>()) : plan.method->make(options);
+      prune ? pruned(*plan.method, options, std::make_shared<LeftOut>()) : plan.method->make(options);
   method(problem, solution);
   std::vector<double> v_plus;
   const Residuals residuals = Referee().check(problem, solution, plan.method->law, v_plus);
@@ -337,8 +337,8 @@ std::string quoted(const std::string& word) {
   return out + "'";
 }
 
-/// The command that solves the kept problem with the run's options.
-std::string solve_command(const RunPlan& plan) {
+/// The command that solves the kept problem with the run's options and `--prune`.
+std::string solve_command(const RunPlan& plan, bool prune) {
   const MethodOptions& options = plan.options;
   std::string command = fmt::format("contactbench solve {} --kind contact --method {}",
                                     (plan.out / hard_problem_file).string(), plan.method->name);
@@ -350,29 +350,36 @@ std::string solve_command(const RunPlan& plan) {
     if (asked && !row.between_events && !text_of(value).empty())
       command += fmt::format(" --{} {}", row.flag, quoted(text_of(value)));
   }
-  if (plan.prune) command += " --prune on";
+  if (prune) command += " --prune on";
   return command;
 }
 
+/// A problem to keep, and the command by which it ends as it did in the run; none is known where that is empty.
+struct KeptProblem {
+  const ContactProblem* problem;
+  std::string command;
+};
+
 /// The candidate that ends afresh as it did in the run, the last where none does: the run's method started from the
-/// event before, or there was no time to try.
-std::pair<const ContactProblem*, bool> ends_so_again(const RunPlan& plan, const HardProblem& hard) {
+/// event before, or there was no time to try. A run leaves out islands and idle friction in any case (PrunedRun).
+KeptProblem ends_so_again(const RunPlan& plan, const HardProblem& hard) {
   try {
     for (const ContactProblem& problem : hard.candidates)
-      if (solve_afresh(plan, problem) == hard.status) return {&problem, true};
+      for (const bool prune : {true, false})
+        if (solve_afresh(plan, problem, prune) == hard.status) return {&problem, solve_command(plan, prune)};
   } catch (const Stopped&) {  // nothing can be said of what a limit cuts short
   }
-  return {&hard.candidates.back(), false};
+  return {&hard.candidates.back(), ""};
 }
 
 /// Keeps it beside the run's other files, for `solve`, with the command where one ends as the run did. `try_again`: is
 /// there time to find out? That it cannot be written does not hide how the run ended.
 void store_hard_problem(const RunPlan& plan, const HardProblem& hard, bool try_again, RunSummary& summary) {
-  const auto [problem, again] = try_again ? ends_so_again(plan, hard) : std::pair(&hard.candidates.back(), false);
+  const KeptProblem kept = try_again ? ends_so_again(plan, hard) : KeptProblem{&hard.candidates.back(), ""};
   try {
-    store_problem(plan, *problem, plan.out / hard_problem_file, hard.t);
+    store_problem(plan, *kept.problem, plan.out / hard_problem_file, hard.t);
     summary.hard_problem = hard_problem_file;
-    if (again) summary.hard_problem_command = solve_command(plan);
+    summary.hard_problem_command = kept.command;
   } catch (const FileError& error) {
     print_error(fmt::format("contactbench run: warning: {}\n", error.what()));
   }
