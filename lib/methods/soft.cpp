@@ -7,10 +7,14 @@
 //   min over r in K of 1/2 r.(W + R) r + r.q,   q = J v- + w (2)
 // Both are strictly convex: one v, one r. R follows from W_ii by two rules (contact/softness.h), `sap` and `mujoco`.
 //
-// How: Newton on the gradient M (v - v-) - J^T r, with H = M + J^T G J, G the blocks -dr_i/du_i, factored by blocks of
-// bodies; the search along each step is exact (bisection with Newton on the slope). From v-; with a warm start from the
-// velocities that the previous event's impulses give, where (1) is less there. Ends where the conditions of (2) hold
-// for r and the velocity that r itself gives, to `tolerance`, or where no step makes them better.
+// How: Newton on M (v - v-) = J^T r and r = P(r - (u + R r) / w), P the projection on the cones, v and r each in their
+// own right, with H = M + J^T G J, G a block a contact (soft_contacts.h), factored by blocks of bodies. A step is taken
+// whole where it halves the least residual so far, else as far as (1) is near its least along it; where it is short, or
+// does not go down, r begins anew at -grad l(u), from where every step goes down. From v-; with a warm start from the
+// previous event's impulses and the velocities that they give, where (1) is less there. Ends where the conditions of
+// (2) hold for r and the velocity that r itself gives, to `tolerance`, or where no step makes them better. With r =
+// -grad l(u) all along, a contact of near rigid R is open or firm by what the last step made of u, and steps that
+// change many are short: three to four times as many in a pile.
 //
 // Sources: A. Castro, F. Permenter, X. Han, An unconstrained convex formulation of compliant contact, IEEE T-RO 39
 // (2023), eqs. 10-25; E. Todorov, Convex and analytically-invertible dynamics with contacts and constraints, ICRA 2014,
@@ -49,12 +53,13 @@ struct SoftOptions {
   double tolerance = 1e-13, accepted = 1e-10;
   int iteration_limit = 200;
   double rounding = 0x1p-45;  ///< -: of what a velocity is a sum of, what its last bits leave open (docs/judging.md)
-  int stalled = 3;            ///< steps in turn that do not halve the residual
-  double slope = 1e-8;        ///< -: of the start's, at which the search along a step ends
-  double whole_step = 1e-3;   ///< -: of the start's slope, up to which a whole Newton step is taken as it is
-  double touching = 1e-12;    ///< -: of the fastest contact before: slower ones count as sticking in H
-  int search_limit = 100;     ///< evaluations of a slope
-  double least_block = 3;     ///< mean size of a block of M from which on H is factored by blocks
+  int stalled = 3;            ///< steps in turn that do not halve the residual; one less where it is accepted
+  int lost = 5;               ///< of these in turn from which on r is -grad l(u) at each
+  ConvexSearchOptions search;
+  double whole = 0.5;       ///< -: of the least residual so far, up to which a whole step is taken as it is
+  double astray = 0.25;     ///< -: length of a step from which on impulses go along
+  double touching = 1e-12;  ///< -: of the fastest contact before: slower ones count as sticking in H
+  double least_block = 3;   ///< mean size of a block of M from which on H is factored by blocks
 };
 
 class Soft {
@@ -70,7 +75,9 @@ class Soft {
   void velocity_at(const ContactProblem& problem, const std::vector<double>& d, std::vector<double>& u) const;
   Status descend(const ContactProblem& problem, ContactSolution& solution);
   double look(const ContactProblem& problem);
-  double beside_others(const ContactProblem& problem);
+  void take_step(const ContactProblem& problem, double length);
+  double beside_others(const ContactProblem& problem, const std::vector<double>& r);
+  bool rounding_is_left(const ContactProblem& problem, const std::vector<double>& r);
   bool find_step(const ContactProblem& problem);
   double length_of_step(const ContactProblem& problem);
   double cost(const ContactProblem& problem, const std::vector<double>& d);
@@ -82,11 +89,12 @@ class Soft {
   KktSystem system_;
   // nv. d = v - v0 and not v: near rigid contacts make forty times the error of a velocity of it, and what an event
   // changes is small beside what moves.
-  std::vector<double> v0_, d_, dv_, d_plus_, momentum_;
-  std::vector<double> u_, du_, u_minus_, u_plus_, r_;  // 3 nc
-  std::vector<double> G_;                              // 9 nc
-  std::vector<double> best_, previous_;                // 3 nc, N s
-  std::vector<double> open_;                           // nc, m/s
+  std::vector<double> v0_, d_, dv_, d_was_, d_plus_, momentum_;
+  std::vector<double> u_, du_, u_minus_, u_plus_;   // 3 nc
+  std::vector<double> r_, dr_, r_was_, a_, given_;  // 3 nc, N s; a: of linearise; given: in the cones
+  std::vector<double> G_;                           // 9 nc
+  std::vector<double> best_, previous_;             // 3 nc, N s
+  std::vector<double> open_;                        // nc, m/s
   int previous_nv_ = -1;
 
   // Of restitution.
@@ -167,77 +175,115 @@ double Soft::cost(const ContactProblem& problem, const std::vector<double>& d) {
   return contacts_.impulses(u_, r_) + 0.5 * quadratic_form(problem.M, d);
 }
 
+// d_, and u_ and r_ with it.
 void Soft::start(const ContactProblem& problem) {
   d_.assign(problem.nv(), 0.0);
+  const double nothing = cost(problem, d_);
   if (!options_.warm_start || previous_nv_ != problem.nv() || previous_.size() != u_minus_.size()) return;
   change_after(problem, previous_);
-  if (!(cost(problem, d_plus_) < cost(problem, d_))) return;
+  if (!(cost(problem, d_plus_) < nothing)) {
+    cost(problem, d_);
+    return;
+  }
   d_ = d_plus_;
   if (options_.warm_starts) ++*options_.warm_starts;
 }
 
-// Impulses at v0 + d_, and what they are worth with the velocities that they themselves give.
+// What r_ is worth in the cones, with the velocities that it itself gives.
 double Soft::look(const ContactProblem& problem) {
-  velocity_at(problem, d_, u_);
-  contacts_.impulses(u_, r_);
-  change_after(problem, r_);
-  return contacts_.residual(r_, u_plus_, u_minus_);
+  given_ = r_;
+  contacts_.project(given_);
+  change_after(problem, given_);
+  return contacts_.residual(given_, u_plus_, u_minus_);
 }
 
 Status Soft::descend(const ContactProblem& problem, ContactSolution& solution) {
-  double least = HUGE_VAL;
+  double least = HUGE_VAL, residual = look(problem);
   for (int no_better = 0, k = 0; k < options_.iteration_limit; ++k, ++solution.iterations) {
     poll_stop();
-    const double residual = look(problem);
     no_better = residual <= 0.5 * least ? 0 : no_better + 1;
-    if (residual < least) {
+    if (residual <= least) {
       least = residual;
-      best_ = r_;
+      best_ = given_;
     }
-    if (least <= options_.tolerance || (no_better >= options_.stalled && beside_others(problem) <= options_.accepted))
-      break;
+    if (least <= options_.tolerance) break;
+    const int enough = least <= options_.accepted ? options_.stalled - 1 : options_.stalled;
+    if (no_better >= enough && (rounding_is_left(problem, best_) || rounding_is_left(problem, given_))) break;
+    if (no_better >= options_.lost) contacts_.impulses(u_, r_);
     if (!find_step(problem)) return all_finite(G_) ? Status::singular : Status::not_finite;
-    const double length = length_of_step(problem);
+    d_was_ = d_;
+    r_was_ = r_;
+    take_step(problem, 1);
+    residual = look(problem);
+    if (residual <= options_.whole * least) continue;
+    d_ = d_was_;
+    r_ = r_was_;
+    velocity_at(problem, d_, u_);
+    double length = length_of_step(problem);
+    if (length == 0) {  // the impulses have gone another way than the velocities
+      contacts_.impulses(u_, r_);
+      if (!find_step(problem)) return all_finite(G_) ? Status::singular : Status::not_finite;
+      length = length_of_step(problem);
+    }
     if (length == 0) break;
-    for (int i = 0; i < problem.nv(); ++i) d_[i] += length * dv_[i];
+    take_step(problem, length);
+    residual = look(problem);
   }
   if (!std::isfinite(least)) return Status::not_finite;
-  if (least > options_.accepted) least = beside_others(problem);
+  if (least > options_.accepted) least = beside_others(problem, best_);
   solution.claimed_residual = std::max(solution.claimed_residual, least);
   return least <= options_.accepted ? Status::ok : Status::nonconverged;
 }
 
-// What the best impulses are worth beside all that moves, and beside what the last bits of the data leave open: light
-// contacts next to heavy ones, slow ones next to fast ones.
-double Soft::beside_others(const ContactProblem& problem) {
-  std::swap(d_plus_, momentum_);  // the present ones are needed for the next step
-  std::swap(u_plus_, du_);
-  change_after(problem, best_);
-  open_.resize(problem.nc());
-  sizes_of_terms(problem.J, problem.M, v0_, problem.offset, open_);
-  for (double& x : open_) x *= options_.rounding;
-  const double residual = contacts_.residual(best_, u_plus_, u_minus_, open_);
-  std::swap(d_plus_, momentum_);
-  std::swap(u_plus_, du_);
-  return residual;
-}
-
-// dv_ = -H^-1 (M d - J^T r); du_ = J dv_.
-bool Soft::find_step(const ContactProblem& problem) {
-  double fastest = 0;
-  for (const double u : u_minus_) fastest = std::max(fastest, std::abs(u));
-  contacts_.curvatures(u_, options_.touching * fastest, G_);
-  if (!system_.factor(G_, {})) return false;
-  for (int i = 0; i < problem.nv(); ++i) d_plus_[i] -= d_[i];  // M^-1 of the negative gradient
-  dv_.resize(problem.nv());
-  multiply(problem.M, d_plus_, dv_);
-  system_.solve_in_place(dv_);
-  du_.resize(u_.size());
-  multiply(problem.J, problem.M, dv_, du_);
+// Are these impulses an answer but for rounding? Then they are the best.
+bool Soft::rounding_is_left(const ContactProblem& problem, const std::vector<double>& r) {
+  if (!(beside_others(problem, r) <= options_.accepted)) return false;
+  if (&r != &best_) best_ = r;
   return true;
 }
 
-// Where the slope of (1) along the step is zero; 0 where the step does not go down.
+void Soft::take_step(const ContactProblem& problem, double length) {
+  for (int i = 0; i < problem.nv(); ++i) d_[i] += length * dv_[i];
+  velocity_at(problem, d_, u_);
+  if (length < options_.astray) {
+    contacts_.impulses(u_, r_);
+    return;
+  }
+  for (std::size_t i = 0; i < r_.size(); ++i) r_[i] += length * dr_[i];
+}
+
+// What impulses are worth beside all that moves, and beside what the last bits of the data leave open: light contacts
+// next to heavy ones, slow ones next to fast ones.
+double Soft::beside_others(const ContactProblem& problem, const std::vector<double>& r) {
+  change_after(problem, r);
+  open_.resize(problem.nc());
+  sizes_of_terms(problem.J, problem.M, v0_, problem.offset, open_);
+  for (double& x : open_) x *= options_.rounding;
+  return contacts_.residual(r, u_plus_, u_minus_, open_);
+}
+
+// M (d + dv) = J^T (r + dr) and r + dr = a - G J dv.
+bool Soft::find_step(const ContactProblem& problem) {
+  double fastest = 0;
+  for (const double u : u_minus_) fastest = std::max(fastest, std::abs(u));
+  contacts_.linearise(u_, r_, options_.touching * fastest, G_, a_);
+  if (!system_.factor(G_, {})) return false;
+  dv_.resize(problem.nv());
+  multiply(problem.M, d_, dv_);
+  for (double& x : dv_) x = -x;
+  multiply_transposed_add(problem.J, problem.M, a_, dv_);
+  system_.solve_in_place(dv_);
+  du_.resize(u_.size());
+  multiply(problem.J, problem.M, dv_, du_);
+  dr_.resize(r_.size());
+  for (std::size_t i = 0; i < r_.size(); ++i) dr_[i] = a_[i] - r_[i];
+  for (int c = 0; c < problem.nc(); ++c)
+    Eigen::Map<Eigen::Vector3d>(&dr_[3 * c]).noalias() -=
+        Eigen::Map<const Eigen::Matrix3d>(&G_[9 * c]) * Eigen::Map<const Eigen::Vector3d>(&du_[3 * c]);
+  return true;
+}
+
+// Where (1) is near its least along the step; 0 where the step does not go down.
 double Soft::length_of_step(const ContactProblem& problem) {
   momentum_.resize(problem.nv());
   multiply(problem.M, dv_, momentum_);
@@ -246,27 +292,12 @@ double Soft::length_of_step(const ContactProblem& problem) {
     square += dv_[i] * momentum_[i];
     linear += d_[i] * momentum_[i];
   }
-  const auto slope_at = [&](double alpha) {
-    SoftContacts::Along at = contacts_.along(u_, du_, alpha);
+  return convex_search(options_.search, [&](double alpha) {
+    Along at = contacts_.along(u_, du_, alpha);
     at.slope += linear + alpha * square;
     at.curvature += square;
     return at;
-  };
-  const double at_start = slope_at(0).slope;
-  if (!(at_start < 0)) return 0;
-  double low = 0, high = 0, alpha = 1;
-  for (int i = 0; i < options_.search_limit; ++i) {
-    const SoftContacts::Along at = slope_at(alpha);
-    if (std::abs(at.slope) <= (i == 0 ? options_.whole_step : options_.slope) * -at_start) break;
-    (at.slope < 0 ? low : high) = alpha;
-    const double newton = alpha - at.slope / at.curvature;
-    if (high == 0)
-      alpha = std::min(2 * alpha, std::max(newton, 1.1 * alpha));
-    else
-      alpha = newton > low && newton < high ? newton : 0.5 * (low + high);
-    if (high > 0 && high - low <= 1e-15 * high) break;
-  }
-  return alpha;
+  });
 }
 
 Softness softness_of(const MethodOptions& options) {

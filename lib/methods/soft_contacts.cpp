@@ -19,6 +19,17 @@ ConstVec3 at(const std::vector<double>& x, int c) { return ConstVec3(&x[3 * stat
 
 bool sticks(double mu, const Regularisation& R, double u_n, double slip) { return slip * R.n <= -mu * u_n * R.t; }
 
+// Of P_K.
+Matrix3d derivative_of_projection(const Vector3d& z, double mu) {
+  const double t = std::hypot(z[1], z[2]);
+  if (mu * t <= -z[0]) return Matrix3d::Zero();
+  if (mu == 0) return Vector3d(1, 0, 0).asDiagonal();
+  if (t <= mu * z[0]) return Matrix3d::Identity();
+  const double t1 = z[1] / t, t2 = z[2] / t;
+  const Vector3d d(1, mu * t1, mu * t2), across(0, -t2, t1);
+  return (d * d.transpose() + mu * (z[0] + mu * t) / t * across * across.transpose()) / (1 + mu * mu);
+}
+
 }  // namespace
 
 void SoftContacts::describe(const ContactProblem& problem, const BlockCholesky& factor,
@@ -38,19 +49,15 @@ Vector3d SoftContacts::impulse(const Contact& c, const Vector3d& u) {
   return {r_n, f * u[1], f * u[2]};
 }
 
-Matrix3d SoftContacts::curvature(const Contact& c, const Vector3d& u) {
+// -du.dr along du.
+double SoftContacts::curvature(const Contact& c, const Vector3d& u, const Vector3d& du) {
   const double mu = c.mu, slip = std::hypot(u[1], u[2]);
-  Matrix3d G = Matrix3d::Zero();
-  if (u[0] >= mu * slip) return G;
-  if (mu == 0 || sticks(mu, c.R, u[0], slip)) {
-    G = stiffness(c);
-  } else {
-    const double D = c.R.n + mu * mu * c.R.t, turning = mu * (mu * slip - u[0]) / D / slip;
-    const double t1 = u[1] / slip, t2 = u[2] / slip;
-    const Vector3d d(1, -mu * t1, -mu * t2), across(0, -t2, t1);
-    G = d * d.transpose() / D + turning * across * across.transpose();
-  }
-  return G;
+  if (u[0] >= mu * slip) return 0;
+  if (mu == 0) return du[0] * du[0] / c.R.n;
+  if (sticks(mu, c.R, u[0], slip)) return du[0] * du[0] / c.R.n + (du[1] * du[1] + du[2] * du[2]) / c.R.t;
+  const double t1 = u[1] / slip, t2 = u[2] / slip, D = c.R.n + mu * mu * c.R.t;
+  const double ahead = du[0] - mu * (t1 * du[1] + t2 * du[2]), across = t1 * du[2] - t2 * du[1];
+  return (ahead * ahead + mu * (mu * slip - u[0]) / slip * across * across) / D;
 }
 
 double SoftContacts::impulses(const std::vector<double>& u, std::vector<double>& r) const {
@@ -65,27 +72,44 @@ double SoftContacts::impulses(const std::vector<double>& u, std::vector<double>&
   return cost;
 }
 
-// Of a contact that sticks.
-Matrix3d SoftContacts::stiffness(const Contact& c) {
-  return Vector3d(1 / c.R.n, c.mu > 0 ? 1 / c.R.t : 0, c.mu > 0 ? 1 / c.R.t : 0).asDiagonal();
-}
-
-void SoftContacts::curvatures(const std::vector<double>& u, double touching, std::vector<double>& G) const {
+// With Pi the derivative of P_K at z = r - (u + R r) / w:
+//   (I - Pi + Pi R / w) dr = P_K(z) - r - Pi du / w
+void SoftContacts::linearise(const std::vector<double>& u, const std::vector<double>& r, double touching,
+                             std::vector<double>& G, std::vector<double>& a) const {
   G.resize(3 * u.size());
-  for (int c = 0; c < static_cast<int>(contacts_.size()); ++c)
-    Eigen::Map<Matrix3d>(G.data() + 9 * c) =
-        at(u, c).norm() <= touching ? stiffness(contacts_[c]) : curvature(contacts_[c], at(u, c));
+  a.resize(u.size());
+  for (int c = 0; c < static_cast<int>(contacts_.size()); ++c) {
+    const Contact& contact = contacts_[c];
+    const Vector3d R(contact.R.n, contact.R.t, contact.R.t), y = at(u, c) + R.cwiseProduct(at(r, c));
+    Eigen::Map<Matrix3d> G_c(G.data() + 9 * c);
+    Eigen::Map<Vector3d> a_c(a.data() + 3 * c);
+    if (y.norm() <= touching) {
+      G_c = Vector3d(1 / R[0], contact.mu > 0 ? 1 / R[1] : 0, contact.mu > 0 ? 1 / R[2] : 0).asDiagonal();
+      a_c = impulse(contact, at(u, c));
+      continue;
+    }
+    const Vector3d z = at(r, c) - y / contact.w;
+    const Matrix3d Pi = derivative_of_projection(z, contact.mu);
+    const Matrix3d A = (Matrix3d::Identity() - Pi + Pi * R.asDiagonal() / contact.w).inverse();
+    const Matrix3d G_w = A * Pi / contact.w;
+    G_c = 0.5 * (G_w + G_w.transpose());
+    a_c = at(r, c) + A * (project_on_cone(z, contact.mu) - at(r, c));
+  }
 }
 
-SoftContacts::Along SoftContacts::along(const std::vector<double>& u, const std::vector<double>& du,
-                                        double alpha) const {
+Along SoftContacts::along(const std::vector<double>& u, const std::vector<double>& du, double alpha) const {
   Along out;
   for (int c = 0; c < static_cast<int>(contacts_.size()); ++c) {
     const Vector3d direction = at(du, c), there = at(u, c) + alpha * direction;
     out.slope -= impulse(contacts_[c], there).dot(direction);
-    out.curvature += direction.dot(curvature(contacts_[c], there) * direction);
+    out.curvature += curvature(contacts_[c], there, direction);
   }
   return out;
+}
+
+void SoftContacts::project(std::vector<double>& r) const {
+  for (int c = 0; c < static_cast<int>(contacts_.size()); ++c)
+    Eigen::Map<Vector3d>(r.data() + 3 * c) = project_on_cone(at(r, c), contacts_[c].mu);
 }
 
 double SoftContacts::residual(const std::vector<double>& r, const std::vector<double>& u_plus,

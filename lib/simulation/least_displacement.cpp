@@ -1,23 +1,35 @@
 // Problem: min d.M d / 2 with N d >= wanted (m), many points. By duality d = M^-1 N^T r with 0 <= r _|_ N d - wanted >=
-// 0, which is contact without friction in displacements: (1) of ncp/ncp.h with mu = 0, v0 = 0, w_n = -wanted. It is
-// convex, and Mehrotra's steps take some tens of factorisations by bodies, whatever the number of points and however
-// redundant they are; sets of points that are exchanged whole (overlap.cpp) need ever more exchanges there, or cycle.
-// Source: S. Mehrotra, On the implementation of a primal-dual interior point method, SIAM J. Optim. 2 (1992).
+// 0, contact without friction in displacements. With a spring of hardness 1 / R at each point it has no constraints:
+//   min d.M d / 2 + sum max(0, wanted - N d)^2 / (2 R),     R = ridge N M^-1 N^T                                  (1)
+// and the last, hardest springs leave of `wanted` what the next linearisation takes away.
+// How: Newton on M d = N^T r and r = max(0, r - (N d - wanted + R r) / w), w = N M^-1 N^T, d and r each in their own
+// right as in methods/soft.cpp: one factorisation by bodies a step, whatever the number of points and however redundant
+// they are. Steps are whole where they halve the least error so far, else as far as (1) is near its least. Soft springs
+// come first: they tell which points hold in ten steps; hard ones alone exchange single points. Sets of points that are
+// exchanged whole (overlap.cpp) need ever more exchanges on such islands, or cycle.
+// Source: M. Hintermueller, K. Ito, K. Kunisch, The primal-dual active set strategy as a semismooth Newton method, SIAM
+// J. Optim. 13 (2003).
 // When it fails: no displacement keeps all points apart; the error stays, and nothing is moved.
 #include "simulation/least_displacement.h"
 
+#include <algorithm>
 #include <cmath>
 
+#include "linalg/convex_search.h"
 #include "linalg/stop.h"
 
 namespace cb {
 
 namespace {
 
-constexpr int limit = 100;         // steps
-constexpr int patience = 10;       // of them in a row that do not halve the error
-constexpr double sharp = 1e-9;     // -: error at which it stops; the next linearisation takes away what it leaves
-constexpr double accepted = 1e-4;  // -: error up to which the best is taken
+constexpr double ridges[] = {1e-2, 1e-5, 1e-8};  // -: of springs, in turn
+constexpr double of_limits = 1e-2;               // -: of that, of what is to hold where it contradicts the others
+constexpr int limit = 50;                        // steps, of each
+constexpr double whole = 0.5;                    // -: of the least error so far, up to which a whole step is taken
+constexpr double astray = 0.25;                  // -: length of a step from which on r goes along
+constexpr double sharp = 1e-6;                   // -: error at which it stops
+constexpr double accepted = 1e-2;                // -: up to which the last springs' answer is taken
+constexpr double least_block = 3;                // mean size of a block of M from which on it is factored by blocks
 
 }  // namespace
 
@@ -25,8 +37,9 @@ void LeastDisplacement::extract(const ContactProblem& problem, std::span<const i
                                 std::span<const double> wanted, std::span<const double> scale) {
   M_.clear();
   J_.clear();
-  offset_.clear();
-  weight_.clear();
+  wanted_.clear();
+  w_.clear();
+  is_limit_.clear();
   place_.resize(problem.M.blocks());
   for (const int b : blocks) {
     place_[b] = M_.add_block(problem.M.block_size(b));
@@ -39,38 +52,130 @@ void LeastDisplacement::extract(const ContactProblem& problem, std::span<const i
       const int k = J_.add_entry(place_[problem.J.block[e]], problem.M.block_size(problem.J.block[e]));
       J_.entry(k) = problem.J.entry(e);
     }
-    offset_.insert(offset_.end(), {-wanted[c], 0, 0});
-    weight_.push_back(1 / (scale[c] * scale[c]));
+    wanted_.push_back(wanted[c]);
+    w_.push_back(1 / (scale[c] * scale[c]));
+    is_limit_.push_back(is_limit(problem, c) ? 1 : 0);
   }
-  mu_.assign(weight_.size(), 0.0);
-  v0_.assign(M_.order(), 0.0);
+  R_.resize(w_.size());
+}
+
+// r of the springs at d.
+void LeastDisplacement::take_springs() {
+  for (std::size_t c = 0; c < w_.size(); ++c) r_[3 * c] = std::max(0.0, wanted_[c] - opened_[3 * c]) / R_[c];
+}
+
+// -: how far r, where it pushes, is from its own conditions, beside what is wanted.
+double LeastDisplacement::look() {
+  for (std::size_t i = 0; i < r_.size(); i += 3) given_[i] = std::max(0.0, r_[i]);
+  moved_.assign(M_.order(), 0.0);
+  multiply_transposed_add(J_, M_, given_, moved_);
+  factor_.solve_in_place(moved_);
+  multiply(J_, M_, moved_, opening_);
+  double error = 0, size = 0;
+  for (std::size_t c = 0; c < w_.size(); ++c) {
+    const double r = given_[3 * c], y = opening_[3 * c] - wanted_[c] + R_[c] * r;
+    const double off = r - std::max(0.0, r - y / w_[c]);
+    error += w_[c] * off * off;
+    size += wanted_[c] * wanted_[c] / w_[c];
+  }
+  return std::sqrt(error / size);
+}
+
+// M (d + dd) = N^T (r + dr), with r + dr = (wanted - N (d + dd)) / R where a point holds, else 0.
+bool LeastDisplacement::find_step() {
+  multiply(M_, d_, dd_);
+  for (double& x : dd_) x = -x;
+  for (std::size_t c = 0; c < w_.size(); ++c) {
+    const double missing = wanted_[c] - opened_[3 * c], r = r_[3 * c];
+    const bool holds = r + (missing - R_[c] * r) / w_[c] > 0;
+    G_[9 * c] = holds ? 1 / R_[c] : 0;
+    dr_[3 * c] = holds ? missing / R_[c] : 0;
+  }
+  multiply_transposed_add(J_, M_, dr_, dd_);
+  if (!system_.factor(G_, {})) return false;
+  system_.solve_in_place(dd_);
+  multiply(J_, M_, dd_, opening_);
+  for (std::size_t c = 0; c < w_.size(); ++c) dr_[3 * c] -= G_[9 * c] * opening_[3 * c] + r_[3 * c];
+  return true;
+}
+
+double LeastDisplacement::length_of_step() {
+  multiply(M_, dd_, moment_);
+  double square = 0, linear = 0;
+  for (std::size_t i = 0; i < dd_.size(); ++i) {
+    square += dd_[i] * moment_[i];
+    linear += d_[i] * moment_[i];
+  }
+  return convex_search({}, [&](double alpha) {
+    Along at{linear + alpha * square, square};
+    for (std::size_t c = 0; c < w_.size(); ++c) {
+      const double opening = opening_[3 * c], missing = wanted_[c] - opened_[3 * c] - alpha * opening;
+      if (missing <= 0) continue;
+      at.slope -= missing / R_[c] * opening;
+      at.curvature += opening * opening / R_[c];
+    }
+    return at;
+  });
+}
+
+void LeastDisplacement::take_step(double length) {
+  for (std::size_t i = 0; i < d_.size(); ++i) d_[i] += length * dd_[i];
+  multiply(J_, M_, d_, opened_);
+  if (length < astray) return take_springs();
+  for (std::size_t i = 0; i < r_.size(); i += 3) r_[i] += length * dr_[i];
+}
+
+// Newton's method for one R_, from d_ and r_; returns the error of best_.
+double LeastDisplacement::relax() {
+  double least = HUGE_VAL, error = look();
+  for (int k = 0; k < limit; ++k) {
+    poll_stop();
+    if (error < least) {
+      least = error;
+      best_ = given_;
+    }
+    if (least <= sharp || !find_step()) break;
+    d_was_ = d_;
+    r_was_ = r_;
+    take_step(1);
+    error = look();
+    if (error <= whole * least) continue;
+    d_ = d_was_;
+    r_ = r_was_;
+    multiply(J_, M_, d_, opened_);
+    multiply(J_, M_, dd_, opening_);
+    double length = length_of_step();
+    if (length == 0) {  // r has gone another way than d
+      take_springs();
+      if (!find_step()) break;
+      length = length_of_step();
+    }
+    if (length == 0) break;
+    take_step(length);
+    error = look();
+  }
+  return least;
 }
 
 bool LeastDisplacement::solve(const ContactProblem& problem, std::span<const int> points, std::span<const int> blocks,
                               std::span<const double> wanted, std::span<const double> scale, Eigen::VectorXd& d) {
   extract(problem, points, blocks, wanted, scale);
   if (!factor_.factor(M_)) return false;
-  const NcpProblem island{&M_, &factor_, &J_, v0_, offset_, mu_, weight_, {}};
-  measure_.begin(island);
-  system_.prepare(M_, J_);
-  double size = 0;
-  for (std::size_t c = 0; c < weight_.size(); ++c) size += offset_[3 * c] * offset_[3 * c] / weight_[c];
-  interior_.begin({}, island, system_, measure_, std::sqrt(size));
-  double error = HUGE_VAL, mark = HUGE_VAL;
-  for (int k = 0, since = 0; k < limit && since < patience && error > sharp; ++k) {
-    poll_stop();
-    if (!steps_.step({}, interior_)) break;
-    if (interior_.error() < error) {
-      error = interior_.error();
-      best_ = interior_.r();
-    }
-    since = error < 0.5 * mark ? 0 : since + 1;
-    if (since == 0) mark = error;
+  system_.prepare(M_, J_, least_block);
+  for (std::vector<double>* x : {&r_, &dr_, &given_, &opened_, &opening_}) x->assign(3 * w_.size(), 0.0);
+  for (std::vector<double>* x : {&d_, &dd_, &moment_}) x->assign(M_.order(), 0.0);
+  G_.assign(9 * w_.size(), 0.0);
+  double error = HUGE_VAL;
+  for (const double ridge : ridges) {
+    for (std::size_t c = 0; c < w_.size(); ++c) R_[c] = ridge * (is_limit_[c] ? of_limits : 1) * w_[c];
+    error = relax();
   }
   if (!(error <= accepted)) return false;
-  measure_.velocities(best_, v_, u_);
+  moved_.assign(M_.order(), 0.0);
+  multiply_transposed_add(J_, M_, best_, moved_);
+  factor_.solve_in_place(moved_);
   for (const int b : blocks)
-    for (int i = 0; i < problem.M.block_size(b); ++i) d[problem.M.first[b] + i] = v_[M_.first[place_[b]] + i];
+    for (int i = 0; i < problem.M.block_size(b); ++i) d[problem.M.first[b] + i] = moved_[M_.first[place_[b]] + i];
   return true;
 }
 

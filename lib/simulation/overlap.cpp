@@ -7,7 +7,7 @@
 // Differences from the source:
 //   1. The set of points held begins with those that are too deep, and others enter only where a displacement closes
 //      them: G = N M^-1 N^T is formed over that set alone, which is small beside the pile around it.
-//   2. Where the set is large, or its exchanges do not end, it is interior point steps (least_displacement.cpp).
+//   2. Where the set is large, or its exchanges do not end, springs are made ever harder (least_displacement.cpp).
 //   3. G is scaled to a unit diagonal and raised by a ridge: where points share a face it is singular. What the ridge
 //      leaves, the next linearisation takes away. Rows of joint limits have none, so that they hold exactly and points
 //      that contradict them give way.
@@ -27,10 +27,10 @@ namespace cb {
 namespace {
 
 constexpr int rounds = 60;        // linearisations; two or three do, more where bodies turn far
-constexpr int patience = 10;      // of them in a row that do not halve the depth, where interior point steps are needed
-constexpr int exchanges = 60;     // of the set, one linearisation; beyond: interior point steps
+constexpr int patience = 10;      // of them in a row that do not halve the depth, where springs are needed
+constexpr int exchanges = 60;     // of the set, one linearisation; beyond: springs
 constexpr int whole = 20;         // exchanges of all points at once; then one leaves at a time
-constexpr int most = 200;         // points held; of more interior point steps are cheaper than a dense factor
+constexpr int most = 60;          // points held; of more springs are cheaper than a dense factor
 constexpr double ridge = 1e-11;   // of G's diagonal
 constexpr double missed = 0.1;    // of the closed gap: N d >= wanted - missed * closed
 constexpr double reach_of = 4;    // depths: points with gaps up to these are looked at

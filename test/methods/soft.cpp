@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "contact/problem_files.h"
 #include "contact/referee.h"
 #include "contact/softness.h"
 #include "methods/registry.h"
@@ -65,7 +66,7 @@ TEST_CASE("a sphere that sticks goes on by R r") {
   const double R_n = rms() / (4 * M_PI * M_PI), R_t = 1e-3 * rms();
   const Answer got = answer(sphere({v_t, -v_n, 0}, {0, 0, 0}), sap());
   CHECK(got.solution.impulse[0] == Approx(v_n / (W_n + R_n)).epsilon(1e-13));
-  CHECK(got.solution.impulse[1] == Approx(-v_t / (W_t + R_t)).epsilon(1e-13));
+  CHECK(got.solution.impulse[1] == Approx(-v_t / (W_t + R_t)).epsilon(1e-12));
   CHECK(got.u_plus[0] == Approx(-R_n * v_n / (W_n + R_n)).epsilon(1e-9));
   CHECK(got.u_plus[1] == Approx(R_t * v_t / (W_t + R_t)).epsilon(1e-9));
 
@@ -175,7 +176,7 @@ TEST_CASE("soft solves stacks of any height, at rest and perturbed, and mass rat
       for (const double random : {0.0, 0.3}) {
         INFO(rule << ", " << boxes << " boxes, " << random << " m/s");
         const Answer got = answer(stack(boxes, 0.5, {0, -0.0098, 0}, random), variant(rule));
-        CHECK(got.solution.iterations < 60);
+        CHECK(got.solution.iterations <= (random == 0 ? 1 : 20));  // 18 at most
         CHECK(got.residuals.energy_gain <= 0);
       }
   for (const double ratio : {1e6, 1e-6}) {
@@ -193,4 +194,10 @@ TEST_CASE("the referee computes R itself: what was solved with another one is re
   CHECK_FALSE(Referee::holds(Referee().check(p, got.solution, soft_law(), v), 1e-9));
   got.solution.witness = NoWitness{};  // the standard terms
   CHECK(Referee::holds(Referee().check(p, got.solution, soft_law(), v), 1e-9));
+}
+
+// A limit of a joint that rests by rounding hides behind its own size how far from an answer the contact beside it is.
+TEST_CASE("a soft contact is solved beside a limit at which there is nothing but rounding") {
+  const ContactProblem p = read_contact_problem(TEST_DATA "/events/limit_beside_push.hdf5").problem;
+  for (const char* rule : {"sap", "mujoco"}) CHECK(answer(p, variant(rule)).solution.iterations <= 12);
 }
