@@ -110,7 +110,12 @@ void Drift::close(const Scenario& scenario, std::vector<Motion>& motions, const 
 void Drift::bring_to_zero(const Scenario& scenario, std::vector<Motion>& motions, const std::vector<double>& tolerance,
                           double limit_tolerance, const std::vector<std::pair<int, int>>& pairs, State& state) {
   window_.resize(pairs.size());
-  for (std::size_t k = 0; k < pairs.size(); ++k) window_[k] = std::abs(delta_[k]);
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    double furthest = 0;  // that a point of one shape may be moved beside the other
+    for (const int s : {pairs[k].first, pairs[k].second})
+      if (scenario.shapes[s].body >= 0) furthest += linear * scenario.shapes[s].bounding_radius();
+    window_[k] = std::min(std::abs(delta_[k]), furthest);
+  }
   was_ = motions;
   reach_.assign(scenario.model.trees.size() + scenario.model.bodies.size(), 0.0);
   for (int round = 0; round < rounds; ++round) {
@@ -288,13 +293,15 @@ void Drift::assemble(const Scenario& scenario, const State& state) {
 // d = M^-1 N^T (N M^-1 N^T)^-1 wanted over held_. Limits have no ridge: they hold, and points give way.
 bool Drift::find_displacement() {
   const auto n = static_cast<Eigen::Index>(held_.size()), points = held_points_;
-  G_.noalias() = NT_(Eigen::all, held_).transpose() * MNT_(Eigen::all, held_);
+  held_NT_ = NT_(Eigen::all, held_);
+  held_MNT_ = MNT_(Eigen::all, held_);
+  G_.noalias() = held_NT_.transpose() * held_MNT_;
   G_.diagonal().head(points).array() += ridge * G_.diagonal().head(points).maxCoeff();
   lambda_ = Eigen::Map<const Eigen::VectorXd>(wanted_.data(), n);
   llt_.compute(G_);
   if (llt_.info() != Eigen::Success) return false;
   llt_.solveInPlace(lambda_);
-  d_.noalias() = MNT_(Eigen::all, held_) * lambda_;
+  d_.noalias() = held_MNT_ * lambda_;
   return d_.allFinite();
 }
 

@@ -29,7 +29,7 @@ void shape_motion(const Shape& shape, const State& state, Motion& motion);
 /// of a belt that stops drive), none is moved by more than ten times the largest delta of their pairs, but for a
 /// thousandth of its radius, and at most a tenth: where d would, the points that d pulls at are parting, not drifting
 /// (a box that tips over an edge; points side by side whose gaps differ), and are let go, those first that it pulls at
-/// most. Where none is pulled, these bodies stay where they are.
+/// most. Where none is pulled, these bodies stay where they are. Gaps wider than that are not looked at.
 class Drift {
  public:
   /// `motions`: per shape, before the move; brought up to date. `touching`: the contacts then. `tolerance`, `radius`:
@@ -92,7 +92,8 @@ class Drift {
   std::vector<BlockOwner> owners_;
   std::vector<double> zeros_;
   BlockCholesky factor_;
-  Eigen::MatrixXd NT_, MNT_, G_;  // columns: points, then limits_; G_ of held_
+  Eigen::MatrixXd NT_, MNT_;                // columns: points, then limits_
+  Eigen::MatrixXd held_NT_, held_MNT_, G_;  // of held_
   Eigen::VectorXd lambda_, d_;
   Eigen::LLT<Eigen::MatrixXd> llt_;
 };
