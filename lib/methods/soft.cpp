@@ -202,7 +202,7 @@ Status Soft::descend(const ContactProblem& problem, ContactSolution& solution) {
   for (int no_better = 0, k = 0; k < options_.iteration_limit; ++k, ++solution.iterations) {
     poll_stop();
     no_better = residual <= 0.5 * least ? 0 : no_better + 1;
-    if (residual <= least) {
+    if (residual < least) {
       least = residual;
       best_ = given_;
     }

@@ -9,7 +9,8 @@
 // exchanged whole (overlap.cpp) need ever more exchanges on such islands, or cycle.
 // Source: M. Hintermueller, K. Ito, K. Kunisch, The primal-dual active set strategy as a semismooth Newton method, SIAM
 // J. Optim. 13 (2003).
-// When it fails: no displacement keeps all points apart; the error stays, and nothing is moved.
+// Bodies that are wedged in come to rest where the springs balance. When it fails: Newton's method comes to a stand,
+// and nothing is moved.
 #include "simulation/least_displacement.h"
 
 #include <algorithm>

@@ -15,7 +15,8 @@ class LeastDisplacement {
  public:
   /// Writes d (nv of `problem`, m and rad) at the island's `blocks`: least in d.M d with N d >= wanted (per point of
   /// `problem`, m) at its `points`, N the normal rows of J. `scale`: per point, 1 / sqrt(N M^-1 N^T), sqrt(kg); points
-  /// with 0 are left out. False, and d as it was, where no such displacement came out: bodies that are wedged in.
+  /// with 0 are left out. Points that contradict each other are missed alike, but for joint limits, which hold. False,
+  /// and d as it was, where no displacement came out.
   bool solve(const ContactProblem& problem, std::span<const int> points, std::span<const int> blocks,
              std::span<const double> wanted, std::span<const double> scale, Eigen::VectorXd& d);
 

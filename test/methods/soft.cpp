@@ -201,3 +201,9 @@ TEST_CASE("a soft contact is solved beside a limit at which there is nothing but
   const ContactProblem p = read_contact_problem(TEST_DATA "/events/limit_beside_push.hdf5").problem;
   for (const char* rule : {"sap", "mujoco"}) CHECK(answer(p, variant(rule)).solution.iterations <= 12);
 }
+
+TEST_CASE(
+    "impulses that lead astray begin anew: stiff stacks with much friction take no more than some tens of steps") {
+  const Answer got = answer(stack(32, 1.2, {0.2, -0.3, 0.1}, 1, 8), sap(1e-3, 0.01));
+  CHECK(got.solution.iterations <= 48);
+}

@@ -1,0 +1,123 @@
+// Least displacements of many points against their dual, solved contact by contact on a dense matrix.
+
+#include "simulation/least_displacement.h"
+
+#include <catch2/catch.hpp>
+#include <random>
+
+using namespace cb;
+
+namespace {
+
+struct Island {
+  ContactProblem problem;
+  std::vector<int> points, blocks;
+  std::vector<double> wanted, scale;
+  Eigen::MatrixXd N, MNT;  // dense: points x nv, nv x points
+};
+
+// Bodies in a chain, each pair of neighbours with `rows` points whose normals are random; a part of them are open.
+Island chain(int bodies, int rows, int seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> entry(-1, 1);
+  Island out;
+  ContactProblem& p = out.problem;
+  for (int b = 0; b < bodies; ++b) {
+    out.blocks.push_back(p.M.add_block(6));
+    const Eigen::MatrixXd A = Eigen::MatrixXd::NullaryExpr(6, 6, [&] { return entry(random); });
+    p.M.block(b) = A * A.transpose() + 0.1 * Eigen::MatrixXd::Identity(6, 6);
+  }
+  p.v_minus.assign(6 * bodies, 0.0);
+  const int n = (bodies - 1) * rows;
+  out.N.setZero(n, 6 * bodies);
+  for (int c = 0; c < n; ++c) {
+    p.J.add_band();
+    for (const int b : {c / rows, c / rows + 1}) {
+      auto entries = p.J.entry(p.J.add_entry(b, 6));
+      for (int k = 0; k < 6; ++k) out.N(c, 6 * b + k) = entries(0, k) = entry(random);
+      entries.bottomRows<2>().setOnes();  // tangents, which are no matter
+    }
+    p.mu.push_back(0.5);
+    p.restitution.push_back(0);
+    out.points.push_back(c);
+    out.wanted.push_back(1e-3 * (entry(random) + 0.2));
+  }
+  p.offset.assign(3 * n, 0.0);
+  out.MNT = out.N.transpose();
+  for (int b = 0; b < bodies; ++b)
+    out.MNT.middleRows(6 * b, 6) = p.M.block(b).llt().solve(out.MNT.middleRows(6 * b, 6));
+  for (int c = 0; c < n; ++c) out.scale.push_back(1 / std::sqrt(out.N.row(c) * out.MNT.col(c)));
+  return out;
+}
+
+// d = M^-1 N^T r, 0 <= r _|_ N d - wanted >= 0, by Gauss and Seidel.
+Eigen::VectorXd by_sweeps(const Island& island) {
+  Eigen::VectorXd d = Eigen::VectorXd::Zero(island.N.cols()), r = Eigen::VectorXd::Zero(island.N.rows());
+  double change = 1;
+  for (int sweep = 0; sweep < 200000 && change > 1e-14; ++sweep) {
+    change = 0;
+    for (Eigen::Index c = 0; c < r.size(); ++c) {
+      const double G = island.N.row(c) * island.MNT.col(c), opened = island.N.row(c) * d;
+      const double next = std::max(0.0, r[c] + (island.wanted[c] - opened) / G);
+      d += (next - r[c]) * island.MNT.col(c);
+      change = std::max(change, std::abs(next - r[c]) * std::sqrt(G));
+      r[c] = next;
+    }
+  }
+  return d;
+}
+
+}  // namespace
+
+TEST_CASE("the least displacement is that of its dual, whichever points hold") {
+  int compared = 0;
+  for (const auto& [bodies, rows] : {std::pair(2, 3), {8, 4}, {30, 5}, {60, 5}})
+    for (int seed = 1; seed <= 8; ++seed) {
+      const Island island = chain(bodies, rows, seed);
+      Eigen::VectorXd d = Eigen::VectorXd::Constant(island.N.cols(), 7);
+      INFO(bodies << " bodies, " << rows << " points a pair, seed " << seed);
+      REQUIRE(LeastDisplacement().solve(island.problem, island.points, island.blocks, island.wanted, island.scale, d));
+      const Eigen::VectorXd expected = by_sweeps(island);
+      CHECK((d - expected).norm() <= 1e-5 * expected.norm());
+      CHECK(((island.N * d).array() >= Eigen::Map<const Eigen::ArrayXd>(island.wanted.data(), island.N.rows()) - 1e-8)
+                .all());
+      ++compared;
+    }
+  CHECK(compared == 32);
+}
+
+TEST_CASE("points that contradict each other are missed alike") {
+  Island island = chain(2, 3, 1);
+  // The same row both ways, opened by 1 mm each.
+  ContactProblem& p = island.problem;
+  for (const int e : {p.J.band[0], p.J.band[0] + 1}) p.J.entry(e + 2) = -p.J.entry(e);
+  std::fill(island.wanted.begin(), island.wanted.begin() + 2, 1e-3);
+  Eigen::VectorXd d = Eigen::VectorXd::Constant(12, 7);
+  REQUIRE(LeastDisplacement().solve(p, island.points, island.blocks, island.wanted, island.scale, d));
+  CHECK(std::abs(island.N.row(0) * d) <= 1e-9);
+  CHECK(d.norm() <= 1);
+}
+
+TEST_CASE("a limit of a joint holds where points contradict it") {
+  ContactProblem p;
+  p.M.add_block(1);
+  p.M.block(0)(0, 0) = 2;
+  p.v_minus.assign(1, 0.0);
+  for (const double way : {1.0, -1.0}) {  // a contact, whose tangents say so, and a limit
+    p.J.add_band();
+    auto entries = p.J.entry(p.J.add_entry(0, 1));
+    entries(0, 0) = way;
+    if (way > 0) entries(1, 0) = 0.3;
+    p.mu.push_back(0);
+    p.restitution.push_back(0);
+  }
+  p.offset.assign(6, 0.0);
+  const std::vector<int> points{0, 1}, blocks{0};
+  const std::vector<double> wanted{1e-3, 1e-4}, scale(2, std::sqrt(2.0));
+  Eigen::VectorXd d(1);
+  d[0] = 0;
+  const bool came = LeastDisplacement().solve(p, points, blocks, wanted, scale, d);
+  INFO(d[0]);
+  CHECK(came);
+  CHECK(d[0] == Approx(-1e-4).epsilon(0.2));
+}
