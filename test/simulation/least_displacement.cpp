@@ -91,6 +91,7 @@ TEST_CASE("points that contradict each other are missed alike") {
   // The same row both ways, opened by 1 mm each.
   ContactProblem& p = island.problem;
   for (const int e : {p.J.band[0], p.J.band[0] + 1}) p.J.entry(e + 2) = -p.J.entry(e);
+  island.scale[1] = island.scale[0];
   std::fill(island.wanted.begin(), island.wanted.begin() + 2, 1e-3);
   Eigen::VectorXd d = Eigen::VectorXd::Constant(12, 7);
   REQUIRE(LeastDisplacement().solve(p, island.points, island.blocks, island.wanted, island.scale, d));
