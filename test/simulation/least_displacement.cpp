@@ -16,7 +16,8 @@ struct Island {
   Eigen::MatrixXd N, MNT;  // dense: points x nv, nv x points
 };
 
-// Bodies in a chain, each pair of neighbours with `rows` points whose normals are random; a part of them are open.
+// Bodies in a chain, each pair of neighbours with `rows` points whose normals are random; some displacement opens all
+// as is wanted, half of them no further.
 Island chain(int bodies, int rows, int seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> entry(-1, 1);
@@ -40,9 +41,10 @@ Island chain(int bodies, int rows, int seed) {
     p.mu.push_back(0.5);
     p.restitution.push_back(0);
     out.points.push_back(c);
-    out.wanted.push_back(1e-3 * (entry(random) + 0.2));
   }
   p.offset.assign(3 * n, 0.0);
+  const Eigen::VectorXd possible = 1e-3 * Eigen::VectorXd::NullaryExpr(6 * bodies, [&] { return entry(random); });
+  for (int c = 0; c < n; ++c) out.wanted.push_back(out.N.row(c) * possible - std::max(0.0, 1e-3 * entry(random)));
   out.MNT = out.N.transpose();
   for (int b = 0; b < bodies; ++b)
     out.MNT.middleRows(6 * b, 6) = p.M.block(b).llt().solve(out.MNT.middleRows(6 * b, 6));
@@ -71,8 +73,8 @@ Eigen::VectorXd by_sweeps(const Island& island) {
 
 TEST_CASE("the least displacement is that of its dual, whichever points hold") {
   int compared = 0;
-  for (const auto& [bodies, rows] : {std::pair(2, 3), {8, 4}, {30, 5}, {60, 5}})
-    for (int seed = 1; seed <= 8; ++seed) {
+  for (const auto& [bodies, rows] : {std::pair(2, 3), {8, 4}, {30, 10}, {40, 8}})
+    for (int seed = 1; seed <= 5; ++seed) {
       const Island island = chain(bodies, rows, seed);
       Eigen::VectorXd d = Eigen::VectorXd::Constant(island.N.cols(), 7);
       INFO(bodies << " bodies, " << rows << " points a pair, seed " << seed);
@@ -83,7 +85,7 @@ TEST_CASE("the least displacement is that of its dual, whichever points hold") {
                 .all());
       ++compared;
     }
-  CHECK(compared == 32);
+  CHECK(compared == 20);
 }
 
 TEST_CASE("points that contradict each other are missed alike") {
