@@ -1,7 +1,9 @@
 // Memory from `new` starts on a cache line. Eigen sums a vector from its first aligned entry on, so that the rounding
 // of a sum depends on where its storage begins; with one alignment for all of it the same run gives the same bytes.
-// The line is found within what malloc gives, and where that began stands before it: the library's aligned_alloc keeps
-// no lists of what was freed, and takes five times as long.
+// The C library keeps no lists of aligned memory, and takes five times as long for it: each thread keeps some of what
+// it gave back. All of it is the C library's: libraries that have `new` of their own may free it, and theirs is freed.
+
+#include <malloc.h>
 
 #include <cstdint>
 #include <cstdlib>
@@ -10,15 +12,60 @@
 namespace {
 
 constexpr std::size_t line = 64;  // bytes, also the widest vector register
-static_assert(alignof(std::max_align_t) >= sizeof(void*));
+
+#if defined(__SANITIZE_ADDRESS__)
+
+void* take(std::size_t) noexcept { return nullptr; }
+bool keep(void*) noexcept { return false; }
+
+#else
+
+constexpr std::size_t most_lines = 64;  // longer memory is not kept
+constexpr int most_kept = 32;           // of each length
+
+struct Kept {
+  struct Block {
+    Block* next;
+  };
+  Block* first[most_lines + 1] = {};  // by whole lines
+  int count[most_lines + 1] = {};
+  bool ended = false;
+  ~Kept() {
+    ended = true;  // destructors that come later free at once
+    for (Block*& block : first)
+      while (block != nullptr) {
+        Block* next = block->next;
+        std::free(block);
+        block = next;
+      }
+  }
+};
+thread_local Kept kept;
+
+void* take(std::size_t lines) noexcept {
+  if (lines > most_lines || kept.first[lines] == nullptr) return nullptr;
+  Kept::Block* block = kept.first[lines];
+  kept.first[lines] = block->next;
+  --kept.count[lines];
+  return block;
+}
+
+bool keep(void* memory) noexcept {
+  if (reinterpret_cast<std::uintptr_t>(memory) % line != 0) return false;  // another's
+  const std::size_t lines = malloc_usable_size(memory) / line;
+  if (lines == 0 || lines > most_lines || kept.ended || kept.count[lines] == most_kept) return false;
+  kept.first[lines] = new (memory) Kept::Block{kept.first[lines]};
+  ++kept.count[lines];
+  return true;
+}
+
+#endif
 
 void* try_to_allocate(std::size_t size) noexcept {
-  void* begin = size > SIZE_MAX - line ? nullptr : std::malloc(size + line);
-  if (begin == nullptr) return nullptr;
-  // At least alignof(max_align_t) behind the beginning.
-  char* memory = static_cast<char*>(begin) + line - reinterpret_cast<std::uintptr_t>(begin) % line;
-  reinterpret_cast<void**>(memory)[-1] = begin;
-  return memory;
+  if (size > SIZE_MAX - line) return nullptr;
+  const std::size_t lines = size == 0 ? 1 : (size + line - 1) / line;
+  if (void* memory = take(lines)) return memory;
+  return std::aligned_alloc(line, lines * line);
 }
 
 void* allocate(std::size_t size) {
@@ -28,7 +75,7 @@ void* allocate(std::size_t size) {
 }
 
 void release(void* memory) noexcept {
-  if (memory != nullptr) std::free(static_cast<void**>(memory)[-1]);
+  if (memory != nullptr && !keep(memory)) std::free(memory);
 }
 
 }  // namespace
@@ -42,5 +89,3 @@ void operator delete(void* memory) noexcept { release(memory); }
 void operator delete[](void* memory) noexcept { release(memory); }
 void operator delete(void* memory, std::size_t) noexcept { release(memory); }
 void operator delete[](void* memory, std::size_t) noexcept { release(memory); }
-void operator delete(void* memory, const std::nothrow_t&) noexcept { release(memory); }
-void operator delete[](void* memory, const std::nothrow_t&) noexcept { release(memory); }
