@@ -1,6 +1,7 @@
 // Cost of a whole simulated step: forces, collision, assembly, solve, referee, positions. Prints one line a case and
-// the exponents of time and memory against the number of boxes. Allocations are counted by standing in front of malloc;
-// those that SuiteSparse makes are told apart through its own hooks.
+// the exponents of time and memory against the number of boxes. Allocations are counted by standing in front of malloc
+// and of `new`, whose own lists (linalg/aligned_new.cpp) would hide them; those that SuiteSparse makes are told apart
+// through its own hooks.
 
 #include <SuiteSparse_config.h>
 #include <fmt/format.h>
@@ -11,6 +12,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <new>
 #include <random>
 #include <string>
 #include <vector>
@@ -64,6 +66,18 @@ int posix_memalign(void** out, size_t alignment, size_t size) {
   return *out ? 0 : 12;
 }
 }
+
+void* operator new(size_t size) {
+  count();
+  return __libc_memalign(64, size);
+}
+void* operator new[](size_t size) { return operator new(size); }
+void* operator new(size_t size, const std::nothrow_t&) noexcept { return operator new(size); }
+void* operator new[](size_t size, const std::nothrow_t&) noexcept { return operator new(size); }
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete[](void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, size_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, size_t) noexcept { std::free(memory); }
 
 namespace {
 
