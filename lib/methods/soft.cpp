@@ -79,6 +79,9 @@ class Soft {
   double beside_others(const ContactProblem& problem, const std::vector<double>& r);
   bool rounding_is_left(const ContactProblem& problem, const std::vector<double>& r);
   bool find_step(const ContactProblem& problem);
+  void linearise();
+  void find_direction(const ContactProblem& problem);
+  double refine(const ContactProblem& problem);
   double length_of_step(const ContactProblem& problem);
   double cost(const ContactProblem& problem, const std::vector<double>& d);
 
@@ -206,7 +209,10 @@ Status Soft::descend(const ContactProblem& problem, ContactSolution& solution) {
       least = residual;
       best_ = given_;
     }
-    if (least <= options_.tolerance) break;
+    if (least <= options_.tolerance) {
+      if (k > 0 && refine(problem) < least) best_ = given_;
+      break;
+    }
     const int enough = least <= options_.accepted ? options_.stalled - 1 : options_.stalled;
     if (no_better >= enough && (rounding_is_left(problem, best_) || rounding_is_left(problem, given_))) break;
     if (no_better >= options_.lost) contacts_.impulses(u_, r_);
@@ -233,6 +239,14 @@ Status Soft::descend(const ContactProblem& problem, ContactSolution& solution) {
   if (least > options_.accepted) least = beside_others(problem, best_);
   solution.claimed_residual = std::max(solution.claimed_residual, least);
   return least <= options_.accepted ? Status::ok : Status::nonconverged;
+}
+
+// One more step, with the factor of the last; returns the residual. Of stiff contacts -R^-1 u keeps few digits.
+double Soft::refine(const ContactProblem& problem) {
+  linearise();
+  find_direction(problem);
+  take_step(problem, 1);
+  return look(problem);
 }
 
 // Are these impulses an answer but for rounding? Then they are the best.
@@ -264,10 +278,20 @@ double Soft::beside_others(const ContactProblem& problem, const std::vector<doub
 
 // M (d + dv) = J^T (r + dr) and r + dr = a - G J dv.
 bool Soft::find_step(const ContactProblem& problem) {
+  linearise();
+  if (!system_.factor(G_, {})) return false;
+  find_direction(problem);
+  return true;
+}
+
+void Soft::linearise() {
   double fastest = 0;
   for (const double u : u_minus_) fastest = std::max(fastest, std::abs(u));
   contacts_.linearise(u_, r_, options_.touching * fastest, G_, a_);
-  if (!system_.factor(G_, {})) return false;
+}
+
+// By the factor at hand.
+void Soft::find_direction(const ContactProblem& problem) {
   dv_.resize(problem.nv());
   multiply(problem.M, d_, dv_);
   for (double& x : dv_) x = -x;
@@ -280,7 +304,6 @@ bool Soft::find_step(const ContactProblem& problem) {
   for (int c = 0; c < problem.nc(); ++c)
     Eigen::Map<Eigen::Vector3d>(&dr_[3 * c]).noalias() -=
         Eigen::Map<const Eigen::Matrix3d>(&G_[9 * c]) * Eigen::Map<const Eigen::Vector3d>(&du_[3 * c]);
-  return true;
 }
 
 // Where (1) is near its least along the step; 0 where the step does not go down.
