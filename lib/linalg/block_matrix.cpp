@@ -27,17 +27,39 @@ void by_size(int size, F6&& six, FX&& any) {
 // column of L^-1 and a column of L^-T, padded.
 constexpr int kept = 1 + 8 + 8;
 
-// x <- L^-T L^-1 x by substitution.
-void substitute(const double* L, const double* inverse, int rows, double* x) {
+// x <- L^-1 x by substitution; Number: of one column, or of several side by side, with the same result.
+template <class Number>
+void substitute_lower(const double* L, const double* inverse, int rows, Number* x) {
   for (int j = 0; j < rows; ++j) {
     x[j] *= inverse[j];
     for (int i = j + 1; i < rows; ++i) x[i] -= L[j * rows + i] * x[j];
   }
+}
+
+// x <- L^-T x.
+template <class Number>
+void substitute_upper(const double* L, const double* inverse, int rows, Number* x) {
   for (int j = rows - 1; j >= 0; --j) {
-    double s = x[j];
+    Number s = x[j];
     for (int i = j + 1; i < rows; ++i) s -= L[j * rows + i] * x[i];
     x[j] = s * inverse[j];
   }
+}
+
+// L column by column from the lower half of A, and the reciprocals of its diagonal. False where A is not positive
+// definite.
+[[gnu::always_inline]] inline bool factor_columns(int rows, double* L, double* inverse) {
+  for (int j = 0; j < rows; ++j) {
+    double* column = L + j * rows;
+    Vec rest(column + j, rows - j);
+    for (int k = 0; k < j; ++k) rest -= ConstVec(L + k * rows + j, rows - j) * L[k * rows + j];
+    const double d = column[j];
+    if (!(d > 1e-300) || !std::isfinite(d)) return false;
+    rest /= std::sqrt(d);
+    column[j] = std::sqrt(d);
+    inverse[j] = 1 / column[j];
+  }
+  return true;
 }
 
 // L^-1 and L^-T of six rows: products with them do not wait for one another as the steps of a substitution do.
@@ -172,36 +194,42 @@ bool BlockCholesky::factor(const BlockDiagonalMatrix& A) {
 }
 
 bool BlockCholesky::factor_block(int b) {
-  auto L = lower_.block(b);
-  const int n = lower_.block_size(b), first = lower_.first[b];
-  for (int j = 0; j < n; ++j) {
-    double d = L(j, j);
-    for (int k = 0; k < j; ++k) d -= L(j, k) * L(j, k);
-    if (!(d > 1e-300) || !std::isfinite(d)) return false;
-    d = std::sqrt(d);
-    L(j, j) = d;
-    inverse_[kept * first + j] = 1 / d;
-    for (int i = j + 1; i < n; ++i) {
-      double s = L(i, j);
-      for (int k = 0; k < j; ++k) s -= L(i, k) * L(j, k);
-      L(i, j) = s / d;
-    }
-  }
-  if (n == 6) invert_six(lower_.values.data() + lower_.offset[b], inverse_.data() + kept * first);
+  const int n = lower_.block_size(b);
+  double *L = lower_.values.data() + lower_.offset[b], *inverse = inverse_.data() + kept * lower_.first[b];
+  if (n != 6) return factor_columns(n, L, inverse);
+  if (!factor_columns(6, L, inverse)) return false;
+  invert_six(L, inverse);
   return true;
 }
 
 void BlockCholesky::solve_block_in_place(int b, double* x, int cols) const {
+  solve_columns(b, x, cols, lower_.block_size(b));
+}
+
+void BlockCholesky::solve_columns(int b, double* x, int cols, Eigen::Index apart) const {
   const int n = lower_.block_size(b);
   const double *L = lower_.values.data() + lower_.offset[b], *inverse = inverse_.data() + kept * lower_.first[b];
-  for (int j = 0; j < cols; ++j, x += n) {
-    if (n == 6) {
+  if (n == 6) {
+    for (int j = 0; j < cols; ++j, x += apart) {
       double y[6];
       multiply_six(inverse + 6, x, y);
       multiply_six(inverse + 6 + 48, y, x);
-    } else {
-      substitute(L, inverse, n, x);
     }
+    return;
+  }
+  for (; cols > 1; cols -= pack_size, x += pack_size * apart) {
+    const int together = std::min(cols, pack_size);
+    rows_.assign(n, Pack{});
+    for (int j = 0; j < together; ++j)
+      for (int i = 0; i < n; ++i) rows_[i][j] = x[j * apart + i];
+    substitute_lower(L, inverse, n, rows_.data());
+    substitute_upper(L, inverse, n, rows_.data());
+    for (int j = 0; j < together; ++j)
+      for (int i = 0; i < n; ++i) x[j * apart + i] = rows_[i][j];
+  }
+  if (cols == 1) {
+    substitute_lower(L, inverse, n, x);
+    substitute_upper(L, inverse, n, x);
   }
 }
 
@@ -221,15 +249,12 @@ void BlockCholesky::add_row_norms(int b, const double* rows, double* sums) const
     for (int i = 0; i < 3; ++i) sums[i] += sum[i];
     return;
   }
-  scratch_.resize(n);
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < n; ++j) scratch_[j] = rows[3 * j + i];
-    for (int j = 0; j < n; ++j) {
-      const double x = scratch_[j] * inverse[j];
-      sums[i] += x * x;
-      for (int k = j + 1; k < n; ++k) scratch_[k] -= L[j * n + k] * x;
-    }
-  }
+  rows_.resize(n);
+  for (int j = 0; j < n; ++j) rows_[j] = Pack{rows[3 * j], rows[3 * j + 1], rows[3 * j + 2], 0};
+  substitute_lower(L, inverse, n, rows_.data());
+  Pack sum = {sums[0], sums[1], sums[2], 0};
+  for (int j = 0; j < n; ++j) sum += rows_[j] * rows_[j];
+  for (int i = 0; i < 3; ++i) sums[i] = sum[i];
 }
 
 void BlockCholesky::solve_lower_in_place(int b, Eigen::Ref<Eigen::MatrixXd> X, int row) const {
@@ -244,6 +269,11 @@ void BlockCholesky::solve_upper_in_place(std::span<double> x) const {
 
 void BlockCholesky::solve_in_place(std::span<double> x) const {
   for (int b = 0; b < lower_.blocks(); ++b) solve_block_in_place(b, x.data() + lower_.first[b], 1);
+}
+
+void BlockCholesky::solve_in_place(Eigen::MatrixXd& X) const {
+  for (int b = 0; b < lower_.blocks(); ++b)
+    solve_columns(b, X.data() + lower_.first[b], static_cast<int>(X.cols()), X.rows());
 }
 
 void BandMatrix::clear() {

@@ -4,6 +4,8 @@
 #include <span>
 #include <vector>
 
+#include "linalg/pack.h"
+
 namespace cb {
 
 /// Square block-diagonal matrix; each block is dense and column-major. Storage keeps its capacity
@@ -38,6 +40,8 @@ class BlockCholesky {
   bool factor(const BlockDiagonalMatrix& A);
   /// x <- A^-1 x
   void solve_in_place(std::span<double> x) const;
+  /// The same of each column of X.
+  void solve_in_place(Eigen::MatrixXd& X) const;
   /// X_b <- L_b^-1 X_b for the rows of one block, which begin at `row` of X; A_b = L_b L_b^T.
   void solve_lower_in_place(int b, Eigen::Ref<Eigen::MatrixXd> X, int row) const;
   /// x <- L^-T x, A = L L^T.
@@ -49,11 +53,13 @@ class BlockCholesky {
 
  private:
   bool factor_block(int b);
+  /// Of columns that begin `apart` numbers apart.
+  void solve_columns(int b, double* x, int cols, Eigen::Index apart) const;
 
   BlockDiagonalMatrix factored_, lower_;
-  bool ready_ = false;                   // is lower_ the factor of factored_?
-  std::vector<double> inverse_;          // what speeds up solves: block_matrix.cpp
-  mutable std::vector<double> scratch_;  // rows of the block at hand
+  bool ready_ = false;              // is lower_ the factor of factored_?
+  std::vector<double> inverse_;     // what speeds up solves: block_matrix.cpp
+  mutable std::vector<Pack> rows_;  // of the block at hand, columns side by side
 };
 
 /// Sparse matrix of bands of three rows (one band a contact: n, t1, t2). A band is a short list of

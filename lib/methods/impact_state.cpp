@@ -141,8 +141,8 @@ Vector3d ImpactState::velocity(int c) const {
     if (entry.size == 6)
       u.noalias() += Map<const Matrix<double, 6, 3>>(j).transpose() * Map<const Matrix<double, 6, 1>>(v);
     else
-      u.noalias() += Map<const Matrix<double, Eigen::Dynamic, 3>>(j, entry.size, 3).transpose() *
-                     Map<const Eigen::VectorXd>(v, entry.size);
+      for (int row = 0; row < 3; ++row, j += entry.size)
+        u[row] += Map<const Eigen::VectorXd>(j, entry.size).dot(Map<const Eigen::VectorXd>(v, entry.size));
   }
   return u;
 }
@@ -155,8 +155,8 @@ void ImpactState::apply(int c, const Vector3d& r) {
     if (entry.size == 6)
       Map<Matrix<double, 6, 1>>(v).noalias() += Map<const Matrix<double, 6, 3>>(b) * r;
     else
-      Map<Eigen::VectorXd>(v, entry.size).noalias() +=
-          Map<const Matrix<double, Eigen::Dynamic, 3>>(b, entry.size, 3) * r;
+      Map<Eigen::VectorXd>(v, entry.size) +=
+          Map<const Matrix<double, Eigen::Dynamic, 3>>(b, entry.size, 3).lazyProduct(r);
   }
 }
 

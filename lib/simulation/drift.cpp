@@ -277,11 +277,10 @@ void Drift::assemble(const Scenario& scenario, const State& state) {
       NT_.col(c).segment(problem_.M.first[problem_.J.block[e]], problem_.J.entry(e).cols()) =
           problem_.J.entry(e).row(0).transpose();
   MNT_ = NT_;
-  if (factor_.factor(problem_.M)) {
-    for (int c = 0; c < nc; ++c) factor_.solve_in_place({MNT_.col(c).data(), static_cast<std::size_t>(nv)});
-  } else {
+  if (factor_.factor(problem_.M))
+    factor_.solve_in_place(MNT_);
+  else
     MNT_.setConstant(NAN);  // find_displacement says so
-  }
   held_.resize(points_.size());
   std::iota(held_.begin(), held_.end(), 0);
   held_points_ = static_cast<Eigen::Index>(held_.size());

@@ -79,6 +79,26 @@ TEST_CASE("products and solves by blocks of any size are those of the whole matr
   }
 }
 
+TEST_CASE("columns solved side by side are those solved one at a time, bit for bit", "[block_matrix]") {
+  const Blocks blocks = positive_definite(11);
+  const int n = blocks.A.order();
+  BlockCholesky factor;
+  REQUIRE(factor.factor(blocks.A));
+  for (int cols = 0; cols <= 9; ++cols) {
+    const MatrixXd B = MatrixXd::Random(n, cols);
+    MatrixXd together = B, alone = B;
+    factor.solve_in_place(together);
+    for (int j = 0; j < cols; ++j) factor.solve_in_place({alone.col(j).data(), static_cast<std::size_t>(n)});
+    CHECK(together == alone);
+    CHECK((blocks.dense * together - B).norm() <= rounding * B.norm());
+    for (int b = 0; b < blocks.A.blocks(); ++b) {
+      MatrixXd rows = B.middleRows(blocks.A.first[b], blocks.A.block_size(b));
+      factor.solve_block_in_place(b, rows.data(), cols);
+      CHECK(rows == alone.middleRows(blocks.A.first[b], blocks.A.block_size(b)));
+    }
+  }
+}
+
 TEST_CASE("a factor is that of the blocks as they are now, whichever of them changed", "[block_matrix]") {
   Blocks blocks = positive_definite(7);
   const int n = blocks.A.order();
