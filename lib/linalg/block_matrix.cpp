@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "linalg/pack.h"
 
@@ -46,18 +47,32 @@ void substitute_upper(const double* L, const double* inverse, int rows, Number* 
   }
 }
 
+// Of column j the rows from i on, as many as fit into a Number, less what the columns before it explain.
+template <class Number>
+inline void subtract_earlier(int rows, int j, int i, double* L) {
+  Number x;
+  std::memcpy(&x, L + j * rows + i, sizeof x);
+  for (int k = 0; k < j; ++k) {
+    Number y;
+    std::memcpy(&y, L + k * rows + i, sizeof y);
+    x -= y * L[k * rows + j];
+  }
+  std::memcpy(L + j * rows + i, &x, sizeof x);
+}
+
 // L column by column from the lower half of A, and the reciprocals of its diagonal. False where A is not positive
 // definite.
 [[gnu::always_inline]] inline bool factor_columns(int rows, double* L, double* inverse) {
   for (int j = 0; j < rows; ++j) {
+    int i = j;
+    for (; i + pack_size <= rows; i += pack_size) subtract_earlier<Pack>(rows, j, i, L);
+    for (; i < rows; ++i) subtract_earlier<double>(rows, j, i, L);
     double* column = L + j * rows;
-    Vec rest(column + j, rows - j);
-    for (int k = 0; k < j; ++k) rest -= ConstVec(L + k * rows + j, rows - j) * L[k * rows + j];
     const double d = column[j];
     if (!(d > 1e-300) || !std::isfinite(d)) return false;
-    rest /= std::sqrt(d);
     column[j] = std::sqrt(d);
     inverse[j] = 1 / column[j];
+    for (i = j + 1; i < rows; ++i) column[i] /= column[j];
   }
   return true;
 }

@@ -54,7 +54,7 @@ double energy_bound(double a, double b, double c) {
 }
 
 Vector3d uncapped_impulse(const Matrix3d& K, const Vector3d& u, double mu, double e, double no_slip, double jam) {
-  const double slip = std::hypot(u[1], u[2]);
+  const double slip = u.tail<2>().norm();
   if (mu > 0 && slip > no_slip) {
     const Vector3d direction(1, -mu * u[1] / slip, -mu * u[2] / slip);
     const double k = K.row(0).dot(direction);
