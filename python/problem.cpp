@@ -267,7 +267,13 @@ Arrays that are read from a problem are copies.)")
       .def_property_readonly("q", &velocity_before, "(3 nc,) contact velocities before, J v + offset, m/s")
       .def_readonly("t", &Problem::t, "s, the event's time in its run; 0 where it is of none")
       .def_property_readonly(
-          "notes", [](const Problem& p) { return p.stored.notes; }, "what was noticed when it was read")
+          "notes",
+          [](const Problem& p) {
+            py::list notes;
+            for (const std::string& note : p.stored.notes) notes.append(note);
+            return notes;
+          },
+          "what was noticed when it was read")
       .def("velocity", &velocity_after, py::arg("impulses"),
            "(nc, 3) contact velocities after impulses (nc, 3) in N s: J (v + M^-1 J^T r) + offset, m/s")
       .def("__repr__", &shown);

@@ -123,10 +123,9 @@ bool ConvexBoundFinder::lifts_densely(const ConvexIsland& island, ConvexBound& b
   first_f_ = b.f;
   b.z.resize(island.nv());
   velocities_.bound_rounding(normal_, b.impulse, {});
-  const double rounding =
-      t_.cone.rounding_units * *std::max_element(velocities_.rounding.begin(), velocities_.rounding.end());
+  const double open = open_units * *std::max_element(velocities_.rounding.begin(), velocities_.rounding.end());
   if (!dense_.solve(island.M, island.J, island.factor, island.weight, island.q, island.share,
-                    std::max(rounding, t_.touching * island.size), b.f, b.z)) {
+                    std::max(open, t_.touching * island.size), b.f, b.z)) {
     b.f = first_f_;
     return false;
   }
@@ -136,9 +135,34 @@ bool ConvexBoundFinder::lifts_densely(const ConvexIsland& island, ConvexBound& b
   b.lambda.assign(island.nc(), 0.0);
   b.miss = HUGE_VAL;
   if (complementary(island, b) && proves_least_sum(island, t_, b)) return true;
+  if (lets_go(island, b)) return true;
   b.f = first_f_;
   take(island, b);
   return false;
+}
+
+// Where a contact neither carries nor parts clearly, f ends at a hair that z does not allow: the others take it over,
+// but for those that would have to pull.
+bool ConvexBoundFinder::lets_go(const ConvexIsland& island, ConvexBound& b) {
+  constexpr int rounds = 5;
+  for (int c = 0; c < island.nc(); ++c) set_[c] = b.f[c] > 0 && island.share[c] - b.J_z[3 * c] <= t_.backward ? 1 : 0;
+  bool pulls = true;
+  for (int round = 0; round < rounds && pulls; ++round) {
+    if (!stopping_.prepare(island.M, island.J, island.factor, island.weight, set_, 1)) return false;
+    for (int c = 0; c < island.nc(); ++c)
+      if (!set_[c]) b.f[c] = 0;
+    take(island, b);
+    stopping_.correct(b.u_f, b.impulse);
+    pulls = false;
+    for (int c = 0; c < island.nc(); ++c) {
+      b.f[c] = b.impulse[3 * c];
+      if (b.f[c] >= 0) continue;
+      set_[c] = 0;
+      pulls = true;
+    }
+  }
+  take(island, b);
+  return !pulls && complementary(island, b) && proves_least_sum(island, t_, b);
 }
 
 }  // namespace cb

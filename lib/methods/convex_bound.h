@@ -30,12 +30,14 @@ class ConvexBoundFinder {
   bool lifts_all(const ConvexIsland& island, ConvexBound& bound);
   bool lifts_touching(const ConvexIsland& island, ConvexBound& bound);
   bool lifts_densely(const ConvexIsland& island, ConvexBound& bound);
+  bool lets_go(const ConvexIsland& island, ConvexBound& bound);
 
   const ConvexTolerances t_;
   InteriorPoint solver_;
   StopScratch stop_;
   LiftScratch lift_;
   LeastSum dense_;
+  StoppingImpulse stopping_;
   ConeVelocities velocities_;
   ConeProgram normal_;  // of the island at work
   ConeSolution x_;

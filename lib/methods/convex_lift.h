@@ -6,6 +6,9 @@
 
 namespace cb {
 
+/// -: units of rounding that leave open whether a contact touches: the referee's 128, which adds in another order.
+inline constexpr double open_units = 160;
+
 /// Scratch of lift().
 struct LiftScratch {
   KktSystem system;
@@ -21,6 +24,7 @@ void lift(const ConvexIsland& island, const ConvexTolerances& t, const std::vect
           ConvexBound& bound);
 
 /// Duality of linear programming: is the sum of bound.f the least? N z <= 1 where contacts touch, = 1 where they carry.
+/// What parts by no more than rounding touches.
 bool proves_least_sum(const ConvexIsland& island, const ConvexTolerances& t, const ConvexBound& bound);
 
 /// Is (3) the same as (1)? bound.z and lambda are those of the last lift(), on `set`, which is narrowed to the contacts

@@ -240,8 +240,8 @@ void DrumwrightShell::say(const Endings& endings, double epsilon, ContactSolutio
 void DrumwrightShell::begin_island(double epsilon, ContactSolution& solution) {
   const int nc = island_.nc();
   island_.epsilon = epsilon;
-  // What the first phase gave back is all that the event had: a gap here would be a gain of energy.
-  if (second_phase_) island_.epsilon = std::min(epsilon, tolerances_.gain * island_.size * island_.size);
+  // With restitution a gap is a gain of energy: of the event, and of what the first phase gave back.
+  if (elastic_) island_.epsilon = std::min(epsilon, tolerances_.gain * island_.size * island_.size);
   program_ = island_.program(tolerances_.bounded);
   program_.gap = island_.epsilon;
   solution.size += 3 * nc + (tolerances_.bounded ? nc + 1 : 0);
@@ -299,8 +299,12 @@ void DrumwrightShell::prefer_frictionless() {
   for (std::size_t i = 0; i < best_.r.size(); ++i)
     more += 0.5 * (best_.r[i] - bound_.impulse[i]) * (judge_.u()[i] + bound_.u_f[i]);
   if (!(more > 0)) return;
-  const Certificate certificate = judge_(island_, program_, bound_.impulse, best_.eta);
-  if (!judge_.good(island_, certificate, Allowed::backward)) return;
+  Certificate certificate = judge_(island_, program_, bound_.impulse, best_.eta);
+  if (!judge_.good(island_, certificate, Allowed::backward)) {
+    certificate = judge_(island_, program_, bound_.impulse, {});
+    if (!judge_.good(island_, certificate, Allowed::backward)) return;
+    best_.eta.assign(island_.nc(), 0.0);
+  }
   best_.r = bound_.impulse;
   best_.certificate = certificate;
   best_.who = "frictionless";

@@ -52,6 +52,7 @@ MEMORY = 4 << 30       # bytes of data a test may hold: a fault that makes it ea
 # Looks at the text of the sources and not at what the program does: it would be killed by any fault that breaks a line.
 APART = {"rooms", "scripts_style"}
 PARTS = ("lib/", "app/", "test/", "scripts/", "scenarios/", "CMake")
+MODULE = "contactbench_python"  # the target that makes the Python module
 # Tests of scripts that a fault there reaches first; the others of this list follow.
 SCRIPTS = {f"scripts/contactbench/{name}": test for name, test in {
     "sweep": "scripts_sweep", "plan": "scripts_sweep", "references": "scripts_recommend", "recommend": "scripts_recommend",
@@ -153,10 +154,13 @@ class Copy:
         own = re.findall(r"/bin/(\w+)", command.partition(str(self.build))[2])
         if "test_program" in own:
             own.append("contactbench")
+        if name == "python":
+            own = ["contactbench", MODULE]
         return own or (["contactbench_wrong"] if name == "wrong_methods" else ["contactbench"])
 
     def of_programs(self, name):
-        return digest_of(*((self.build / "bin" / p).read_bytes() for p in self.programs(name)))
+        files = (next((self.build / "python").glob("contactbench/_core*")) if p == MODULE else self.build / "bin" / p for p in self.programs(name))
+        return digest_of(*(file.read_bytes() for file in files))
 
     def of_tests(self, names):
         """Digest of the sources of some rooms' tests."""

@@ -71,6 +71,15 @@ class Problems(unittest.TestCase):
             for name in ("M", "J", "v", "mu", "e", "offset", "W", "q"):
                 np.testing.assert_array_equal(getattr(p, name), getattr(back, name))
 
+    def test_every_property_can_be_read(self):
+        p = ball()
+        a = cb.solve(p, "ap", k=4)
+        for thing in (p, a, cb.judge(p, a.impulses, "anitescu_potra", k=4)):
+            for name in dir(thing):
+                if not name.startswith("_"):
+                    getattr(thing, name)
+        self.assertEqual(p.notes, [])
+
     def test_what_is_wrong_with_an_argument_is_one_line_that_names_it(self):
         M, J, v = np.eye(6), ball().J, np.zeros(6)
         for call, words in (
