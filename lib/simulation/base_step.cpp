@@ -90,19 +90,49 @@ bool BaseStep::event(double bounced) {
   return !record_.unsolved;
 }
 
-// Bodies go on lines while links turn about others: to second order off by |w| |v| dt^2 / 2, w and v of the link.
+// Bodies go on lines while links turn about others: to second order off by |w| |v| dt^2 / 2, w and v of the link. And
+// what touches and whirls turns into what it touches.
 double BaseStep::longest_move() const {
-  constexpr double most = 0.05;   // -: of the smallest shape; half of it ends the run as overlap inside a step
-  constexpr double least = 1e-3;  // -: of a step, however fast they are
-  double longest = HUGE_VAL;
-  if (scenario_.model.trees.empty()) return longest;
+  constexpr double most = 0.05;            // -: of the smallest shape; half of it ends the run as overlap inside a step
+  constexpr double most_turned_in = 1e-3;  // -: the same of what touches
+  constexpr double least = 1e-3;           // -: of a step, however fast they are
+  const double bending = std::max(bending_of_links() / most, bending_of_contacts() / most_turned_in);
+  return bending > 0 ? std::max(std::sqrt(2 * smallest_ / bending), least * step_) : HUGE_VAL;
+}
+
+double BaseStep::bending_of_links() const {
+  double bending = 0;
+  if (scenario_.model.trees.empty()) return bending;
   for (const Body& body : scenario_.model.bodies) {
     if (body.tree < 0) continue;
     const double* v = &state_.v[6 * static_cast<std::size_t>(&body - scenario_.model.bodies.data())];
-    const double bending = Vec3(v).norm() * Vec3(v + 3).norm();  // m/s^2
-    if (bending > 0) longest = std::min(longest, std::sqrt(2 * most * smallest_ / bending));
+    bending = std::max(bending, Vec3(v).norm() * Vec3(v + 3).norm());
   }
-  return std::max(longest, least * step_);
+  return bending;
+}
+
+// Of a shape's point, m/s.
+Vec3 BaseStep::velocity_at(int shape, const Vec3& position) const {
+  const int body = scenario_.shapes[shape].body;
+  if (body < 0) return Vec3::Zero();
+  const double* v = &state_.v[6 * static_cast<std::size_t>(body)];
+  return Vec3(v) + Vec3(v + 3).cross(position - state_.pose[body].p);
+}
+
+// Of gaps of free bodies that touch, but for what slow turning makes of them: as in drift.cpp. A ball turns in itself.
+double BaseStep::bending_of_contacts() const {
+  constexpr double slow = 0.02;  // rad a step
+  double bending = 0;
+  for (const ContactPoint& contact : contacts_)
+    for (const int shape : {contact.shape_a, contact.shape_b}) {
+      const Shape& of = scenario_.shapes[shape];
+      if (of.body < 0 || of.kind == ShapeKind::sphere || scenario_.model.bodies[of.body].tree >= 0) continue;
+      const double spin = Vec3(&state_.v[6 * static_cast<std::size_t>(of.body) + 3]).norm();
+      if (spin * step_ <= slow) continue;
+      const Vec3 slip = velocity_at(contact.shape_a, contact.position) - velocity_at(contact.shape_b, contact.position);
+      bending = std::max(bending, spin * (1.5 * spin * radius_[shape] + slip.norm()));
+    }
+  return bending;
 }
 
 double BaseStep::until_contact(double horizon, bool again, bool solved) {
@@ -127,8 +157,12 @@ void BaseStep::settle() {
   if (!contacts_known_) update_motions();
   if (!contacts_known_ || !scenario_.model.trees.empty()) find_pairs(0, margin_);
   find_contacts();
-  if (overlap_ratio_ > 1) remove_overlap();
+  part();
   record_.max_penetration = depth_;
+}
+
+void BaseStep::part() {
+  if (overlap_ratio_ > 1) remove_overlap();
 }
 
 void BaseStep::finish(double t) {
@@ -457,7 +491,7 @@ void BaseStep::remove_overlap() {
         return *pairs_;
       },
       motions_, state_);
-  record_.penetration_displacement = removed.displacement;
+  record_.penetration_displacement = std::max(record_.penetration_displacement, removed.displacement);
   find_pairs(0, margin_);
   find_contacts();
   const auto [i, j] = deepest_;

@@ -62,8 +62,9 @@ class BaseStep {
   /// Has the event solved. False where that ended the run. `bounced`: s left of a step that a time of contact has
   /// split; 0 where none has.
   bool event(double bounced);
-  /// How long links may move, s, before their arcs leave steady motion, by which times of contact are sought, by more
-  /// than a fraction of the smallest shape. No limit without robots.
+  /// How long all may move, s, before links' arcs leave steady motion, by which times of contact are sought, or free
+  /// bodies that touch turn into each other, by more than a fraction of the smallest shape. No limit where nothing
+  /// does.
   double longest_move() const;
   /// The first time of contact of what is open, s, or `horizon`. `again`: after another one in this step; `solved`:
   /// did velocities change since the last?
@@ -78,6 +79,8 @@ class BaseStep {
   /// Counts a time of contact that ended a move by dt; false where its pair has come too often, which ends the run.
   bool arrive(double dt);
   void find_contacts();
+  /// Takes away what overlaps of what was found.
+  void part();
   /// The end of a step: what overlaps is taken away, and what touches is found.
   void settle();
   /// The end of the record: at time t, s.
@@ -142,6 +145,9 @@ class BaseStep {
   void accelerate_trees(const Vec3& gravity);
   struct Lent;
   void kick(const Tree& tree, Lent& lent);
+  double bending_of_links() const;     // m/s^2
+  double bending_of_contacts() const;  // m/s^2
+  Vec3 velocity_at(int shape, const Vec3& position) const;
   bool keeps_pairs() const;
   void find_pairs(double horizon, double margin);
   void remove_overlap();

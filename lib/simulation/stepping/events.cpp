@@ -3,8 +3,8 @@
 //   2. contacts at the present configuration; if any approaches, one event with all of the islands in which one does
 //      (event_islands.h)
 //   3. positions with the new velocity up to the first time of contact of a feature that was open, or the step's end;
-//      links that whirl, in pieces on which they go nearly steadily
-//   4. at a time of contact, or where a piece ends: 2 again
+//      links that whirl, and free bodies that whirl on what they touch, in pieces on which gaps stay nearly as they were
+//   4. at a time of contact, or where a piece ends and what overlaps is taken away: 2 again
 //   5. at the end: what overlaps is taken away (overlap.h); the contacts found there are the next step's first
 #include "simulation/stepping/events.h"
 
@@ -17,7 +17,7 @@ namespace cb {
 void step_by_events(BaseStep& base, double h) {
   base.kick(h);
   double remaining = h;
-  bool arrived = false, pieces = false;  // has a time of contact split this step? have whirling links?
+  bool arrived = false, pieces = false;  // has a time of contact split this step? has what whirls?
   while (base.going_on()) {
     poll_stop();
     base.look(remaining);
@@ -31,6 +31,7 @@ void step_by_events(BaseStep& base, double h) {
     arrived = dt < piece;
     if (remaining <= 0 || (arrived && !base.arrive(dt))) break;
     base.find_contacts();
+    if (!arrived) base.part();
   }
   if (base.going_on()) base.settle();
 }
