@@ -122,8 +122,8 @@ bool ConvexBoundFinder::lifts_touching(const ConvexIsland& island, ConvexBound& 
 bool ConvexBoundFinder::lifts_densely(const ConvexIsland& island, ConvexBound& b) {
   first_f_ = b.f;
   b.z.resize(island.nv());
-  velocities_.bound_rounding(normal_, b.impulse, {});
-  const double open = open_units * *std::max_element(velocities_.rounding.begin(), velocities_.rounding.end());
+  const double least_weight = *std::min_element(island.weight.begin(), island.weight.end());
+  const double open = open_by_rounding(island, b.f) / std::sqrt(least_weight);
   if (!dense_.solve(island.M, island.J, island.factor, island.weight, island.q, island.share,
                     std::max(open, t_.touching * island.size), b.f, b.z)) {
     b.f = first_f_;

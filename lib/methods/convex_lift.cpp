@@ -136,15 +136,14 @@ double most_open(const ConvexIsland& island) {
   return generous * (std::sqrt(heaviest * quadratic_form(island.M, island.v0)) + given);
 }
 
-// The same as the referee has it, within a hair.
-double open_by_rounding(const ConvexIsland& island, const ConvexBound& b) {
-  std::vector<double> r(3 * b.f.size(), 0.0);
-  for (std::size_t c = 0; c < b.f.size(); ++c) r[3 * c] = b.f[c];
-  ConeVelocities velocities;
-  velocities.bound_rounding(island.normal_program(true), r, {});
-  double open = 0;
-  for (int c = 0; c < island.nc(); ++c) open = std::max(open, velocities.rounding[c] * std::sqrt(island.weight[c]));
-  return open_units * open;
+// How far f is from an answer: its contacts touch up to that, sqrt(J).
+double miss_of(const ConvexIsland& island, const ConvexBound& b) {
+  double miss = 0;
+  for (int c = 0; c < island.nc(); ++c) {
+    const double root_w = std::sqrt(island.weight[c]), u_n = b.u_f[3 * c] / root_w;
+    miss = std::max({miss, -u_n, std::min(b.f[c] * root_w, u_n)});
+  }
+  return miss;
 }
 
 }  // namespace
@@ -161,16 +160,32 @@ void lift(const ConvexIsland& island, const ConvexTolerances& t, const std::vect
   multiply(island.J, island.M, b.z, b.J_z);
 }
 
+double open_by_rounding(const ConvexIsland& island, const std::vector<double>& f) {
+  std::vector<double> r(3 * f.size(), 0.0);
+  for (std::size_t c = 0; c < f.size(); ++c) r[3 * c] = f[c];
+  ConeVelocities velocities;
+  velocities.bound_rounding(island.normal_program(true), r, {});
+  double open = 0;
+  for (int c = 0; c < island.nc(); ++c) open = std::max(open, velocities.rounding[c] * std::sqrt(island.weight[c]));
+  return open_units * open;
+}
+
 bool proves_least_sum(const ConvexIsland& island, const ConvexTolerances& t, const ConvexBound& b) {
-  double nearest = HUGE_VAL;  // m/s, of those that must part for z to be a proof
+  bool some_part = false;
   for (int c = 0; c < island.nc(); ++c) {
     const double root_w = std::sqrt(island.weight[c]), excess = b.J_z[3 * c] - island.share[c];
     const bool touches = b.u_f[3 * c] / root_w <= t.touching * island.scale();
     if (touches && excess > t.backward) return false;
     if (-excess > t.backward && b.f[c] * root_w > t.backward * island.scale()) return false;
-    if (excess > t.backward) nearest = std::min(nearest, b.u_f[3 * c]);
+    some_part = some_part || excess > t.backward;
   }
-  return nearest == HUGE_VAL || nearest > most_open(island) || nearest > open_by_rounding(island, b);
+  if (!some_part) return true;
+  const double miss = miss_of(island, b);
+  double nearest = HUGE_VAL;  // m/s, of those that must part for z to be a proof
+  for (int c = 0; c < island.nc(); ++c)
+    if (b.J_z[3 * c] - island.share[c] > t.backward)
+      nearest = std::min(nearest, b.u_f[3 * c] - miss * std::sqrt(island.weight[c]));
+  return nearest > most_open(island) || nearest > open_by_rounding(island, b.f);
 }
 
 // lambda is not unique where more contacts touch than carry: those with the wrong sign are left out of it.

@@ -6,8 +6,11 @@
 
 namespace cb {
 
-/// -: units of rounding that leave open whether a contact touches: the referee's 128, which adds in another order.
-inline constexpr double open_units = 160;
+/// What the last bits of the data leave open of the normal velocities after frictionless impulses f (nc, N s), m/s:
+/// whether a contact touches, for the referee too, who sees it with friction.
+double open_by_rounding(const ConvexIsland& island, const std::vector<double>& f);
+/// -: units of rounding of which that is made; the referee's 128, and as much again for friction.
+inline constexpr double open_units = 256;
 
 /// Scratch of lift().
 struct LiftScratch {

@@ -45,10 +45,11 @@ TEST_CASE("what rounding leaves of a velocity is no error, and what is more is n
     WARN("no HDF5 in this build: the stored problems are not read");
     return;
   }
-  for (const char* name : {"convex_corner", "convex_bowl", "convex_resting_island", "convex_wall",
-                           "convex_slow_opening", "convex_light_among_heavy", "convex_second_phase",
-                           "convex_limit_carries", "convex_least_sum", "convex_least_sum_wedged", "convex_flat_on_belt",
-                           "convex_parts_by_rounding", "convex_lets_go", "convex_limit_lifts"})
+  for (const char* name :
+       {"convex_corner", "convex_bowl", "convex_resting_island", "convex_wall", "convex_slow_opening",
+        "convex_light_among_heavy", "convex_second_phase", "convex_limit_carries", "convex_least_sum",
+        "convex_least_sum_wedged", "convex_flat_on_belt", "convex_parts_by_rounding", "convex_lets_go",
+        "convex_limit_lifts", "convex_parts_by_friction"})
     for (const bool bounded : {true, false}) {
       const StoredProblem stored =
           read_contact_problem(std::string(SOURCE_ROOT) + "/test/data/events/" + name + ".hdf5");
