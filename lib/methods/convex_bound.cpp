@@ -125,7 +125,7 @@ bool ConvexBoundFinder::lifts_densely(const ConvexIsland& island, ConvexBound& b
   const double least_weight = *std::min_element(island.weight.begin(), island.weight.end());
   const double open = open_by_rounding(island, b.f) / std::sqrt(least_weight);
   if (!dense_.solve(island.M, island.J, island.factor, island.weight, island.q, island.share,
-                    std::max(open, t_.touching * island.size), b.f, b.z)) {
+                    std::max(open, t_.carrying_touch * island.size), b.f, b.z)) {
     b.f = first_f_;
     return false;
   }
