@@ -14,6 +14,7 @@
 
 #include "geometry/box_box.h"
 #include "geometry/core.h"
+#include "geometry/cylinder.h"
 #include "geometry/shapes.h"
 
 namespace cb {
@@ -273,7 +274,9 @@ int contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape&
         box_on_box(a, pose_a, b, pose_b, closed, tol, straight);
       else if (b.kind == ShapeKind::sphere)
         sphere_on_box(b, pose_b, a, pose_a, tol, turned);
-      else if (b.kind != ShapeKind::cylinder)
+      else if (b.kind == ShapeKind::cylinder)
+        cylinder_points(b, pose_b, a, pose_a, closed, tol, turned);
+      else
         core_points(a, pose_a, b, pose_b, closed, tol, straight);
       break;
     case ShapeKind::sphere:
@@ -293,12 +296,16 @@ int contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape&
         cylinder_on_plane(a, pose_a, pose_b, closed, tol, straight);
       else if (b.kind == ShapeKind::sphere)
         sphere_on_cylinder(b, pose_b, a, pose_a, tol, turned);
+      else
+        cylinder_points(a, pose_a, b, pose_b, closed, tol, straight);
       break;
     case ShapeKind::capsule:
     case ShapeKind::hull:
       if (b.kind == ShapeKind::half_space)
         core_on_plane(a, pose_a, plane_normal(pose_b), pose_b.p, tol, straight);
-      else if (b.kind != ShapeKind::cylinder)
+      else if (b.kind == ShapeKind::cylinder)
+        cylinder_points(b, pose_b, a, pose_a, closed, tol, turned);
+      else
         core_points(a, pose_a, b, pose_b, closed, tol, straight);
       break;
     case ShapeKind::half_space:
@@ -345,10 +352,9 @@ double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose
     return (a.kind == ShapeKind::box ? nearest_on_box(a, pose_a, pose_b.p, b.radius)
                                      : nearest_on_cylinder(a, pose_a, pose_b.p, b.radius))
         .gap;
-  // A cylinder is within the box around it, and so is what touches none: a bound.
-  PlacedBox box_a(a, pose_a), box_b(b, pose_b);
-  box_a.h = a.box_around();
-  box_b.h = b.box_around();
+  if (a.kind == ShapeKind::cylinder) return cylinder_separation(a, pose_a, b, pose_b);
+  if (b.kind == ShapeKind::cylinder) return cylinder_separation(b, pose_b, a, pose_a);
+  const PlacedBox box_a(a, pose_a), box_b(b, pose_b);
   return separating_axis(box_a, box_b, RelativeBox(box_a, box_b), 0).gap;
 }
 

@@ -1,0 +1,351 @@
+// Cylinders: the axis that separates one from a core or from another cylinder best.
+//
+// Problem: the most of gap(n) = (least of n.x over the other) - (most of n.x over the cylinder) over unit n (m). Any n
+// is a bound; where they are apart the most is their distance, and where they overlap the least way out.
+// The normal that is best is that of a pair of features, so it is enough to look at
+//   faces of the core, ends of cylinders (Kind face, end, end_of_other: no search);
+//   an edge across the side: their common normal; an edge and a rim, or the line along a side and a rim: in the plane
+//   across the line the rim is an ellipse, and the line a point beside it;
+//   a vertex beside the side or the rim: the way there from the nearest point of the cylinder;
+//   two rims: gap(n) is smooth, and concave but for its length; Newton's iteration on the sphere.
+// Source for the ellipse: Eberly, "Distance from a point to an ellipse" (2013): the nearest point is in the quadrant
+// that the point is in, which gives a bracket. Differences: the unknown is the unit normal, and steps are Newton's.
+// Every candidate's gap is taken over all of both shapes before it counts, so that a wrong one does no harm.
+// Edges at whose two faces' normals the gap does not grow towards the edge's inside are passed over.
+// Does not fail. Overlaps as deep as the shapes are large may have a way out that is none of these: the gap is then
+// below the depth's.
+#include "geometry/cylinder.h"
+
+namespace cb {
+
+void PlacedCylinder::place(const Shape& shape, const Pose& pose, const Vec3& origin) {
+  c = pose.p - origin;
+  R = pose.q.toRotationMatrix();
+  r = shape.radius;
+  l = shape.half_extents.y();
+}
+
+Vec3 PlacedCylinder::outward(const Vec3& n) const {
+  const Vec3 out = across(n);
+  const double sine = out.norm();
+  return sine > 0 ? Vec3(out / sine) : Vec3(R.col(0));
+}
+
+double Opposite::lowest(const Vec3& n) const {
+  if (cylinder != nullptr) return n.dot(cylinder->c) - cylinder->reach(n);
+  double least = HUGE_VAL;
+  for (const Vec3& x : core->x) least = std::min(least, n.dot(x));
+  return least - core->radius;
+}
+
+Vec3 Opposite::lowest_point(const Vec3& n) const {
+  if (cylinder != nullptr) return cylinder->rim(n.dot(cylinder->d()) > 0 ? -1 : 1, -n);
+  const Vec3* least = &core->x[0];
+  for (const Vec3& x : core->x)
+    if (n.dot(x) < n.dot(*least)) least = &x;
+  return *least - core->radius * n;
+}
+
+namespace {
+
+constexpr double parallel_sine2 = 1e-20;  // as box_box.cpp's
+constexpr double in_arc = 1e-9;           // sine: a normal beyond those of an edge's faces by less is between them
+
+// The outward normal (c, s) of the ellipse with half axes A <= B along which the point (p, q) is furthest beyond it,
+// p, q >= 0: most of p c + q s - sqrt(A^2 c^2 + B^2 s^2) over the quadrant.
+Eigen::Vector2d ellipse_normal(double p, double q, double A, double B) {
+  constexpr int most_steps = 80;
+  constexpr double rounding = 4e-16;  // rad
+  if (B == 0) return p + q > 0 ? Eigen::Vector2d(Eigen::Vector2d(p, q).normalized()) : Eigen::Vector2d(1, 0);
+  const auto turned = [](const Eigen::Vector2d& u, const Eigen::Vector2d& v) { return u.x() * v.y() - u.y() * v.x(); };
+  const double squares = (B - A) * (B + A);
+  Eigen::Vector2d low(1, 0), high(0, 1), n = Eigen::Vector2d(p + A, q + B).normalized();
+  for (int k = 0; k < most_steps; ++k) {
+    const double c = n.x(), s = n.y(), width = std::hypot(A * c, B * s);
+    if (width == 0) break;
+    const double width_slope = squares * s * c / width, slope = q * c - p * s - width_slope;
+    const double curvature = -(p * c + q * s) - (squares * (c - s) * (c + s) - width_slope * width_slope) / width;
+    (slope > 0 ? low : high) = n;
+    const double step = -slope / curvature;
+    if (slope == 0 || (curvature < 0 && std::abs(step) <= rounding)) break;
+    const Eigen::Vector2d newton = Eigen::Vector2d(c - step * s, s + step * c).normalized();
+    const bool within = curvature < 0 && turned(low, newton) > 0 && turned(newton, high) > 0;
+    const Eigen::Vector2d next = within ? newton : Eigen::Vector2d((low + high).normalized());
+    if (next == n) break;
+    n = next;
+  }
+  return n;
+}
+
+/// From a rim to a line, by the ellipse.
+struct RimNormal {
+  bool found;
+  Vec3 n;
+};
+// The line through p along the unit e beside the rim of an end of c; n is from c to the line. Not found where n would
+// be towards the other end.
+RimNormal rim_to_line(const PlacedCylinder& c, int end, const Vec3& p, const Vec3& e) {
+  const Vec3 d = c.d(), q = p - c.middle(end);
+  const Vec3 upright = d - d.dot(e) * e;
+  const double sine = upright.norm();
+  if (sine * sine <= parallel_sine2) {
+    const Vec3 n = q - q.dot(e) * e;
+    const double distance = n.norm();
+    return {distance > 0, n / distance};
+  }
+  const Vec3 a = upright / sine, b = e.cross(a);
+  const double q_a = q.dot(a), q_b = q.dot(b);
+  if (c.l > 0 && q_a * end < 0) return {false, Vec3::Zero()};
+  const Eigen::Vector2d n = ellipse_normal(std::abs(q_a), std::abs(q_b), c.r * std::abs(d.dot(e)), c.r);
+  return {true, std::copysign(n.x(), c.l > 0 ? end : q_a) * a + std::copysign(n.y(), q_b) * b};
+}
+
+/// A search among axes from a cylinder to another shape.
+struct Search {
+  const PlacedCylinder& c;
+  const Opposite& x;
+  double margin;
+  bool carrying;  // of a core with seams: those that carry
+  CylinderAxis best{-HUGE_VAL, CylinderAxis::Kind::curved, 0, Vec3::UnitY()};
+
+  bool better(double gap) const { return gap > best.gap + margin; }
+  void take(double gap, CylinderAxis::Kind kind, int index, const Vec3& n, int edge = -1) {
+    best = {gap, kind, index, n, edge};
+  }
+  double gap_along(const Vec3& n) const { return x.lowest(n) - n.dot(c.c) - c.reach(n); }
+
+  // A curved one, of a point p of the other; `edge`, `vertex`: of the core, where it is one.
+  void offer(const Vec3& n, const Vec3& p, int edge, int vertex, bool side) {
+    if (!better(n.dot(p - c.c) - c.reach(n) - x.radius())) return;
+    const double gap = gap_along(n);
+    if (better(gap) && (!carrying || carried(n, gap, edge, vertex)))
+      take(gap, CylinderAxis::Kind::curved, 0, n, side ? edge : -1);
+  }
+
+  bool carried(const Vec3& n, double gap, int edge, int vertex) const;
+  void over_faces();
+  void over_ends();
+  void over_end(int end);
+  void over_edges();
+  void over_edge(int edge);
+  bool grows_towards_edge(const Vec3& n, const Vec3& other, const Vec3& p) const;
+  void over_vertices();
+  void over_cylinder();
+  void over_rims(const Vec3& start);
+};
+
+// Does an edge or a vertex carry along n, and is what it touches there?
+bool Search::carried(const Vec3& n, double gap, int edge, int vertex) const {
+  if (vertex >= 0) return vertex_carries(*x.core, vertex, -n);
+  if (!edge_carries(*x.core, edge, -n)) return false;
+  const Vec3 p = x.core->x[x.core->form->edges[edge].from], v = x.core->along(edge);
+  if (std::abs(n.dot(c.d())) * c.l <= margin) {
+    const SegmentPair at = closest(c.middle(-1), 2 * c.l * c.d(), p, v);
+    return (at.b - at.a - (gap + c.r) * n).cwiseAbs().maxCoeff() <= margin;
+  }
+  const Vec3 on_edge = c.rim(n.dot(c.d()) > 0 ? 1 : -1, n) + gap * n;
+  const double along = (on_edge - p).dot(v) / v.norm();
+  return along >= -margin && along <= v.norm() + margin;
+}
+
+void Search::over_faces() {
+  const PlacedCore& core = *x.core;
+  for (int f = 0; f < static_cast<int>(core.n.size()); ++f) {
+    const double gap = core.n[f].dot(c.c) - core.offset[f] - c.reach(core.n[f]);
+    if (better(gap) && !(carrying && core.inner(f))) take(gap, CylinderAxis::Kind::face, f, -core.n[f]);
+  }
+}
+
+void Search::over_end(int end) {
+  const Vec3 n = end * c.d();
+  const double gap = x.lowest(n) - n.dot(c.c) - c.l;
+  if (!better(gap)) return;
+  if (carrying) {
+    if (!outermost_carries(*x.core, -n, margin)) return;
+    thread_local std::vector<FlatPoint> points;  // does not allocate after its first calls
+    points.clear();
+    flat_points(c, x, {gap, CylinderAxis::Kind::end, end, n}, margin, HUGE_VAL, margin, points);
+    if (points.empty()) return;
+  }
+  take(gap, CylinderAxis::Kind::end, end, n);
+}
+
+// A disc has two sides.
+void Search::over_ends() {
+  for (const int end : {1, -1}) over_end(end);
+  if (x.cylinder == nullptr) return;
+  const PlacedCylinder& other = *x.cylinder;
+  for (const int end : {1, -1}) {
+    const Vec3 n = -end * other.d();
+    const double gap = n.dot(other.c) - other.l - n.dot(c.c) - c.reach(n);
+    if (better(gap)) take(gap, CylinderAxis::Kind::end_of_other, end, n);
+  }
+}
+
+// How the gap to a point p changes where n, a normal of one of its edge's faces, turns to the other's.
+bool Search::grows_towards_edge(const Vec3& n, const Vec3& other, const Vec3& p) const {
+  const Vec3 t = (other - n.dot(other) * n).normalized(), d = c.d();
+  const double cosine = n.dot(d);
+  const Vec3 across = c.across(n);
+  const double sine = across.norm();
+  const double up = cosine == 0 ? std::abs(t.dot(d)) : std::copysign(1.0, cosine) * t.dot(d);
+  const double along_rim = sine == 0 ? c.across(t).norm() : across.dot(t) / sine;
+  return t.dot(p - c.c) - c.l * up - c.r * along_rim >= 0;
+}
+
+void Search::over_edge(int edge) {
+  const PlacedCore& core = *x.core;
+  const Polytope::Edge& of = core.form->edges[edge];
+  const Vec3& p = core.x[of.from];
+  const Vec3 along = core.along(edge);
+  const double length = along.norm();
+  if (length == 0) return;
+  const Vec3 e = along / length;
+  Vec3 left = Vec3::Zero(), right = Vec3::Zero();  // into the faces beside it
+  if (core.solid()) {
+    const Vec3 n_left = -core.n[of.left], n_right = -core.n[of.right];
+    if (!grows_towards_edge(n_left, n_right, p) || !grows_towards_edge(n_right, n_left, p)) return;
+    left = core.n[of.left].cross(e);
+    right = e.cross(core.n[of.right]);
+  }
+  const auto between_faces = [&](const Vec3& n) { return n.dot(left) >= -in_arc && n.dot(right) >= -in_arc; };
+  const Vec3 common = e.cross(c.d());
+  const double sine = common.norm();
+  if (sine * sine > parallel_sine2)
+    for (const double sign : {1 / sine, -1 / sine}) {
+      const Vec3 n = sign * common;
+      if (between_faces(n)) offer(n, p, edge, -1, true);
+    }
+  for (int k = 0; k < c.ends(); ++k) {
+    const RimNormal to = rim_to_line(c, c.end(k), p, e);
+    if (to.found && between_faces(to.n)) offer(to.n, p, edge, -1, false);
+  }
+}
+
+void Search::over_edges() {
+  for (int e = 0; e < x.core->edges(); ++e) over_edge(e);
+}
+
+void Search::over_vertices() {
+  for (int i = 0; i < static_cast<int>(x.core->x.size()); ++i) {
+    const Vec3& p = x.core->x[i];
+    const Vec3 q = p - c.c, across = c.across(q);
+    const double height = q.dot(c.d()), distance = across.norm(), beyond = std::abs(height) - c.l;
+    if (beyond <= 0) {
+      if (distance > 0) offer(across / distance, p, -1, i, false);
+      continue;
+    }
+    if (distance <= c.r) continue;  // over an end
+    const Vec3 n = ((distance - c.r) / distance) * across + std::copysign(beyond, height) * c.d();
+    offer(n.normalized(), p, -1, i, false);
+  }
+}
+
+// Two rims: from `start`, the most of (n.q - r |n across a| - s |n across b|) / |n| that Newton's steps come to, with
+// the ends that are furthest towards each other along the normal of each step.
+void Search::over_rims(const Vec3& start) {
+  constexpr int most_steps = 40;
+  constexpr double longest = 0.5, shortest = 1e-15, least_sine = 1e-9;
+  const PlacedCylinder& b = *x.cylinder;
+  const Vec3 d = c.d(), f = b.d();
+  const int end_c = start.dot(d) < 0 ? -1 : 1, end_b = start.dot(f) < 0 ? 1 : -1;
+  const Vec3 q = b.middle(end_b) - c.middle(end_c);
+  const auto gap = [&](const Vec3& n) { return n.dot(q) - c.r * c.across(n).norm() - b.r * b.across(n).norm(); };
+  Vec3 n = start;
+  double value = gap(n);
+  for (int k = 0; k < most_steps; ++k) {
+    const Vec3 u = c.across(n), v = b.across(n);
+    const double s = u.norm(), t = v.norm();
+    if (s < least_sine || t < least_sine) return;  // an end
+    const Vec3 gradient = q - (c.r / s) * u - (b.r / t) * v;
+    const Vec3 along_c = d.cross(u) / s, along_b = f.cross(v) / t, x1 = n.unitOrthogonal(), x2 = n.cross(x1);
+    const Eigen::Vector2d g(gradient.dot(x1), gradient.dot(x2));
+    const Eigen::Vector2d h_c(along_c.dot(x1), along_c.dot(x2)), h_b(along_b.dot(x1), along_b.dot(x2));
+    Eigen::Matrix2d H = (c.r / s) * h_c * h_c.transpose() + (b.r / t) * h_b * h_b.transpose();
+    H.diagonal().array() += value;
+    // Made positive definite where they overlap by much: the smaller eigenvalue is lifted.
+    const double mean = H.trace() / 2, spread = std::hypot((H(0, 0) - H(1, 1)) / 2, H(0, 1));
+    const double lift = 1e-9 * (mean + spread) - (mean - spread);
+    if (mean + spread <= 0) return;
+    if (lift > 0) H.diagonal().array() += lift;
+    const double det = H(0, 0) * H(1, 1) - H(0, 1) * H(1, 0);
+    Eigen::Vector2d step((H(1, 1) * g.x() - H(0, 1) * g.y()) / det, (H(0, 0) * g.y() - H(1, 0) * g.x()) / det);
+    const double size = step.norm();
+    if (size > longest) step *= longest / size;
+    if (size < shortest) break;
+    Vec3 next = n;
+    double next_value = value;
+    for (int halved = 0; halved < 30; ++halved, step /= 2) {
+      next = (n + step.x() * x1 + step.y() * x2).normalized();
+      next_value = gap(next);
+      if (next_value >= value) break;
+    }
+    if (next_value < value || next == n) break;
+    n = next;
+    value = next_value;
+    if (size < 1e-9) break;  // the next would be its square
+  }
+  if (!better(value)) return;
+  const double all = gap_along(n);
+  if (better(all)) take(all, CylinderAxis::Kind::curved, 0, n);
+}
+
+void Search::over_cylinder() {
+  const PlacedCylinder& b = *x.cylinder;
+  const auto offer_any = [&](const Vec3& n) {
+    const double gap = gap_along(n);
+    if (better(gap)) take(gap, CylinderAxis::Kind::curved, 0, n);
+  };
+  const Vec3 common = c.d().cross(b.d());
+  const double sine = common.norm();
+  if (sine * sine > parallel_sine2)
+    for (const double sign : {1 / sine, -1 / sine}) offer_any(sign * common);
+  for (int k = 0; k < b.ends(); ++k) {
+    const RimNormal to = rim_to_line(b, b.end(k), c.c, c.d());
+    if (to.found) offer_any(-to.n);
+  }
+  for (int k = 0; k < c.ends(); ++k) {
+    const RimNormal to = rim_to_line(c, c.end(k), b.c, b.d());
+    if (to.found) offer_any(to.n);
+  }
+  const auto start_at = [&](const Vec3& direction) {
+    // Off both axes, about which there is no rim.
+    Vec3 n = direction.normalized();
+    for (const Vec3& axis : {c.d(), b.d()})
+      if (n.cross(axis).squaredNorm() < 1e-4) n = (n + 0.1 * axis.unitOrthogonal()).normalized();
+    over_rims(n);
+  };
+  start_at(best.n);
+  for (int i = 0; i < c.ends(); ++i)
+    for (int j = 0; j < b.ends(); ++j) {
+      const Vec3 q = b.middle(b.end(j)) - c.middle(c.end(i));
+      if (q.squaredNorm() > 0) start_at(q);
+    }
+}
+
+CylinderAxis search(const PlacedCylinder& c, const Opposite& x, double margin, double enough, bool carrying) {
+  Search search{c, x, margin, carrying};
+  if (x.core != nullptr) search.over_faces();
+  if (search.best.gap > enough) return search.best;
+  search.over_ends();
+  if (search.best.gap > enough) return search.best;
+  if (x.cylinder != nullptr) {
+    search.over_cylinder();
+    return search.best;
+  }
+  search.over_edges();
+  search.over_vertices();
+  return search.best;
+}
+
+}  // namespace
+
+CylinderAxis separating_axis(const PlacedCylinder& c, const Opposite& x, double margin, double enough) {
+  return search(c, x, margin, enough, false);
+}
+
+CylinderAxis carrying_axis(const PlacedCylinder& c, const PlacedCore& x, double margin) {
+  return search(c, {&x, nullptr}, margin, std::numeric_limits<double>::infinity(), true);
+}
+
+}  // namespace cb
