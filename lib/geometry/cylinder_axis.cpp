@@ -11,7 +11,7 @@
 // Source for the ellipse: Eberly, "Distance from a point to an ellipse" (2013): the nearest point is in the quadrant
 // that the point is in, which gives a bracket. Differences: the unknown is the unit normal, and steps are Newton's.
 // Every candidate's gap is taken over all of both shapes before it counts, so that a wrong one does no harm.
-// Edges at whose two faces' normals the gap does not grow towards the edge's inside are passed over.
+// Edges that cannot have it are passed over (may_be_best).
 // Does not fail. Overlaps as deep as the shapes are large may have a way out that is none of these: the gap is then
 // below the depth's.
 #include "geometry/cylinder.h"
@@ -128,10 +128,12 @@ struct Search {
   void over_end(int end);
   void over_edges();
   void over_edge(int edge);
+  bool may_be_best(const Vec3& p, const Vec3& e, const Vec3& n_left, const Vec3& n_right, const Vec3& left,
+                   const Vec3& right) const;
   bool grows_towards_edge(const Vec3& n, const Vec3& other, const Vec3& p) const;
   void over_vertices();
   void over_cylinder();
-  void over_rims(const Vec3& start);
+  void over_rims(int end_c, int end_b, const Vec3& start);
 };
 
 // Does an edge or a vertex carry along n, and is what it touches there?
@@ -193,6 +195,16 @@ bool Search::grows_towards_edge(const Vec3& n, const Vec3& other, const Vec3& p)
   return t.dot(p - c.c) - c.l * up - c.r * along_rim >= 0;
 }
 
+// Can a normal between those of an edge's faces have a larger gap than the best? Where the two are apart the gap has
+// one maximum; else by what n.(p - c) is at most, and the reach at least.
+bool Search::may_be_best(const Vec3& p, const Vec3& e, const Vec3& n_left, const Vec3& n_right, const Vec3& left,
+                         const Vec3& right) const {
+  if (best.gap > 0) return grows_towards_edge(n_left, n_right, p) && grows_towards_edge(n_right, n_left, p);
+  const Vec3 q = p - c.c, beside = q - q.dot(e) * e;
+  const bool within = q.dot(left) >= 0 && q.dot(right) >= 0;
+  return better((within ? beside.norm() : std::max(n_left.dot(q), n_right.dot(q))) - std::min(c.r, c.l));
+}
+
 void Search::over_edge(int edge) {
   const PlacedCore& core = *x.core;
   const Polytope::Edge& of = core.form->edges[edge];
@@ -201,12 +213,11 @@ void Search::over_edge(int edge) {
   const double length = along.norm();
   if (length == 0) return;
   const Vec3 e = along / length;
-  Vec3 left = Vec3::Zero(), right = Vec3::Zero();  // into the faces beside it
+  Vec3 left = Vec3::Zero(), right = Vec3::Zero();  // normals between those of the faces beside it are on both's sides
   if (core.solid()) {
-    const Vec3 n_left = -core.n[of.left], n_right = -core.n[of.right];
-    if (!grows_towards_edge(n_left, n_right, p) || !grows_towards_edge(n_right, n_left, p)) return;
     left = core.n[of.left].cross(e);
     right = e.cross(core.n[of.right]);
+    if (!may_be_best(p, e, -core.n[of.left], -core.n[of.right], left, right)) return;
   }
   const auto between_faces = [&](const Vec3& n) { return n.dot(left) >= -in_arc && n.dot(right) >= -in_arc; };
   const Vec3 common = e.cross(c.d());
@@ -241,14 +252,12 @@ void Search::over_vertices() {
   }
 }
 
-// Two rims: from `start`, the most of (n.q - r |n across a| - s |n across b|) / |n| that Newton's steps come to, with
-// the ends that are furthest towards each other along the normal of each step.
-void Search::over_rims(const Vec3& start) {
-  constexpr int most_steps = 40;
+// Two rims: from `start`, the most of (n.q - r |n across a| - s |n across b|) / |n| that Newton's steps come to.
+void Search::over_rims(int end_c, int end_b, const Vec3& start) {
+  constexpr int most_steps = 100;
   constexpr double longest = 0.5, shortest = 1e-15, least_sine = 1e-9;
   const PlacedCylinder& b = *x.cylinder;
   const Vec3 d = c.d(), f = b.d();
-  const int end_c = start.dot(d) < 0 ? -1 : 1, end_b = start.dot(f) < 0 ? 1 : -1;
   const Vec3 q = b.middle(end_b) - c.middle(end_c);
   const auto gap = [&](const Vec3& n) { return n.dot(q) - c.r * c.across(n).norm() - b.r * b.across(n).norm(); };
   Vec3 n = start;
@@ -271,7 +280,8 @@ void Search::over_rims(const Vec3& start) {
     const double det = H(0, 0) * H(1, 1) - H(0, 1) * H(1, 0);
     Eigen::Vector2d step((H(1, 1) * g.x() - H(0, 1) * g.y()) / det, (H(0, 0) * g.y() - H(1, 0) * g.x()) / det);
     const double size = step.norm();
-    if (size > longest) step *= longest / size;
+    const double limit = longest * std::min(s, t);  // the rims' parts are cones about their axes
+    if (size > limit) step *= limit / size;
     if (size < shortest) break;
     Vec3 next = n;
     double next_value = value;
@@ -308,18 +318,19 @@ void Search::over_cylinder() {
     const RimNormal to = rim_to_line(c, c.end(k), b.c, b.d());
     if (to.found) offer_any(to.n);
   }
-  const auto start_at = [&](const Vec3& direction) {
-    // Off both axes, about which there is no rim.
+  // Off both axes, about which there is no rim.
+  const auto off_axes = [&](const Vec3& direction) {
     Vec3 n = direction.normalized();
     for (const Vec3& axis : {c.d(), b.d()})
       if (n.cross(axis).squaredNorm() < 1e-4) n = (n + 0.1 * axis.unitOrthogonal()).normalized();
-    over_rims(n);
+    return n;
   };
-  start_at(best.n);
+  const Vec3 so_far = off_axes(best.n);
   for (int i = 0; i < c.ends(); ++i)
     for (int j = 0; j < b.ends(); ++j) {
       const Vec3 q = b.middle(b.end(j)) - c.middle(c.end(i));
-      if (q.squaredNorm() > 0) start_at(q);
+      if (q.squaredNorm() > 0) over_rims(c.end(i), b.end(j), off_axes(q));
+      over_rims(c.end(i), b.end(j), so_far);
     }
 }
 
@@ -333,8 +344,8 @@ CylinderAxis search(const PlacedCylinder& c, const Opposite& x, double margin, d
     search.over_cylinder();
     return search.best;
   }
-  search.over_edges();
   search.over_vertices();
+  search.over_edges();
   return search.best;
 }
 
