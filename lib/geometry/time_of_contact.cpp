@@ -32,6 +32,7 @@
 #include "geometry/box_box_time.h"
 #include "geometry/core.h"
 #include "geometry/core_time.h"
+#include "geometry/cylinder_time.h"
 #include "geometry/shapes.h"
 
 namespace cb {
@@ -307,8 +308,8 @@ double time_of_contact(const Shape& a, const Motion& motion_a, const Shape& b, c
       if (b.kind == ShapeKind::half_space) return box_to_plane(a, motion_a, motion_b.pose, goal);
       if (b.kind == ShapeKind::box) return box_to_box(a, motion_a, b, motion_b, goal);
       if (b.kind == ShapeKind::sphere) return sphere_to_solid(b, motion_b, a, motion_a, goal);
-      if (b.kind != ShapeKind::cylinder) return core_to_core(a, motion_a, b, motion_b, goal);
-      break;
+      if (b.kind == ShapeKind::cylinder) return cylinder_to_solid(b, motion_b, a, motion_a, goal);
+      return core_to_core(a, motion_a, b, motion_b, goal);
     case ShapeKind::sphere:
       if (b.kind == ShapeKind::half_space) return sphere_to_plane(a, motion_a, motion_b.pose, goal);
       if (b.kind == ShapeKind::sphere) return sphere_to_sphere(a, motion_a, b, motion_b, goal);
@@ -318,12 +319,12 @@ double time_of_contact(const Shape& a, const Motion& motion_a, const Shape& b, c
     case ShapeKind::cylinder:
       if (b.kind == ShapeKind::half_space) return cylinder_to_plane(a, motion_a, motion_b.pose, goal);
       if (b.kind == ShapeKind::sphere) return sphere_to_solid(b, motion_b, a, motion_a, goal);
-      break;
+      return cylinder_to_solid(a, motion_a, b, motion_b, goal);
     case ShapeKind::capsule:
     case ShapeKind::hull:
       if (b.kind == ShapeKind::half_space) return core_to_plane(a, motion_a, motion_b.pose, goal);
-      if (b.kind != ShapeKind::cylinder) return core_to_core(a, motion_a, b, motion_b, goal);
-      break;
+      if (b.kind == ShapeKind::cylinder) return cylinder_to_solid(b, motion_b, a, motion_a, goal);
+      return core_to_core(a, motion_a, b, motion_b, goal);
     case ShapeKind::half_space:
       if (b.kind == ShapeKind::box) return box_to_plane(b, motion_b, motion_a.pose, goal);
       if (b.kind == ShapeKind::sphere) return sphere_to_plane(b, motion_b, motion_a.pose, goal);
