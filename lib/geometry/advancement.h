@@ -112,8 +112,8 @@ inline double safe_step(const Approach& gap, double target, double rest) {
   return step;
 }
 
-/// The same of two lines with a radius (the sum of both), across which q = e x f stands, not of unit length: the gap times
-/// |q| is `apart` = q.d less radius |q|, and |q| is at most what its chord and its second derivative say.
+/// The same of two lines with a radius (the sum of both), across which q = e x f stands, not of unit length: the gap
+/// times |q| is `apart` = q.d less radius |q|, and |q| is at most what its chord and its second derivative say.
 inline double safe_step_across(const Moving& q, const Approach& apart, double radius, double target, double rest) {
   const double sine = q.x.norm();
   if (radius == 0) return safe_step(apart, target * sine, rest);

@@ -21,7 +21,8 @@ struct PlacedCylinder {
   int ends() const { return l > 0 ? 2 : 1; }
   int end(int k) const { return k == 0 ? 1 : -1; }  ///< of its ends' number k: which way along the axis it is
   Vec3 middle(int end) const { return c + (end * l) * d(); }
-  Vec3 across(const Vec3& n) const { return n - n.dot(d()) * d(); }
+  /// The part of n across the axis; by the other two axes, without cancellation.
+  Vec3 across(const Vec3& n) const { return n.dot(R.col(0)) * R.col(0) + n.dot(R.col(2)) * R.col(2); }
   /// The most of n.(x - c) over its points x, m, for a unit n.
   double reach(const Vec3& n) const { return l * std::abs(n.dot(d())) + r * across(n).norm(); }
   /// Unit, across the axis, towards n; the local x axis where n is along it.
@@ -53,8 +54,8 @@ struct CylinderAxis {
   Vec3 n;         ///< unit, from the cylinder to the other
   int edge = -1;  ///< curved: of the core, where it is across the cylinder's side
 };
-/// An earlier axis is kept unless a later one separates by more than `margin` (m) further; stops at the first flat one
-/// that is beyond `enough` (m). The gap is never more than the distance, and as much where they touch.
+/// An earlier flat axis is kept unless a later one separates by more than `margin` (m) further; stops at the first that
+/// is beyond `enough` (m). The gap is never more than the distance, and as much where they touch.
 CylinderAxis separating_axis(const PlacedCylinder& c, const Opposite& x, double margin,
                              double enough = std::numeric_limits<double>::infinity());
 /// The same of the axes along which a core with seams carries (core.h, carrying_axis).

@@ -77,6 +77,12 @@ Eigen::Vector2d ellipse_normal(double p, double q, double A, double B) {
   return n;
 }
 
+// u, which is across e but for rounding, made so: nearly parallel lines leave little of their cross product.
+Vec3 unit_across(const Vec3& e, const Vec3& u) {
+  const Vec3 n = u.normalized();
+  return (n - n.dot(e) * e).normalized();
+}
+
 /// From a rim to a line, by the ellipse.
 struct RimNormal {
   bool found;
@@ -87,13 +93,12 @@ struct RimNormal {
 RimNormal rim_to_line(const PlacedCylinder& c, int end, const Vec3& p, const Vec3& e) {
   const Vec3 d = c.d(), q = p - c.middle(end);
   const Vec3 upright = d - d.dot(e) * e;
-  const double sine = upright.norm();
-  if (sine * sine <= parallel_sine2) {
+  if (upright.squaredNorm() <= parallel_sine2) {
     const Vec3 n = q - q.dot(e) * e;
     const double distance = n.norm();
     return {distance > 0, n / distance};
   }
-  const Vec3 a = upright / sine, b = e.cross(a);
+  const Vec3 a = unit_across(e, upright), b = e.cross(a);
   const double q_a = q.dot(a), q_b = q.dot(b);
   if (c.l > 0 && q_a * end < 0) return {false, Vec3::Zero()};
   const Eigen::Vector2d n = ellipse_normal(std::abs(q_a), std::abs(q_b), c.r * std::abs(d.dot(e)), c.r);
@@ -108,7 +113,8 @@ struct Search {
   bool carrying;  // of a core with seams: those that carry
   CylinderAxis best{-HUGE_VAL, CylinderAxis::Kind::curved, 0, Vec3::UnitY()};
 
-  bool better(double gap) const { return gap > best.gap + margin; }
+  // Flat ones come first; a curved one is the best of its kind, so that what touches is outermost along it.
+  bool better(double gap) const { return gap > best.gap + (best.kind == CylinderAxis::Kind::curved ? 0 : margin); }
   void take(double gap, CylinderAxis::Kind kind, int index, const Vec3& n, int edge = -1) {
     best = {gap, kind, index, n, edge};
   }
@@ -133,6 +139,7 @@ struct Search {
   bool grows_towards_edge(const Vec3& n, const Vec3& other, const Vec3& p) const;
   void over_vertices();
   void over_cylinder();
+  void start_over_rims(int end_c, int end_b);
   void over_rims(int end_c, int end_b, const Vec3& start);
 };
 
@@ -221,10 +228,9 @@ void Search::over_edge(int edge) {
   }
   const auto between_faces = [&](const Vec3& n) { return n.dot(left) >= -in_arc && n.dot(right) >= -in_arc; };
   const Vec3 common = e.cross(c.d());
-  const double sine = common.norm();
-  if (sine * sine > parallel_sine2)
-    for (const double sign : {1 / sine, -1 / sine}) {
-      const Vec3 n = sign * common;
+  if (common.squaredNorm() > parallel_sine2)
+    for (const double sign : {1.0, -1.0}) {
+      const Vec3 n = sign * unit_across(e, common);
       if (between_faces(n)) offer(n, p, edge, -1, true);
     }
   for (int k = 0; k < c.ends(); ++k) {
@@ -307,9 +313,8 @@ void Search::over_cylinder() {
     if (better(gap)) take(gap, CylinderAxis::Kind::curved, 0, n);
   };
   const Vec3 common = c.d().cross(b.d());
-  const double sine = common.norm();
-  if (sine * sine > parallel_sine2)
-    for (const double sign : {1 / sine, -1 / sine}) offer_any(sign * common);
+  if (common.squaredNorm() > parallel_sine2)
+    for (const double sign : {1.0, -1.0}) offer_any(sign * unit_across(c.d(), common));
   for (int k = 0; k < b.ends(); ++k) {
     const RimNormal to = rim_to_line(b, b.end(k), c.c, c.d());
     if (to.found) offer_any(-to.n);
@@ -318,20 +323,27 @@ void Search::over_cylinder() {
     const RimNormal to = rim_to_line(c, c.end(k), b.c, b.d());
     if (to.found) offer_any(to.n);
   }
-  // Off both axes, about which there is no rim.
-  const auto off_axes = [&](const Vec3& direction) {
-    Vec3 n = direction.normalized();
-    for (const Vec3& axis : {c.d(), b.d()})
-      if (n.cross(axis).squaredNorm() < 1e-4) n = (n + 0.1 * axis.unitOrthogonal()).normalized();
-    return n;
-  };
-  const Vec3 so_far = off_axes(best.n);
   for (int i = 0; i < c.ends(); ++i)
-    for (int j = 0; j < b.ends(); ++j) {
-      const Vec3 q = b.middle(b.end(j)) - c.middle(c.end(i));
-      if (q.squaredNorm() > 0) over_rims(c.end(i), b.end(j), off_axes(q));
-      over_rims(c.end(i), b.end(j), so_far);
-    }
+    for (int j = 0; j < b.ends(); ++j) start_over_rims(c.end(i), b.end(j));
+}
+
+// From the way between the rims' middles, and from the normal of each end towards what of the other's rim is beyond it.
+void Search::start_over_rims(int end_c, int end_b) {
+  const PlacedCylinder& b = *x.cylinder;
+  const Vec3 q = b.middle(end_b) - c.middle(end_c);
+  if (q.squaredNorm() > 0) {
+    Vec3 n = q.normalized();
+    for (const Vec3& axis : {c.d(), b.d()})  // about them there is no rim
+      if (n.cross(axis).squaredNorm() < 1e-4) n = (n + 0.1 * axis.unitOrthogonal()).normalized();
+    over_rims(end_c, end_b, n);
+  }
+  const auto from_end = [&](const PlacedCylinder& of, int end, const PlacedCylinder& other, int other_end, double sign) {
+    constexpr double tilt = 0.02;
+    const Vec3 d = end * of.d(), p = other.rim(other_end, -d), beyond = of.across(p - of.middle(end));
+    if (beyond.squaredNorm() > of.r * of.r) over_rims(end_c, end_b, sign * (d + tilt * beyond.normalized()).normalized());
+  };
+  from_end(c, end_c, b, end_b, 1);
+  from_end(b, end_b, c, end_c, -1);
 }
 
 CylinderAxis search(const PlacedCylinder& c, const Opposite& x, double margin, double enough, bool carrying) {

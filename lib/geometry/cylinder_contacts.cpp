@@ -1,12 +1,11 @@
 // Contact points of a cylinder and a core, or another cylinder, along the axis that separates them best.
 //
 // On a flat axis (a face of the core, an end of either cylinder) the points are corners of what the two have in common:
-//   a cylinder over the face: what it has on a half-space (contact_points.cpp), as far as it is over the face; where its
-//   line of lowest points leaves the face; corners of the face under an end that is flat, and where sides of the face
-//   cross its rim;
-//   a core over an end: the corners of the face that looks most at it, or of its segment, as far as they are over the
-//   end; where sides cross the rim; the points of the rim a quarter turn apart, on the cylinder's axes x and z, that
-//   are under the face.
+//   a cylinder over the face: what it has on a half-space (contact_points.cpp), as far as it is over the face; where
+//   its line of lowest points leaves the face; corners of the face under an end that is flat, and where sides of the
+//   face cross its rim; a core over an end: the corners of the face that looks most at it, or of its segment, as far as
+//   they are over the end; where sides cross the rim; the points of the rim a quarter turn apart, on the cylinder's
+//   axes x and z, that are under the face.
 // Two ends that lie within one another have the four points of the smaller one. On any other axis it is one point; two,
 // at the ends of what they have in common, for a side beside a parallel edge, capsule or side.
 // Does not fail: whenever the gap is within the tolerance there is at least one point, but where there are seams.
@@ -19,7 +18,7 @@ namespace cb {
 
 namespace {
 
-constexpr double nearly = 0.99;  // cosine: as core_contacts.cpp's
+constexpr double nearly = 0.99;   // cosine: as core_contacts.cpp's
 constexpr double steepest = 0.5;  // cosine between two flat faces that are looked at as one patch
 
 /// Where a line p + s u, 0 <= s <= 1, is within r of the origin: first <= s <= last.
@@ -295,7 +294,7 @@ bool Curved::side_by_side(const Outermost& a, const Outermost& b) const {
 
 void Curved::point(const Outermost& a, const Outermost& b) const {
   Vec3 on_c = a.p + a.radius * axis.n;
-  if (!a.point() && b.point())
+  if (axis.kind == CylinderAxis::Kind::end || (!a.point() && b.point()))
     on_c = b.p - (b.radius + axis.gap) * axis.n;
   else if (!a.point())
     on_c = closest(a.p, a.q - a.p, b.p, b.q - b.p).a + a.radius * axis.n;

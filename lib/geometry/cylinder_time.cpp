@@ -6,13 +6,13 @@
 // sides, or a side and an edge, along their common normal.
 //   A cylinder is the same however far it has turned about its axis d. Planes that go with it do not take part in that
 //   turning, so that one which rolls costs no small steps: they turn with w - (w.d) d, of the size a = |w x d|.
-//   Above a plane with normal n, c = n.d: an end at h along the axis is n.(x - p) + h c - r s high, s = sqrt(1 - c^2). As a
-//   function of c, s is below its tangent; and s = |n x d| is below the chord of its first order and what its second
-//   derivative adds. The better of the two.
+//   Above a plane with normal n, c = n.d: an end at h along the axis is n.(x - p) + h c - r s high, s = sqrt(1 - c^2).
+//   As a function of c, s is below its tangent; and s = |n x d| is below the chord of its first order and what its
+//   second derivative adds. The better of the two.
 // While it is closed, parts of both, each on its own where it is open: the ends of a cylinder as discs, of an end that
-// is closed the points of its rim across from where it is nearest; vertices and edges of the core. Whatever else arrives
-// is found as the time at which the two get deeper than what touches explains (as box_box_time.cpp's).
-// Seams: as core_time.cpp.
+// is closed the points of its rim across from where it is nearest; vertices and edges of the core. Whatever else
+// arrives is found as the time at which the two get deeper than what touches explains (as box_box_time.cpp's). Seams:
+// as core_time.cpp.
 #include "geometry/cylinder_time.h"
 
 #include <array>
@@ -31,8 +31,8 @@ struct Part {
   const Shape& shape;
   const Motion& motion;
   What what = whole;
-  int index = 0;           // the end, 1 or -1; the vertex, the edge
-  Vec3 x = Vec3::Zero();   // the point of the rim, in the shape's frame
+  int index = 0;          // the end, 1 or -1; the vertex, the edge
+  Vec3 x = Vec3::Zero();  // the point of the rim, in the shape's frame
 };
 
 /// It as it is placed at a time.
@@ -104,14 +104,17 @@ Moving moving_axis(const Solid& s) {
   return {d, d1, s.w.cross(d1), {1, a, spin * a, spin * spin * a}};
 }
 
-// A direction that goes with a solid, less the turning of a cylinder about its axis: n' = u x n with u = w - k d, k = w.d
-// constant, u' = -k w x d, |u''| = |k w| a.
+// A direction that goes with a solid, less the turning of a cylinder about its axis: n' = u x n with u = w - k d, k =
+// w.d constant, u' = -k w x d, |u''| = |k w| a.
 Moving moving_with(const Solid& s, const Vec3& n) {
   if (!s.axial) return turning_direction(n, s.w);
   const double k = s.w.dot(s.d()), spin = s.w.norm(), about = std::abs(k);
   const Vec3 d1 = s.w.cross(s.d()), u = s.w - k * s.d(), n1 = u.cross(n);
   const double a = d1.norm();
-  return {n, n1, -k * d1.cross(n) + u.cross(n1), {1, a, about * a + a * a, about * spin * a + 3 * about * a * a + a * a * a}};
+  return {n,
+          n1,
+          -k * d1.cross(n) + u.cross(n1),
+          {1, a, about * a + a * a, about * spin * a + 3 * about * a * a + a * a * a}};
 }
 
 // k f + g.
@@ -121,7 +124,8 @@ Approach combined(double k, const Approach& f, const Approach& g) {
 
 // A step over which a cylinder surely stays more than `clearance` above the plane { n.(x - p) = level } that n and p,
 // the pivot of another solid, move with.
-double step_of_cylinder(const Moving& n, const Solid& below, const Solid& s, double level, double clearance, double rest) {
+double step_of_cylinder(const Moving& n, const Solid& below, const Solid& s, double level, double clearance,
+                        double rest) {
   const Vec3 D = s.pivot - below.pivot, V = s.v - below.v;
   const double speed = V.norm();
   const Approach height = along_normal(n, {D, V, Vec3::Zero(), {D.norm() + speed * rest, speed, 0, 0}});
@@ -158,8 +162,8 @@ double step_of_cylinder(const Moving& n, const Solid& below, const Solid& s, dou
 // The same of points: vertices of a core, a point of a rim.
 double step_of_point(const Moving& n, const Solid& below, const Solid& s, const Vec3& x, double level, double clearance,
                      double rest) {
-  Approach height = along_normal(n, between(x - below.pivot, s.v - below.v, s.w, x - s.pivot, Vec3::Zero(),
-                                            Vec3::Zero(), rest));
+  Approach height =
+      along_normal(n, between(x - below.pivot, s.v - below.v, s.w, x - s.pivot, Vec3::Zero(), Vec3::Zero(), rest));
   height.value -= level;
   return height.value <= clearance ? 0 : safe_step(height, clearance, rest);
 }
@@ -336,8 +340,7 @@ double parts_time(const Pair& pair, const CylinderAxis& axis, Goal goal) {
   const auto of_c = [&](const Part& part, double horizon) {
     return part_time(pair, part, pair.x, {goal.closed, goal.target, horizon});
   };
-  goal.horizon =
-      ends_time(pair.c, now.c, now.x.opposite(), axis.n, goal.closed, goal.horizon, of_c);
+  goal.horizon = ends_time(pair.c, now.c, now.x.opposite(), axis.n, goal.closed, goal.horizon, of_c);
   if (!now.x.round) return core_parts_time(pair, now.c, now.x, goal);
   const auto of_x = [&](const Part& part, double horizon) {
     return part_time(pair, pair.c, part, {goal.closed, goal.target, horizon});
@@ -348,8 +351,8 @@ double parts_time(const Pair& pair, const CylinderAxis& axis, Goal goal) {
 // As box_box_time.cpp's: deeper than now by more than the arcs of what touches explain, and what of it approaches.
 double time_to_depth(const Pair& pair, double gap_now, const Goal& goal) {
   const double w_c = pair.c.motion.w.norm(), w_x = pair.x.motion.w.norm(), fastest = pair.fastest;
-  const double second = 2 * (w_c + w_x) * fastest + w_c * w_c * core_reach(pair.c.shape) +
-                        w_x * w_x * core_reach(pair.x.shape);
+  const double second =
+      2 * (w_c + w_x) * fastest + w_c * w_c * core_reach(pair.c.shape) + w_x * w_x * core_reach(pair.x.shape);
   double target = std::min(0.0, gap_now) - 2 * goal.closed - second * goal.horizon * goal.horizon / 2;
   if (gap_now - fastest * goal.horizon > target) return goal.horizon;
   target -= closing_speed(pair.c.shape, pair.c.motion, pair.x.shape, pair.x.motion, goal.closed) * goal.horizon;
@@ -371,8 +374,7 @@ double cylinder_to_solid(const Shape& shape_a, const Motion& motion_a, const Sha
     const bool axial = shape.kind == ShapeKind::cylinder;
     return (axial ? motion.w.cross(motion.pose.q * Vec3::UnitY()).norm() : motion.w.norm()) * core_reach(shape);
   };
-  const double fastest =
-      (motion_b.v - motion_a.v).norm() + turning(shape_a, motion_a) + turning(shape_b, motion_b);
+  const double fastest = (motion_b.v - motion_a.v).norm() + turning(shape_a, motion_a) + turning(shape_b, motion_b);
   if (fastest * goal.horizon <= goal.closed - goal.target) return goal.horizon;
   const double reach = shape_a.bounding_radius() + shape_b.bounding_radius();
   if ((motion_b.pose.p - motion_a.pose.p).norm() - reach - goal.closed > fastest * goal.horizon) return goal.horizon;

@@ -38,10 +38,6 @@ struct Shape {
   double size() const;
 };
 
-/// Are contacts of two such shapes known? Of a cylinder those with a half-space or a sphere alone, and none of two
-/// half-spaces; the routines below find no contact there.
-bool can_touch(ShapeKind a, ShapeKind b);
-
 /// One point of contact. `normal` points from shape b to shape a: a positive normal impulse pushes a along +normal.
 /// This is the only place where the direction of the normal is fixed.
 struct ContactPoint {
@@ -58,7 +54,8 @@ void contact_tangents(const Vec3& normal, double angle, Vec3& t1, Vec3& t2);
 /// Appends the contact points of two shapes whose gap is at most `tolerance` (m): one for a sphere, the corners of the
 /// common patch for touching faces (a unit box on a unit box gives its four corner points), one for an edge across an
 /// edge; of a cylinder on a plane the lowest point of each of its ends (two on its side, one of a disc), and standing
-/// on an end four points of its rim; of a capsule the nearest point, or the ends of what lies along a face, an edge or
+/// on an end four points of its rim; on a face of another shape those of them that are over it, and corners of what its
+/// ends and sides have in common with it; of a capsule the nearest point, or the ends of what lies along a face, an edge or
 /// another capsule; of a hull what a box has, for its polygons. Exact for faces that touch. Order and content depend on
 /// the arguments only. Here and below a tolerance counts as at least 4 ulp of the largest coordinate of the two origins
 /// (8.9e-10 m at 1e6 m): closer is not resolved. Poses are of the *shapes* in the world. `corners_only`: of a box's
@@ -70,7 +67,7 @@ int contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape&
                    double tolerance, std::vector<ContactPoint>& out, bool corners_only = false, double reach = 0);
 
 /// A lower bound on the distance of two shapes that is exact where they touch, m; negative: penetration depth.
-/// A cylinder with anything but a half-space or a sphere: the boxes around them stand in, a bound.
+/// Overlaps of a cylinder as deep as the shapes are large may have a smaller way out than it says.
 double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b);
 
 /// A shape in steady motion: its pose now, velocity of the shape's origin and angular velocity (world).
