@@ -6,7 +6,8 @@
 // sphere. A cylinder on a plane: the lowest point of each end's rim; of an end whose whole rim touches, the four points
 // on the end's local x and z axes in their place (+x, +z, -x, -z), which stay with the body as a box's corners do; of
 // an end that is nearly flat, the points a quarter turn from its lowest one where they touch. A standing cylinder is so
-// carried by a square within its rim, and tips where the square's sides do. Reference face of two boxes: the face axis
+// carried by a square within its rim, and tips where the square's sides do. Capsules and hulls: core_contacts.cpp;
+// cylinders on anything but planes and spheres: cylinder_contacts.cpp. Reference face of two boxes: the face axis
 // with the largest gap; of axes within the margin (1e-9 of the size, at least the tolerance) the first of a's faces,
 // then b's, then edge pairs. Tolerances are raised to 4 ulp of the largest coordinate (resolved_tolerance). Does not
 // fail: whenever the gap of the best axis is within the tolerance there is at least one point.

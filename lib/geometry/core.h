@@ -11,7 +11,7 @@
 
 namespace cb {
 
-/// Is the shape a core with a radius? Not a cylinder and not a half-space.
+/// Is the shape a core with a radius? Not a cylinder (cylinder.h) and not a half-space.
 bool has_core(ShapeKind kind);
 /// The polytope of a shape that has a core, in units of its scale.
 const Polytope& core_of(const Shape& shape);

@@ -337,10 +337,12 @@ void Search::start_over_rims(int end_c, int end_b) {
       if (n.cross(axis).squaredNorm() < 1e-4) n = (n + 0.1 * axis.unitOrthogonal()).normalized();
     over_rims(end_c, end_b, n);
   }
-  const auto from_end = [&](const PlacedCylinder& of, int end, const PlacedCylinder& other, int other_end, double sign) {
+  const auto from_end = [&](const PlacedCylinder& of, int end, const PlacedCylinder& other, int other_end,
+                            double sign) {
     constexpr double tilt = 0.02;
     const Vec3 d = end * of.d(), p = other.rim(other_end, -d), beyond = of.across(p - of.middle(end));
-    if (beyond.squaredNorm() > of.r * of.r) over_rims(end_c, end_b, sign * (d + tilt * beyond.normalized()).normalized());
+    if (beyond.squaredNorm() > of.r * of.r)
+      over_rims(end_c, end_b, sign * (d + tilt * beyond.normalized()).normalized());
   };
   from_end(c, end_c, b, end_b, 1);
   from_end(b, end_b, c, end_c, -1);

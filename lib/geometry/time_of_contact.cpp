@@ -22,7 +22,8 @@
 //      over face both ways, edge over edge), so that a box on its edge finds when it lies flat; for a corner of the
 //      patch that moves along an edge the bound K is an estimate (doubled), not proved. Whatever else of a closed pair
 //      of boxes arrives is found as the time at which they get deeper than what touches explains (box_box_time.cpp);
-//      capsule or hull on anything else: core_time.cpp.
+//      capsule or hull on anything else: core_time.cpp; cylinder on anything but a half-space or a sphere:
+//      cylinder_time.cpp.
 // Does not fail: after `max_advancements` it returns the safe time reached.
 // Tolerances are raised to 4 ulp of the largest coordinate (resolved_tolerance).
 #include <cmath>

@@ -637,7 +637,7 @@ def logs(scene):
     radius, length, lying = rounded(draw.of("size_m") / 4), draw.of("size_m"), 'quaternion="1.0 1.0 0.0 0.0"'
     for side in (-1, 1):
         scene.cylinder(radius, length, [side * rounded(1.002 * radius), radius, 0.0], "", lying)
-        scene.fixed_box([0.1, 4 * radius, length], [side * rounded(2.01 * radius + 0.05, 6), 2 * radius, 0.0])
+        scene.fixed_box([0.1, 3 * radius, length], [side * rounded(2.01 * radius + 0.05, 6), 1.5 * radius, 0.0])
     top = rounded(2.75 * radius)
     scene.cylinder(radius, length, [0.0, top, 0.0], drawn_motion_level(draw), lying)
     scene.capsule(rounded(radius / 2), length, [0.0, rounded(top + 1.51 * radius, 6), 0.0], "",

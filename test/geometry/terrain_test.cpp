@@ -45,6 +45,13 @@ Shape box(const Vec3& half_extents) {
   return shape;
 }
 
+Shape cylinder(double radius, double half) {
+  Shape shape = ball(radius);
+  shape.kind = ShapeKind::cylinder;
+  shape.half_extents.y() = half;
+  return shape;
+}
+
 std::vector<ContactPoint> points_on(const std::vector<Shape>& ground, const Shape& shape, const Pose& pose) {
   std::vector<ContactPoint> points;
   for (const Shape& prism : ground) contact_points(shape, pose, 0, prism, prism.local, 1, 1e-9, points);
@@ -153,5 +160,78 @@ TEST_CASE("What passes a ridge's inner sides far below the ridge's other slope m
       CHECK(std::abs(point.gap) < 1e-9);
       CHECK((point.normal - Vec3(-std::sin(tilt), std::cos(tilt), 0)).norm() < 1e-9);
     }
+  }
+}
+
+TEST_CASE("On flat ground a cylinder stands on points of its rim and lies on those of its ends, beside a seam or not") {
+  const auto ground = roof(0);
+  const Quat lying(Eigen::AngleAxisd(M_PI / 2, Vec3(0.6, 0, 0.8)));
+  for (const double x : {-0.3, -1e-5, -1e-9, 0.0, 1e-12, 1e-9, 1e-5, 0.2})
+    for (const double height : {-5e-10, 0.0, 5e-10})
+      for (const double half : {0.3, 0.0}) {
+        INFO(x << ' ' << height << ' ' << half);
+        Pose pose;
+        pose.p = Vec3(x, half + height, 0.1);
+        const auto standing = points_on(ground, cylinder(0.2, half), pose);
+        CHECK(standing.size() >= 4);
+        for (const ContactPoint& point : standing) {
+          CHECK((point.normal - Vec3::UnitY()).norm() < 1e-12);
+          CHECK(std::abs(std::hypot(point.position.x() - x, point.position.z() - 0.1) - 0.2) < 1e-12);
+        }
+        pose.p.y() = 0.2 + height;
+        pose.q = lying;
+        const auto on_side = points_on(ground, cylinder(0.2, half), pose);
+        CHECK(on_side.size() >= (half > 0 ? 2 : 1));
+        for (const ContactPoint& point : on_side) {
+          CHECK((point.normal - Vec3::UnitY()).norm() < 1e-7);
+          CHECK(std::abs((point.position - pose.p).dot(lying * Vec3::UnitY())) == Approx(half).margin(1e-9));
+        }
+      }
+}
+
+TEST_CASE("Nothing arrives at a cylinder that slides and rolls over flat seams, and what falls arrives as on a plane") {
+  const auto ground = roof(0);
+  const Quat lying(Eigen::AngleAxisd(M_PI / 2, Vec3(0, 0, 1)));  // rolls along z
+  for (const bool upright : {true, false})
+    for (const double height : {-5e-10, 0.0, 5e-10})
+      for (const Vec3& v : {Vec3(1, 0, 0), Vec3(-0.7, 0, 0.3), Vec3(0.2, 0, -1)}) {
+        Motion motion;
+        motion.pose.p = Vec3(-0.3, 0.1 + height, 0.1) - 0.2 * v;
+        motion.v = v;
+        if (upright) {
+          motion.w.y() = 3;
+        } else {
+          motion.pose.q = lying;
+          motion.w.x() = v.z() / 0.1;
+        }
+        CHECK(first_contact(ground, cylinder(0.1, 0.1), motion, 0.3) == 0.3);
+        motion.pose.p.y() += 0.05;
+        motion.v.y() = -1;
+        CHECK(first_contact(ground, cylinder(0.1, 0.1), motion, 0.3) == Approx(0.05).margin(2e-9));
+      }
+}
+
+TEST_CASE("A cylinder along a ridge lies on the ridge, one across it on the ridge's point, one in a valley on both sides") {
+  const double slope = 0.5, length = std::sqrt(1 + slope * slope), r = 0.2;
+  Pose pose;
+  pose.q = Quat(Eigen::AngleAxisd(M_PI / 2, Vec3(1, 0, 0)));  // along z, as the ridge
+  pose.p = Vec3(0, r, 0.1);
+  const auto along = points_on(roof(slope), cylinder(r, 0.3), pose);
+  CHECK(along.size() >= 2);
+  for (const ContactPoint& point : along) {
+    CHECK((point.normal - Vec3::UnitY()).norm() < 1e-12);
+    CHECK(std::abs(std::abs(point.position.z() - 0.1) - 0.3) < 1e-12);
+  }
+  pose.p.y() = r * length;
+  const auto in_valley = points_on(roof(-slope), cylinder(r, 0.3), pose);
+  CHECK(in_valley.size() >= 4);
+  for (const ContactPoint& point : in_valley) CHECK(point.normal.y() == Approx(1 / length));
+  pose.p = Vec3(0, r, 0.1);
+  pose.q = Quat(Eigen::AngleAxisd(M_PI / 2, Vec3(0, 0, 1)));
+  const auto across = points_on(roof(slope), cylinder(r, 0.3), pose);
+  CHECK(!across.empty());
+  for (const ContactPoint& point : across) {
+    CHECK((point.normal - Vec3::UnitY()).norm() < 1e-12);
+    CHECK((point.position - Vec3(0, 0, 0.1)).norm() < 1e-9);
   }
 }
