@@ -211,7 +211,8 @@ TEST_CASE("Nothing arrives at a cylinder that slides and rolls over flat seams, 
       }
 }
 
-TEST_CASE("A cylinder along a ridge lies on the ridge, one across it on the ridge's point, one in a valley on both sides") {
+TEST_CASE(
+    "A cylinder along a ridge lies on the ridge, one across it on the ridge's point, one in a valley on both sides") {
   const double slope = 0.5, length = std::sqrt(1 + slope * slope), r = 0.2;
   Pose pose;
   pose.q = Quat(Eigen::AngleAxisd(M_PI / 2, Vec3(1, 0, 0)));  // along z, as the ridge
