@@ -61,6 +61,20 @@ CylinderAxis separating_axis(const PlacedCylinder& c, const Opposite& x, double 
 /// The same of the axes along which a core with seams carries (core.h, carrying_axis).
 CylinderAxis carrying_axis(const PlacedCylinder& c, const PlacedCore& x, double margin);
 
+/// Is p over a face of a core, or within `slack` (m) of it?
+bool over_face(const PlacedCore& core, int face, const Vec3& p, double slack);
+
+/// What of a shape is outermost along a normal, with what is within a radius of it: a segment, or a point.
+struct Outermost {
+  Vec3 p, q;
+  double radius;
+  bool point() const { return p == q; }
+};
+/// Of a cylinder along n, and of what it meets towards it: a side, or an edge, is a segment if its ends are level
+/// within `margin` (m). Of an end that is flat a point of its rim.
+Outermost outermost(const PlacedCylinder& c, const Vec3& n, double margin);
+Outermost outermost(const Opposite& x, const Vec3& n, double margin);
+
 /// A point that two have in common where one lies on a flat face of the other.
 struct FlatPoint {
   Vec3 foot;   ///< on the face

@@ -46,6 +46,32 @@ Vec3 Opposite::lowest_point(const Vec3& n) const {
   return *least - core->radius * n;
 }
 
+bool over_face(const PlacedCore& core, int face, const Vec3& p, double slack) {
+  const Polytope::Face& around = core.form->faces[face];
+  for (int k = 0; k < around.count; ++k) {
+    const Vec3& corner = core.x[core.form->corner(around, k)];
+    const Vec3 side = core.x[core.form->corner(around, k + 1)] - corner;
+    if (side.cross(core.n[face]).dot(p - corner) > slack * side.norm()) return false;
+  }
+  return true;
+}
+
+Outermost outermost(const PlacedCylinder& c, const Vec3& n, double margin) {
+  if (c.l > 0 && std::abs(n.dot(c.d())) * c.l <= margin) return {c.middle(-1), c.middle(1), c.r};
+  const Vec3 p = c.rim(n.dot(c.d()) > 0 ? 1 : -1, n);
+  return {p, p, 0};
+}
+
+Outermost outermost(const Opposite& x, const Vec3& n, double margin) {
+  if (x.cylinder != nullptr) return outermost(*x.cylinder, -n, margin);
+  const PlacedCore& core = *x.core;
+  const Vec3 least = x.lowest_point(n) + core.radius * n;
+  Outermost out{least, least, core.radius};
+  for (const Vec3& p : core.x)
+    if (n.dot(p - least) <= margin && (p - least).squaredNorm() > (out.q - least).squaredNorm()) out.q = p;
+  return out;
+}
+
 namespace {
 
 constexpr double parallel_sine2 = 1e-20;  // as box_box.cpp's
@@ -118,6 +144,8 @@ struct Search {
   void take(double gap, CylinderAxis::Kind kind, int index, const Vec3& n, int edge = -1) {
     best = {gap, kind, index, n, edge};
   }
+  bool meets() const;
+  static bool end_meets(const PlacedCylinder& of, const Vec3& n, const Outermost& other, const PlacedCylinder* flat);
   double gap_along(const Vec3& n) const { return x.lowest(n) - n.dot(c.c) - c.reach(n); }
 
   // A curved one, of a point p of the other; `edge`, `vertex`: of the core, where it is one.
@@ -139,9 +167,38 @@ struct Search {
   bool grows_towards_edge(const Vec3& n, const Vec3& other, const Vec3& p) const;
   void over_vertices();
   void over_cylinder();
-  void start_over_rims(int end_c, int end_b);
+  bool start_over_rims(int end_c, int end_b);
+  void over_point();
   void over_rims(int end_c, int end_b, const Vec3& start);
 };
+
+// Do the features that are outermost along the best axis meet, as far as it says that they are apart? Then no other
+// axis separates better: where they are apart they have points at that distance; where they touch no turn of the axis
+// widens the gap. Deeper overlaps may have another way out.
+bool Search::meets() const {
+  constexpr double shallow = 1e-3, level = 1e-12, beside = 1e-10;  // of the radius
+  if (carrying || best.gap < -shallow * c.r) return false;
+  const double size = std::max(c.r, c.l);
+  const Outermost a = outermost(c, best.n, level * size), b = outermost(x, best.n, level * size);
+  if (best.kind == CylinderAxis::Kind::end) return end_meets(c, best.n, b, x.cylinder);
+  if (best.kind == CylinderAxis::Kind::end_of_other) return end_meets(*x.cylinder, -best.n, a, &c);
+  if (best.kind == CylinderAxis::Kind::face) {
+    const Vec3 end = c.middle(best.n.dot(c.d()) < 0 ? -1 : 1);
+    const bool flat = c.across(best.n).norm() <= level;
+    return over_face(*x.core, best.index, flat ? end : a.p, 0) || over_face(*x.core, best.index, flat ? end : a.q, 0);
+  }
+  const SegmentPair at = closest(a.p, a.q - a.p, b.p, b.q - b.p);
+  return (at.b - at.a - (best.gap + a.radius + b.radius) * best.n).norm() <= beside * size;
+}
+
+// Is a point of the other under an end, the normal out of it? `flat`: the other, where it is a cylinder.
+bool Search::end_meets(const PlacedCylinder& of, const Vec3& n, const Outermost& other, const PlacedCylinder* flat) {
+  constexpr double level = 1e-12;  // sine
+  const auto middle = [&n](const PlacedCylinder& c) { return c.middle(n.dot(c.d()) < 0 ? -1 : 1); };
+  if (flat != nullptr && flat->across(n).norm() <= level) return of.across(flat->c - of.c).norm() <= of.r + flat->r;
+  const SegmentPair at = closest(middle(of), Vec3::Zero(), other.p, other.q - other.p);
+  return of.across(at.b - of.c).squaredNorm() <= of.r * of.r;
+}
 
 // Does an edge or a vertex carry along n, and is what it touches there?
 bool Search::carried(const Vec3& n, double gap, int edge, int vertex) const {
@@ -306,6 +363,19 @@ void Search::over_rims(int end_c, int end_b, const Vec3& start) {
   if (better(all)) take(all, CylinderAxis::Kind::curved, 0, n);
 }
 
+// A point beside a cylinder.
+void Search::over_point() {
+  const PlacedCylinder& b = *x.cylinder;
+  const Vec3 q = b.c - c.c, across = b.across(q);
+  const double height = q.dot(b.d()), distance = across.norm(), beyond = std::max(0.0, std::abs(height) - b.l);
+  const Vec3 way = (distance > b.r ? (distance - b.r) / distance : 0) * across + std::copysign(beyond, height) * b.d();
+  for (const Vec3& n : {way, across}) {
+    if (n.squaredNorm() == 0) continue;
+    const double gap = gap_along(n.normalized());
+    if (better(gap)) take(gap, CylinderAxis::Kind::curved, 0, n.normalized());
+  }
+}
+
 void Search::over_cylinder() {
   const PlacedCylinder& b = *x.cylinder;
   const auto offer_any = [&](const Vec3& n) {
@@ -323,12 +393,15 @@ void Search::over_cylinder() {
     const RimNormal to = rim_to_line(c, c.end(k), b.c, b.d());
     if (to.found) offer_any(to.n);
   }
+  if (meets()) return;
   for (int i = 0; i < c.ends(); ++i)
-    for (int j = 0; j < b.ends(); ++j) start_over_rims(c.end(i), b.end(j));
+    for (int j = 0; j < b.ends(); ++j)
+      if (start_over_rims(c.end(i), b.end(j))) return;
 }
 
-// From the way between the rims' middles, and from the normal of each end towards what of the other's rim is beyond it.
-void Search::start_over_rims(int end_c, int end_b) {
+// From the way between the rims' middles, and from the normal of each end towards what of the other's rim is beyond it;
+// until there is nothing better.
+bool Search::start_over_rims(int end_c, int end_b) {
   const PlacedCylinder& b = *x.cylinder;
   const Vec3 q = b.middle(end_b) - c.middle(end_c);
   if (q.squaredNorm() > 0) {
@@ -336,6 +409,7 @@ void Search::start_over_rims(int end_c, int end_b) {
     for (const Vec3& axis : {c.d(), b.d()})  // about them there is no rim
       if (n.cross(axis).squaredNorm() < 1e-4) n = (n + 0.1 * axis.unitOrthogonal()).normalized();
     over_rims(end_c, end_b, n);
+    if (best.gap > 0 && meets()) return true;
   }
   const auto from_end = [&](const PlacedCylinder& of, int end, const PlacedCylinder& other, int other_end,
                             double sign) {
@@ -346,20 +420,26 @@ void Search::start_over_rims(int end_c, int end_b) {
   };
   from_end(c, end_c, b, end_b, 1);
   from_end(b, end_b, c, end_c, -1);
+  return meets();
 }
 
 CylinderAxis search(const PlacedCylinder& c, const Opposite& x, double margin, double enough, bool carrying) {
   Search search{c, x, margin, carrying};
-  if (x.core != nullptr) search.over_faces();
-  if (search.best.gap > enough) return search.best;
-  search.over_ends();
-  if (search.best.gap > enough) return search.best;
-  if (x.cylinder != nullptr) {
-    search.over_cylinder();
-    return search.best;
+  const auto done = [&] { return search.best.gap > enough || search.meets(); };
+  if (x.core != nullptr) {
+    search.over_faces();
+    if (x.core->solid() && done()) return search.best;
   }
-  search.over_vertices();
-  search.over_edges();
+  search.over_ends();
+  if (done()) return search.best;
+  if (x.cylinder != nullptr && c.r == 0) {
+    search.over_point();
+  } else if (x.cylinder != nullptr) {
+    search.over_cylinder();
+  } else {
+    search.over_vertices();
+    if (!search.meets()) search.over_edges();
+  }
   return search.best;
 }
 

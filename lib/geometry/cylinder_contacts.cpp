@@ -54,18 +54,8 @@ struct Flat {
   }
 };
 
-bool contains(const PlacedCore& core, int face, const Vec3& p, double slack) {
-  const Polytope::Face& around = core.form->faces[face];
-  for (int k = 0; k < around.count; ++k) {
-    const Vec3& corner = core.x[core.form->corner(around, k)];
-    const Vec3 side = core.x[core.form->corner(around, k + 1)] - corner;
-    if (side.cross(core.n[face]).dot(p - corner) > slack * side.norm()) return false;
-  }
-  return true;
-}
-
 bool Flat::contains(const Vec3& foot) const {
-  if (core != nullptr) return cb::contains(*core, face, foot, slack);
+  if (core != nullptr) return over_face(*core, face, foot, slack);
   return (foot - middle()).norm() <= cylinder->r + slack;
 }
 
@@ -220,31 +210,8 @@ void core_over(const Collector& to, const PlacedCore& x) {
   for (int k = 0; k < 4; ++k) {
     const Vec3 foot = middle + (k < 2 ? r : -r) * flat.cylinder->R.col(k % 2 == 0 ? 0 : 2);
     const double gap = (x.offset[face] - x.n[face].dot(foot)) / cosine;
-    if (contains(x, face, foot + gap * flat.n, flat.slack)) to.add(foot, gap);
+    if (over_face(x, face, foot + gap * flat.n, flat.slack)) to.add(foot, gap);
   }
-}
-
-/// What of a shape is outermost along a normal, with what is within a radius of it: a segment, or a point.
-struct Outermost {
-  Vec3 p, q;
-  double radius;
-  bool point() const { return p == q; }
-};
-// n: out of c.
-Outermost outermost(const PlacedCylinder& c, const Vec3& n, double margin) {
-  if (c.l > 0 && std::abs(n.dot(c.d())) * c.l <= margin) return {c.middle(-1), c.middle(1), c.r};
-  const Vec3 p = c.rim(n.dot(c.d()) > 0 ? 1 : -1, n);
-  return {p, p, 0};
-}
-// n: into x.
-Outermost outermost(const Opposite& x, const Vec3& n, double margin) {
-  if (x.cylinder != nullptr) return outermost(*x.cylinder, -n, margin);
-  const PlacedCore& core = *x.core;
-  const Vec3 least = x.lowest_point(n) + core.radius * n;
-  Outermost out{least, least, core.radius};
-  for (const Vec3& p : core.x)
-    if (n.dot(p - least) <= margin && (p - least).squaredNorm() > (out.q - least).squaredNorm()) out.q = p;
-  return out;
 }
 
 /// A cylinder on something along an axis that is not flat.

@@ -292,22 +292,25 @@ double part_time(const Pair& whole, const Part& c, const Part& x, const Goal& go
 }
 
 // The ends of a cylinder, and of one that is closed the points of its rim a quarter and half a turn from where it is
-// nearest. n: along which the other is.
+// nearest. n: along which the other is; what is further from it along n than `reach` does not get there.
 template <class TimeOf>
-double ends_time(const Part& whole, const Solid& at_start, const Opposite& other, const Vec3& n, double closed,
-                 double horizon, const TimeOf& time_of) {
+double ends_time(const Part& whole, const Solid& at_start, const Opposite& other, const Vec3& n, double reach,
+                 double closed, double horizon, const TimeOf& time_of) {
   const PlacedCylinder& cylinder = at_start.cylinder;
+  const double near = other.lowest(n) - reach, spun = at_start.w.norm() * whole.shape.bounding_radius() * horizon;
   for (int k = 0; k < cylinder.ends(); ++k) {
     const int end = cylinder.end(k);
     PlacedCylinder disc = cylinder;
     disc.c = cylinder.middle(end);
     disc.l = 0;
+    if (n.dot(disc.c) + disc.reach(n) < near) continue;
     if (separating_axis(disc, other, 0).gap > closed) {
       horizon = time_of(Part{whole.shape, whole.motion, Part::end, end}, horizon);
       continue;
     }
     const Vec3 u = cylinder.outward(n), across = cylinder.d().cross(u);
     for (const Vec3& away : {Vec3(-u), across, Vec3(-across)}) {
+      if (n.dot(disc.c + cylinder.r * away) < near - spun) continue;
       const Vec3 x = cylinder.R.transpose() * (end * cylinder.l * cylinder.d() + cylinder.r * away);
       horizon = time_of(Part{whole.shape, whole.motion, Part::rim_point, 0, x}, horizon);
     }
@@ -316,18 +319,21 @@ double ends_time(const Part& whole, const Solid& at_start, const Opposite& other
 }
 
 // Vertices and edges of the core that are near enough.
-double core_parts_time(const Pair& pair, const Solid& c, const Solid& x, Goal goal) {
+double core_parts_time(const Pair& pair, const Solid& c, const Solid& x, const Vec3& n, Goal goal) {
   const double reach = pair.fastest * goal.horizon + goal.closed + x.core.radius;
   const double radius = std::hypot(c.cylinder.r, c.cylinder.l);
   const Vec3 middle = c.cylinder.c;
+  const double near = n.dot(middle) + c.cylinder.reach(n) + reach;  // along n
   for (int i = 0; i < static_cast<int>(x.core.x.size()); ++i) {
     if (pair.seams && x.core.seams()->sharp_vertex[static_cast<std::size_t>(i)] == 0) continue;
-    if ((x.core.x[i] - middle).norm() > radius + reach) continue;
+    if (n.dot(x.core.x[i]) > near || (x.core.x[i] - middle).norm() > radius + reach) continue;
     goal.horizon = part_time(pair, pair.c, {pair.x.shape, pair.x.motion, Part::vertex, i}, goal);
   }
   for (int e = 0; e < x.core.edges(); ++e) {
     if (pair.seams && x.core.seams()->sharp_edge[static_cast<std::size_t>(e)] == 0) continue;
-    const SegmentPair at = closest(middle, Vec3::Zero(), x.core.x[x.core.form->edges[e].from], x.core.along(e));
+    const Polytope::Edge& of = x.core.form->edges[e];
+    if (std::min(n.dot(x.core.x[of.from]), n.dot(x.core.x[of.to])) > near) continue;
+    const SegmentPair at = closest(middle, Vec3::Zero(), x.core.x[of.from], x.core.along(e));
     if (at.distance2 > (radius + reach) * (radius + reach)) continue;
     goal.horizon = part_time(pair, pair.c, {pair.x.shape, pair.x.motion, Part::edge, e}, goal);
   }
@@ -340,12 +346,13 @@ double parts_time(const Pair& pair, const CylinderAxis& axis, Goal goal) {
   const auto of_c = [&](const Part& part, double horizon) {
     return part_time(pair, part, pair.x, {goal.closed, goal.target, horizon});
   };
-  goal.horizon = ends_time(pair.c, now.c, now.x.opposite(), axis.n, goal.closed, goal.horizon, of_c);
-  if (!now.x.round) return core_parts_time(pair, now.c, now.x, goal);
+  const double reach = pair.fastest * goal.horizon + goal.closed;
+  goal.horizon = ends_time(pair.c, now.c, now.x.opposite(), axis.n, reach, goal.closed, goal.horizon, of_c);
+  if (!now.x.round) return core_parts_time(pair, now.c, now.x, axis.n, goal);
   const auto of_x = [&](const Part& part, double horizon) {
     return part_time(pair, pair.c, part, {goal.closed, goal.target, horizon});
   };
-  return ends_time(pair.x, now.x, now.c.opposite(), -axis.n, goal.closed, goal.horizon, of_x);
+  return ends_time(pair.x, now.x, now.c.opposite(), -axis.n, reach, goal.closed, goal.horizon, of_x);
 }
 
 // As box_box_time.cpp's: deeper than now by more than the arcs of what touches explain, and what of it approaches.

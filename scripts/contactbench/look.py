@@ -46,7 +46,8 @@ HULL = 60  # points of a hull: its faces are looked for among all triples
 FLAT = 1e-9  # of a hull's extent: as near to a plane are points of a face
 CHUNK = 100  # poses at once, of hulls and of cylinders
 UNSURE = 0.1 * PENETRATION  # of the smaller size: overlaps of cylinders that are less are not searched for a way out
-SCAN = 48  # directions about a line, before the best is made better
+SCAN = 48  # directions about a line, and
+AROUND = 300  # all around, before the best is made better
 FLOOR = 1e-20  # of the run's largest kinetic energy: an island with less is at rest, -
 
 
@@ -477,27 +478,26 @@ def across_lines(a, pa, Ra, b, pb, Rb, lines):
     return np.maximum(scanned.max(axis=2), golden(at, best - angles[1], best + angles[1])).max(axis=1)
 
 
-def across_rims(a, pa, Ra, b, pb, Rb):
-    """The most over all normals, of two cylinders: by longitude and latitude about a's axis, on ever finer grids."""
-    u, d, v = (Ra[:, None, :, i] for i in range(3))
+def across_rims(a, pa, Ra, b, pb, Rb, first):
+    """The most over all normals, of two cylinders: from the best of the normals `first` and of those all around, on ever
+    finer grids across each."""
+    z = 1 - (2 * np.arange(AROUND) + 1) / AROUND
+    turn = math.pi * (3 - math.sqrt(5)) * np.arange(AROUND)
+    all_around = np.stack([np.sqrt(1 - z * z) * np.cos(turn), z, np.sqrt(1 - z * z) * np.sin(turn)], axis=1)
+    n = np.concatenate([first, np.broadcast_to(all_around, (len(pa), AROUND, 3))], axis=1)
     grid = np.linspace(-1, 1, 9)
-    turn, rise = (x.ravel() for x in np.meshgrid(grid, grid))
-    longs, lats = (x.ravel() for x in np.meshgrid(np.arange(SCAN) * (2 * math.pi / SCAN), np.linspace(-1.5, 1.5, 31)))
-
-    def at(angle, latitude):
-        n = (np.cos(latitude) * np.cos(angle))[..., None] * u + (np.cos(latitude) * np.sin(angle))[..., None] * v
-        return support_gap(a, pa, Ra, b, pb, Rb, n + np.sin(latitude)[..., None] * d)
-
-    gaps = at(np.broadcast_to(longs, (len(pa), len(longs))), np.broadcast_to(lats, (len(pa), len(lats))))
+    x, y = (x.ravel()[None, :, None] for x in np.meshgrid(grid, grid))
+    gaps, rows = support_gap(a, pa, Ra, b, pb, Rb, n), np.arange(len(pa))
     found = gaps.max(axis=1)
-    for start in np.argsort(-gaps, axis=1)[:, :3].T:
-        angle, latitude, width = longs[start], lats[start], 0.15
-        for _ in range(60):
-            angles, latitudes = angle[:, None] + width * turn, latitude[:, None] + width * rise
-            there = at(angles, latitudes)
-            best, rows = there.argmax(axis=1), np.arange(len(pa))
-            angle, latitude, found = angles[rows, best], latitudes[rows, best], np.maximum(found, there[rows, best])
-            width *= 0.7
+    for start in np.argsort(-gaps, axis=1)[:, :4].T:
+        best, width = n[rows, start], 0.3
+        for _ in range(80):
+            u = unit(np.cross(best, np.where(np.abs(best[:, :1]) < 0.7, np.array([1.0, 0, 0]), np.array([0.0, 0, 1]))))
+            v = np.cross(best, u)
+            there = unit(best[:, None, :] + width * (x * u[:, None, :] + y * v[:, None, :]))
+            gap = support_gap(a, pa, Ra, b, pb, Rb, there)
+            best, found = there[rows, gap.argmax(axis=1)], np.maximum(found, gap.max(axis=1))
+            width *= 0.75
     return found
 
 
@@ -507,16 +507,17 @@ def cylinder_apart(a, pa, Ra, b, pb, Rb):
     out = []
     for at in range(0, len(pa), CHUNK):
         A, B = (pa[at:at + CHUNK], Ra[at:at + CHUNK]), (pb[at:at + CHUNK], Rb[at:at + CHUNK])
-        gap = support_gap(a, *A, b, *B, first_normals(a, *A, b, *B)).max(axis=1)
+        n = first_normals(a, *A, b, *B)
         if b.kind == "cylinder":
-            gap = np.maximum(gap, support_gap(a, *A, b, *B, -first_normals(b, *B, a, *A)).max(axis=1))
+            n = np.concatenate([n, first_normals(b, *B, a, *A)], axis=1)
+        gap = support_gap(a, *A, b, *B, n).max(axis=1)
         close = np.flatnonzero(gap < -UNSURE * min(a.size, b.size))
         if len(close):
             A, B = (A[0][close], A[1][close]), (B[0][close], B[1][close])
             searched = across_lines(a, *A, b, *B, lines_of(b, *B)[1])
             if b.kind == "cylinder":
                 searched = np.maximum(searched, across_lines(a, *A, b, *B, lines_of(a, *A)[1]))
-                searched = np.maximum(searched, across_rims(a, *A, b, *B))
+                searched = np.maximum(searched, across_rims(a, *A, b, *B, n[close]))
             gap[close] = np.maximum(gap[close], searched)
         out.append(gap)
     return np.concatenate(out) if out else np.zeros(0)
