@@ -268,16 +268,24 @@ double time_to_gap(const Pair& pair, double target, double closed, double horizo
   });
 }
 
-// Do the two, of which the other has seams, have points that carry at the time t?
-bool carried(const Pair& whole, const Part& c, const Part& x, const CylinderAxis& axis, double t, double closed) {
+// Does the other, which has seams, carry what arrives at the time t, and do the two come nearer there within the rest?
+// A rim that slides on to the next triangle of a ground arrives at it from beside.
+bool carried(const Pair& whole, const Part& c, const Part& x, const CylinderAxis& axis, double t, const Goal& goal) {
   Placed& then = scratch(2);
   then.place({c, whole.x, 0, 0, true}, t);
   if (x.what == Part::vertex) return vertex_carries(then.x.core, x.index, -axis.n);
   if (x.what == Part::edge) return edge_carries(then.x.core, x.index, -axis.n);
   thread_local std::vector<ContactPoint> points;  // does not allocate after its first calls
   points.clear();
-  cylinder_points(then.c.cylinder, then.x.opposite(), Vec3::Zero(), closed, closed, whole.margin, {points, 1, 0, 1});
-  return !points.empty();
+  cylinder_points(then.c.cylinder, then.x.opposite(), Vec3::Zero(), goal.closed, goal.closed, whole.margin,
+                  {points, 1, 0, 1});
+  double speed = 0;
+  for (const ContactPoint& p : points) {
+    const Vec3 v_c = then.c.v + then.c.w.cross(p.position - then.c.pivot),
+               v_x = then.x.v + then.x.w.cross(p.position - then.x.pivot);
+    speed = std::max(speed, -p.normal.dot(v_c - v_x));
+  }
+  return speed * (goal.horizon - t) > goal.closed;
 }
 
 // The time at which parts of the two close, where they are open.
@@ -286,7 +294,7 @@ double part_time(const Pair& whole, const Part& c, const Part& x, const Goal& go
   const Pair pair{c, x, whole.fastest + spin, whole.margin, whole.seams};
   bool counts = true;
   const double t = time_to_gap(pair, goal.target, goal.closed, goal.horizon, [&](const CylinderAxis& axis, double at) {
-    counts = at > 0 && (!whole.seams || carried(whole, c, x, axis, at, goal.closed));
+    counts = at > 0 && (!whole.seams || carried(whole, c, x, axis, at, goal));
   });
   return counts ? t : goal.horizon;
 }
