@@ -205,7 +205,7 @@ bool Search::carried(const Vec3& n, double gap, int edge, int vertex) const {
   if (vertex >= 0) return vertex_carries(*x.core, vertex, -n);
   if (!edge_carries(*x.core, edge, -n)) return false;
   const Vec3 p = x.core->x[x.core->form->edges[edge].from], v = x.core->along(edge);
-  if (std::abs(n.dot(c.d())) * c.l <= margin) {
+  if (c.l > 0 && std::abs(n.dot(c.d())) * c.l <= margin) {
     const SegmentPair at = closest(c.middle(-1), 2 * c.l * c.d(), p, v);
     return (at.b - at.a - (gap + c.r) * n).cwiseAbs().maxCoeff() <= margin;
   }
@@ -259,14 +259,17 @@ bool Search::grows_towards_edge(const Vec3& n, const Vec3& other, const Vec3& p)
   return t.dot(p - c.c) - c.l * up - c.r * along_rim >= 0;
 }
 
-// Can a normal between those of an edge's faces have a larger gap than the best? Where the two are apart the gap has
-// one maximum; else by what n.(p - c) is at most, and the reach at least.
+// Can a normal between those of an edge's faces have a larger gap than the best? By what n.(p - c) is at most, and the
+// reach at least; and where the gap is positive it has one maximum, so that it grows towards that.
 bool Search::may_be_best(const Vec3& p, const Vec3& e, const Vec3& n_left, const Vec3& n_right, const Vec3& left,
                          const Vec3& right) const {
-  if (best.gap > 0) return grows_towards_edge(n_left, n_right, p) && grows_towards_edge(n_right, n_left, p);
   const Vec3 q = p - c.c, beside = q - q.dot(e) * e;
   const bool within = q.dot(left) >= 0 && q.dot(right) >= 0;
-  return better((within ? beside.norm() : std::max(n_left.dot(q), n_right.dot(q))) - std::min(c.r, c.l));
+  if (!better((within ? beside.norm() : std::max(n_left.dot(q), n_right.dot(q))) - std::min(c.r, c.l))) return false;
+  const auto falls = [&](const Vec3& n, const Vec3& other) {
+    return n.dot(q) - c.reach(n) > 0 && !grows_towards_edge(n, other, p);
+  };
+  return !falls(n_left, n_right) && !falls(n_right, n_left);
 }
 
 void Search::over_edge(int edge) {

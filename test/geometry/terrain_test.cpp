@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <random>
 
 #include "geometry/shapes.h"
 
@@ -11,15 +12,8 @@ using namespace cb;
 
 namespace {
 
-/// Two squares of two triangles each: x from -1 to 0 and from 0 to 1, z from -1 to 1, falling by `drop` from x = 0
-/// towards both sides. The prisms as shapes.
-std::vector<Shape> roof(double drop) {
-  std::vector<Triangle> triangles;
-  for (const double x : {-1.0, 0.0}) {
-    const auto at = [&](double u, double z) { return Vec3(u, -drop * std::abs(u), z); };
-    triangles.push_back({at(x, -1), at(x, 1), at(x + 1, 1)});
-    triangles.push_back({at(x, -1), at(x + 1, 1), at(x + 1, -1)});
-  }
+/// The prisms under triangles as shapes.
+std::vector<Shape> shapes_of(const std::vector<Triangle>& triangles) {
   std::vector<Shape> shapes;
   for (const auto& prism : ground_prisms(triangles, 1)) {
     Shape shape;
@@ -30,6 +24,18 @@ std::vector<Shape> roof(double drop) {
     shapes.push_back(shape);
   }
   return shapes;
+}
+
+/// Two squares of two triangles each: x from -1 to 0 and from 0 to 1, z from -1 to 1, falling by `drop` from x = 0
+/// towards both sides.
+std::vector<Shape> roof(double drop) {
+  std::vector<Triangle> triangles;
+  for (const double x : {-1.0, 0.0}) {
+    const auto at = [&](double u, double z) { return Vec3(u, -drop * std::abs(u), z); };
+    triangles.push_back({at(x, -1), at(x, 1), at(x + 1, 1)});
+    triangles.push_back({at(x, -1), at(x + 1, 1), at(x + 1, -1)});
+  }
+  return shapes_of(triangles);
 }
 
 Shape ball(double radius) {
@@ -235,4 +241,37 @@ TEST_CASE(
     CHECK((point.normal - Vec3::UnitY()).norm() < 1e-12);
     CHECK((point.position - Vec3(0, 0, 0.1)).norm() < 1e-9);
   }
+}
+
+TEST_CASE("On rough ground something carries a cylinder or a disc wherever it has come down") {
+  std::mt19937 engine(7);
+  const auto in = [&](double low, double high) { return low + (high - low) * (engine() / 4294967295.0); };
+  int down = 0;
+  for (int k = 0; k < 300; ++k) {
+    double height[3][3];
+    for (auto& row : height)
+      for (double& h : row) h = in(0, 0.15);
+    const auto at = [&](int i, int j) { return Vec3(0.5 * i - 0.5, height[j][i], 0.5 * j - 0.5); };
+    std::vector<Triangle> triangles;
+    for (int j = 0; j < 2; ++j)
+      for (int i = 0; i < 2; ++i) {
+        triangles.push_back({at(i, j), at(i, j + 1), at(i + 1, j + 1)});
+        triangles.push_back({at(i, j), at(i + 1, j + 1), at(i + 1, j)});
+      }
+    const auto ground = shapes_of(triangles);
+    const Shape can = cylinder(in(0.05, 0.2), k % 2 ? in(0.01, 0.2) : 0);
+    Pose pose;
+    pose.p = Vec3(in(-0.2, 0.2), 1, in(-0.2, 0.2));
+    pose.q = Quat(in(-1, 1), in(-1, 1), in(-1, 1), in(-1, 1)).normalized();
+    double gap = 1;
+    for (int i = 0; i < 400 && gap > 5e-10; ++i) {
+      gap = 1;
+      for (const Shape& prism : ground) gap = std::min(gap, separation(can, pose, prism, prism.local));
+      if (gap > 5e-10) pose.p.y() -= gap - 4e-10;
+    }
+    if (gap > 5e-10) continue;
+    ++down;
+    CHECK(!points_on(ground, can, pose).empty());
+  }
+  CHECK(down > 250);
 }
