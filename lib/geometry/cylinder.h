@@ -52,7 +52,7 @@ struct CylinderAxis {
   Kind kind = Kind::curved;
   int index = 0;  ///< the face; the end, 1 or -1
   Vec3 n;         ///< unit, from the cylinder to the other
-  int edge = -1;  ///< curved: of the core, where it is across the cylinder's side
+  int edge = -1;  ///< curved: of the core, where it is one that is nearest
 };
 /// An earlier flat axis is kept unless a later one separates by more than `margin` (m) further; stops at the first that
 /// is beyond `enough` (m). The gap is never more than the distance, and as much where they touch.

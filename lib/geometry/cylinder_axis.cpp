@@ -149,11 +149,10 @@ struct Search {
   double gap_along(const Vec3& n) const { return x.lowest(n) - n.dot(c.c) - c.reach(n); }
 
   // A curved one, of a point p of the other; `edge`, `vertex`: of the core, where it is one.
-  void offer(const Vec3& n, const Vec3& p, int edge, int vertex, bool side) {
+  void offer(const Vec3& n, const Vec3& p, int edge, int vertex) {
     if (!better(n.dot(p - c.c) - c.reach(n) - x.radius())) return;
     const double gap = gap_along(n);
-    if (better(gap) && (!carrying || carried(n, gap, edge, vertex)))
-      take(gap, CylinderAxis::Kind::curved, 0, n, side ? edge : -1);
+    if (better(gap) && (!carrying || carried(n, gap, edge, vertex))) take(gap, CylinderAxis::Kind::curved, 0, n, edge);
   }
 
   bool carried(const Vec3& n, double gap, int edge, int vertex) const;
@@ -291,11 +290,11 @@ void Search::over_edge(int edge) {
   if (common.squaredNorm() > parallel_sine2)
     for (const double sign : {1.0, -1.0}) {
       const Vec3 n = sign * unit_across(e, common);
-      if (between_faces(n)) offer(n, p, edge, -1, true);
+      if (between_faces(n)) offer(n, p, edge, -1);
     }
   for (int k = 0; k < c.ends(); ++k) {
     const RimNormal to = rim_to_line(c, c.end(k), p, e);
-    if (to.found && between_faces(to.n)) offer(to.n, p, edge, -1, false);
+    if (to.found && between_faces(to.n)) offer(to.n, p, edge, -1);
   }
 }
 
@@ -309,12 +308,12 @@ void Search::over_vertices() {
     const Vec3 q = p - c.c, across = c.across(q);
     const double height = q.dot(c.d()), distance = across.norm(), beyond = std::abs(height) - c.l;
     if (beyond <= 0) {
-      if (distance > 0) offer(across / distance, p, -1, i, false);
+      if (distance > 0) offer(across / distance, p, -1, i);
       continue;
     }
     if (distance <= c.r) continue;  // over an end
     const Vec3 n = ((distance - c.r) / distance) * across + std::copysign(beyond, height) * c.d();
-    offer(n.normalized(), p, -1, i, false);
+    offer(n.normalized(), p, -1, i);
   }
 }
 

@@ -225,48 +225,74 @@ struct Curved {
 
   /// `on_c`: on the cylinder's surface.
   void add(const Vec3& on_c, const Vec3& n, double gap) const { sink.add(origin + on_c + (gap / 2) * n, -n, gap); }
-  bool side_by_side(const Outermost& a, const Outermost& b) const;
-  void point(const Outermost& a, const Outermost& b) const;
+  /// Two points, on the cylinder's surface: do they touch both?
+  struct Ends {
+    bool any = false, touch = false;
+    std::array<Vec3, 2> on_c, n;
+    std::array<double, 2> gap{};
+  };
+  Ends ends_of(const Outermost& a, const Outermost& b) const;
+  Vec3 point(const Outermost& a, const Outermost& b) const;
+  void next_ends(const Vec3& first) const;
   void next_points(const Vec3& first) const;
   void points() const;
 };
 
-// The ends of what two segments have in common.
-bool Curved::side_by_side(const Outermost& a, const Outermost& b) const {
+// The ends of what two segments have in common; with points where they are as near as along the axis, within `closed`.
+Curved::Ends Curved::ends_of(const Outermost& a, const Outermost& b) const {
+  Ends out;
   const Vec3 u = a.q - a.p, v = b.q - b.p;
   const double length2 = u.squaredNorm();
-  if (std::abs(u.dot(v)) < nearly * std::sqrt(length2 * v.squaredNorm())) return false;
+  if (std::abs(u.dot(v)) < nearly * std::sqrt(length2 * v.squaredNorm())) return out;
   const double s_p = (b.p - a.p).dot(u) / length2, s_q = (b.q - a.p).dot(u) / length2;
   const double low = std::clamp(std::min(s_p, s_q), 0.0, 1.0), high = std::clamp(std::max(s_p, s_q), 0.0, 1.0);
-  if ((high - low) * std::sqrt(length2) <= margin) return false;
-  std::array<Vec3, 2> on_c, n;
-  std::array<double, 2> gap{};
-  bool touch = true;
+  if ((high - low) * std::sqrt(length2) <= margin) return out;
+  out.touch = true;
   for (std::size_t k = 0; k < 2; ++k) {
     const Vec3 at = a.p + (k == 0 ? low : high) * u;
     const Vec3 foot = b.p + std::clamp((at - b.p).dot(v) / v.squaredNorm(), 0.0, 1.0) * v;
     const double distance = (foot - at).norm();
-    if (distance == 0 || (foot - at).dot(axis.n) <= 0) return false;
-    n[k] = (foot - at) / distance;
-    on_c[k] = at + a.radius * n[k];
-    gap[k] = distance - a.radius - b.radius;
-    touch = touch && gap[k] <= axis.gap + closed;
+    if (distance == 0 || (foot - at).dot(axis.n) <= 0) return {};
+    out.n[k] = (foot - at) / distance;
+    out.on_c[k] = at + a.radius * out.n[k];
+    out.gap[k] = distance - a.radius - b.radius;
+    out.touch = out.touch && out.gap[k] <= axis.gap + closed;
   }
-  if (!touch && reach <= closed) return false;
-  if (!touch) point(a, b);
-  for (std::size_t k = 0; k < 2; ++k)
-    if (gap[k] <= reach) add(on_c[k], n[k], gap[k]);
-  return true;
+  out.any = true;
+  return out;
 }
 
-void Curved::point(const Outermost& a, const Outermost& b) const {
+// Lists points along the axis; returns the first.
+Vec3 Curved::point(const Outermost& a, const Outermost& b) const {
   Vec3 on_c = a.p + a.radius * axis.n;
   if (axis.kind == CylinderAxis::Kind::end || (!a.point() && b.point()))
     on_c = b.p - (b.radius + axis.gap) * axis.n;
   else if (!a.point())
     on_c = closest(a.p, a.q - a.p, b.p, b.q - b.p).a + a.radius * axis.n;
   add(on_c, axis.n, axis.gap);
-  if (reach > closed) next_points(on_c);
+  return on_c;
+}
+
+// The ends of what a side and a line that it nearly lies along have in common, that come next.
+void Curved::next_ends(const Vec3& first) const {
+  constexpr double slope = 0.14;         // sine of the angle whose cosine is `nearly`
+  constexpr double beside_first = 0.01;  // of the length: an end as near as that to the first point is that point
+  const Outermost a = outermost(c, axis.n, slope * c.l);
+  Outermost b{first, first, 0};
+  if (x.cylinder != nullptr) {
+    b = outermost(x, axis.n, slope * x.cylinder->l);
+  } else if (!x.core->solid()) {
+    b = {x.core->x.front(), x.core->x.back(), x.core->radius};
+  } else if (axis.edge >= 0) {
+    const Polytope::Edge& edge = x.core->form->edges[static_cast<std::size_t>(axis.edge)];
+    b = {x.core->x[edge.from], x.core->x[edge.to], 0};
+  }
+  if (a.point() || b.point()) return;
+  const Ends ends = ends_of(a, b);
+  if (!ends.any) return;
+  const double near = beside_first * (ends.on_c[1] - ends.on_c[0]).norm();
+  for (std::size_t k = 0; k < 2; ++k)
+    if (ends.gap[k] <= reach && (ends.on_c[k] - first).norm() > near) add(ends.on_c[k], ends.n[k], ends.gap[k]);
 }
 
 // As core_contacts.cpp's next corners, where a flat face nearly lies on the other shape.
@@ -301,7 +327,16 @@ void Curved::next_points(const Vec3& first) const {
 
 void Curved::points() const {
   const Outermost a = outermost(c, axis.n, margin), b = outermost(x, axis.n, margin);
-  if (a.point() || b.point() || !side_by_side(a, b)) point(a, b);
+  if (!a.point() && !b.point()) {
+    const Ends ends = ends_of(a, b);
+    for (std::size_t k = 0; ends.touch && k < 2; ++k)
+      if (ends.gap[k] <= reach) add(ends.on_c[k], ends.n[k], ends.gap[k]);
+    if (ends.touch) return;
+  }
+  const Vec3 first = point(a, b);
+  if (reach <= closed) return;
+  next_ends(first);
+  next_points(first);
 }
 
 }  // namespace

@@ -364,6 +364,7 @@ double parts_time(const Pair& pair, const CylinderAxis& axis, Goal goal) {
 }
 
 // As box_box_time.cpp's: deeper than now by more than the arcs of what touches explain, and what of it approaches.
+// Where nothing that carries approaches then, a neighbour beyond the seam is in between.
 double time_to_depth(const Pair& pair, double gap_now, const Goal& goal) {
   const double w_c = pair.c.motion.w.norm(), w_x = pair.x.motion.w.norm(), fastest = pair.fastest;
   const double second =
@@ -372,8 +373,10 @@ double time_to_depth(const Pair& pair, double gap_now, const Goal& goal) {
   if (gap_now - fastest * goal.horizon > target) return goal.horizon;
   target -= closing_speed(pair.c.shape, pair.c.motion, pair.x.shape, pair.x.motion, goal.closed) * goal.horizon;
   bool arrived = false;
-  const double t = time_to_gap(pair, target, target + goal.closed, goal.horizon,
-                               [&](const CylinderAxis&, double) { arrived = true; });
+  const double t =
+      time_to_gap(pair, target, target + goal.closed, goal.horizon, [&](const CylinderAxis& axis, double at) {
+        arrived = !pair.seams || carried(pair, pair.c, pair.x, axis, at, goal);
+      });
   return arrived ? t : goal.horizon;
 }
 
