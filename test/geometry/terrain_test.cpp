@@ -245,7 +245,9 @@ TEST_CASE(
 
 TEST_CASE("On rough ground something carries a cylinder or a disc wherever it has come down") {
   std::mt19937 engine(7);
-  const auto in = [&](double low, double high) { return low + (high - low) * (engine() / 4294967295.0); };
+  const auto in = [&](double low, double high) {
+    return low + (high - low) * (static_cast<double>(engine()) / 4294967295.0);
+  };
   int down = 0;
   for (int k = 0; k < 300; ++k) {
     double height[3][3];
