@@ -414,16 +414,16 @@ def reach(shape, R, n):
 def unit(vectors):
     """Each over its length; what has none is left out by being up."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.where(length > NEAR_PARALLEL, vectors / np.where(length > NEAR_PARALLEL, length, 1), np.array([0.0, 1, 0]))
+    return np.where(length > NEAR_PARALLEL, vectors / np.where(length > NEAR_PARALLEL, length, 1), np.array([0.0, 1,
+                                                                                                             0]))
 
 
-def lines_of(shape, p, R):
-    """Points on the edges of a solid or on an axis, and the directions there: (K, N, 3) each."""
+def lines_of(shape, R):
+    """Directions of the edges of a solid, or of an axis: (K, N, 3)."""
     if shape.solid:
         v, e = shape.solid.vertices, shape.solid.edges
-        return (p[:, None, :] + np.einsum("kij,nj->kni", R, v[e[:, 0]]),
-                np.einsum("kij,nj->kni", R, v[e[:, 1]] - v[e[:, 0]]))
-    return p[:, None, :], R[:, None, :, 1]
+        return np.einsum("kij,nj->kni", R, v[e[:, 1]] - v[e[:, 0]])
+    return R[:, None, :, 1]
 
 
 def flat_normals(shape, R):
@@ -437,7 +437,7 @@ def first_normals(a, pa, Ra, b, pb, Rb):
     """Directions in which a cylinder a and b may be furthest apart: of flat faces, across the axis and an edge, from
     the axis to each vertex."""
     d = Ra[:, None, :, 1]
-    points, along = lines_of(b, pb, Rb)
+    along = lines_of(b, Rb)
     if b.solid:
         corners = pb[:, None, :] + np.einsum("kij,nj->kni", Rb, b.solid.vertices)
     else:
@@ -445,10 +445,13 @@ def first_normals(a, pa, Ra, b, pb, Rb):
     q = corners - pa[:, None, :]
     height = np.einsum("kni,kni->kn", q, np.broadcast_to(d, q.shape))[..., None]
     beside = q - height * d
-    rim = beside * (1 - a.radius / np.maximum(np.linalg.norm(beside, axis=2, keepdims=True), a.radius)) + np.sign(
-        height) * np.maximum(np.abs(height) - a.length / 2, 0) * d
-    both = [flat_normals(a, Ra), flat_normals(b, Rb), np.cross(np.broadcast_to(d, along.shape), along), beside, rim,
-            q.mean(axis=1, keepdims=True)]
+    rim = beside * (1 - a.radius / np.maximum(np.linalg.norm(beside, axis=2, keepdims=True), a.radius)
+                    ) + np.sign(height) * np.maximum(np.abs(height) - a.length / 2, 0) * d
+    both = [
+        flat_normals(a, Ra),
+        flat_normals(b, Rb),
+        np.cross(np.broadcast_to(d, along.shape), along), beside, rim,
+        q.mean(axis=1, keepdims=True)]
     n = unit(np.concatenate(both, axis=1))
     return np.concatenate([n, -n], axis=1)
 
@@ -479,8 +482,8 @@ def across_lines(a, pa, Ra, b, pb, Rb, lines):
 
 
 def across_rims(a, pa, Ra, b, pb, Rb, first):
-    """The most over all normals, of two cylinders: from the best of the normals `first` and of those all around, on ever
-    finer grids across each."""
+    """The most over all normals, of two cylinders: from the best of the normals `first` and of those all around, on
+    ever finer grids across each."""
     z = 1 - (2 * np.arange(AROUND) + 1) / AROUND
     turn = math.pi * (3 - math.sqrt(5)) * np.arange(AROUND)
     all_around = np.stack([np.sqrt(1 - z * z) * np.cos(turn), z, np.sqrt(1 - z * z) * np.sin(turn)], axis=1)
@@ -507,16 +510,15 @@ def cylinder_apart(a, pa, Ra, b, pb, Rb):
     out = []
     for at in range(0, len(pa), CHUNK):
         A, B = (pa[at:at + CHUNK], Ra[at:at + CHUNK]), (pb[at:at + CHUNK], Rb[at:at + CHUNK])
-        n = first_normals(a, *A, b, *B)
-        if b.kind == "cylinder":
-            n = np.concatenate([n, first_normals(b, *B, a, *A)], axis=1)
+        both = [((a, *A), (b, *B)), ((b, *B), (a, *A))]
+        n = np.concatenate([first_normals(*one, *other) for one, other in both if one[0].kind == "cylinder"], axis=1)
         gap = support_gap(a, *A, b, *B, n).max(axis=1)
         close = np.flatnonzero(gap < -UNSURE * min(a.size, b.size))
         if len(close):
             A, B = (A[0][close], A[1][close]), (B[0][close], B[1][close])
-            searched = across_lines(a, *A, b, *B, lines_of(b, *B)[1])
+            searched = across_lines(a, *A, b, *B, lines_of(b, B[1]))
             if b.kind == "cylinder":
-                searched = np.maximum(searched, across_lines(a, *A, b, *B, lines_of(a, *A)[1]))
+                searched = np.maximum(searched, across_lines(a, *A, b, *B, lines_of(a, A[1])))
                 searched = np.maximum(searched, across_rims(a, *A, b, *B, n[close]))
             gap[close] = np.maximum(gap[close], searched)
         out.append(gap)
@@ -718,7 +720,7 @@ def penetrations(model, times, motion, summary, out):
             (pa, Ra, _, _), (pb, Rb, _, _) = at[i], at[j]
             margin = 2 * (travel[i] + travel[j]) + PENETRATION * min(a.size, b.size)
             near = close_times(a, pa, b, pb, margin)
-            if not len(near):
+            if len(near) == 0:
                 continue
             gap = apart(a, pa[near], Ra[near], b, pb[near], Rb[near])
             touching = np.zeros(len(times), bool)
