@@ -540,7 +540,9 @@ def apart(a, pa, Ra, b, pb, Rb):
     if b.kind not in rounds or b.kind == "sphere" and a.kind == "capsule":
         a, pa, Ra, b, pb, Rb = b, pb, Rb, a, pa, Ra
     if "cylinder" in (a.kind, b.kind) and "sphere" not in (a.kind, b.kind):
-        return cylinder_apart(a, pa, Ra, b, pb, Rb) if a.kind == "cylinder" else cylinder_apart(b, pb, Rb, a, pa, Ra)
+        if a.kind != "cylinder":
+            a, pa, Ra, b, pb, Rb = b, pb, Rb, a, pa, Ra
+        return cylinder_apart(a, pa, Ra, b, pb, Rb)
 
     def distance(point):
         if a.kind == "box":
