@@ -11,9 +11,11 @@
 // Source for the ellipse: Eberly, "Distance from a point to an ellipse" (2013): the nearest point is in the quadrant
 // that the point is in, which gives a bracket. Differences: the unknown is the unit normal, and steps are Newton's.
 // Every candidate's gap is taken over all of both shapes before it counts, so that a wrong one does no harm.
-// Edges that cannot have it are passed over (may_be_best).
-// Does not fail. Overlaps as deep as the shapes are large may have a way out that is none of these: the gap is then
-// below the depth's.
+// Edges that cannot have it are passed over (may_be_best); nothing more is looked for where what is outermost along the
+// best axis so far meets (meets), which is most often so where two rest on each other.
+// Does not fail. Of overlaps deeper than 1e-9 the least way out may be another one that was not found, the less likely
+// the shallower: none was seen at 1e-4 m of shapes of 0.1 to 2 m; at 0.05 m in one to four of a hundred. The gap is
+// then below the depth's.
 #include "geometry/cylinder.h"
 
 namespace cb {

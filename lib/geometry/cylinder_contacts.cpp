@@ -307,7 +307,8 @@ void Curved::next_points(const Vec3& first) const {
     flat.n = n;
   };
   if (x.core != nullptr)
-    for (int f = 0; f < static_cast<int>(x.core->n.size()); ++f) look(-x.core->n[f], CylinderAxis::Kind::face, f);
+    for (int f = 0; f < static_cast<int>(x.core->n.size()); ++f)
+      if (!x.core->inner(f)) look(-x.core->n[f], CylinderAxis::Kind::face, f);
   for (const int end : {1, -1}) {
     look(end * c.d(), CylinderAxis::Kind::end, end);
     if (x.cylinder != nullptr) look(-end * x.cylinder->d(), CylinderAxis::Kind::end_of_other, end);
