@@ -82,10 +82,10 @@ Pose advance(const Motion& motion, double t);
 /// First time in [0, horizon] at which a feature (corner, face, edge, surface) of the pair that is open now (gap beyond
 /// `tolerance`) comes to a gap between 0 and `tolerance`; returns `horizon` where none does. Conservative: on the way
 /// there no open feature of the pair penetrates by more than `tolerance`. Features that are closed now are left aside,
-/// so that a box resting on one edge still finds the other edge, a capsule on one end the other, and a cylinder on its rim
-/// the rest of it; of two shapes that touch, neither a plane, whatever else arrives is found once they are deeper than
-/// the arcs of what touches can make them. Never loops: gives up after a stated number of advancements and returns the
-/// safe time reached.
+/// so that a box resting on one edge still finds the other edge, a capsule on one end the other, and a cylinder on its
+/// rim the rest of it; of two shapes that touch, neither a plane, whatever else arrives is found once they are deeper
+/// than the arcs of what touches can make them. Never loops: gives up after a stated number of advancements and returns
+/// the safe time reached.
 double time_of_contact(const Shape& a, const Motion& motion_a, const Shape& b, const Motion& motion_b, double tolerance,
                        double horizon);
 
