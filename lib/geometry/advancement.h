@@ -112,4 +112,23 @@ inline double safe_step(const Approach& gap, double target, double rest) {
   return step;
 }
 
+/// The same of two lines with a radius (the sum of both), across which q = e x f stands, not of unit length: the gap
+/// times |q| is `apart` = q.d less radius |q|, and |q| is at most what its chord and its second derivative say.
+inline double safe_step_across(const Moving& q, const Approach& apart, double radius, double target, double rest) {
+  const double sine = q.x.norm();
+  if (radius == 0) return safe_step(apart, target * sine, rest);
+  constexpr int improvements = 4;
+  double step = 0, part = rest;
+  for (int i = 0; i < improvements && part > step; ++i) {
+    const double longer = ((q.x + part * q.x1).norm() - sine) / part;
+    const Approach gap{apart.value - radius * sine, apart.rate - radius * longer, apart.curvature - radius * q.size[2],
+                       apart.K};
+    const double root = safe_step(gap, target * sine, part);
+    step = std::max(step, root);
+    if (root >= part / 2) break;
+    part = 2 * step;
+  }
+  return step;
+}
+
 }  // namespace cb

@@ -6,7 +6,8 @@
 // sphere. A cylinder on a plane: the lowest point of each end's rim; of an end whose whole rim touches, the four points
 // on the end's local x and z axes in their place (+x, +z, -x, -z), which stay with the body as a box's corners do; of
 // an end that is nearly flat, the points a quarter turn from its lowest one where they touch. A standing cylinder is so
-// carried by a square within its rim, and tips where the square's sides do. Reference face of two boxes: the face axis
+// carried by a square within its rim, and tips where the square's sides do. Capsules and hulls: core_contacts.cpp;
+// cylinders on anything but planes and spheres: cylinder_contacts.cpp. Reference face of two boxes: the face axis
 // with the largest gap; of axes within the margin (1e-9 of the size, at least the tolerance) the first of a's faces,
 // then b's, then edge pairs. Tolerances are raised to 4 ulp of the largest coordinate (resolved_tolerance). Does not
 // fail: whenever the gap of the best axis is within the tolerance there is at least one point.
@@ -14,6 +15,7 @@
 
 #include "geometry/box_box.h"
 #include "geometry/core.h"
+#include "geometry/cylinder.h"
 #include "geometry/shapes.h"
 
 namespace cb {
@@ -273,7 +275,9 @@ int contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape&
         box_on_box(a, pose_a, b, pose_b, closed, tol, straight);
       else if (b.kind == ShapeKind::sphere)
         sphere_on_box(b, pose_b, a, pose_a, tol, turned);
-      else if (b.kind != ShapeKind::cylinder)
+      else if (b.kind == ShapeKind::cylinder)
+        cylinder_points(b, pose_b, a, pose_a, closed, tol, turned);
+      else
         core_points(a, pose_a, b, pose_b, closed, tol, straight);
       break;
     case ShapeKind::sphere:
@@ -293,12 +297,16 @@ int contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape&
         cylinder_on_plane(a, pose_a, pose_b, closed, tol, straight);
       else if (b.kind == ShapeKind::sphere)
         sphere_on_cylinder(b, pose_b, a, pose_a, tol, turned);
+      else
+        cylinder_points(a, pose_a, b, pose_b, closed, tol, straight);
       break;
     case ShapeKind::capsule:
     case ShapeKind::hull:
       if (b.kind == ShapeKind::half_space)
         core_on_plane(a, pose_a, plane_normal(pose_b), pose_b.p, tol, straight);
-      else if (b.kind != ShapeKind::cylinder)
+      else if (b.kind == ShapeKind::cylinder)
+        cylinder_points(b, pose_b, a, pose_a, closed, tol, turned);
+      else
         core_points(a, pose_a, b, pose_b, closed, tol, straight);
       break;
     case ShapeKind::half_space:
@@ -345,10 +353,9 @@ double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose
     return (a.kind == ShapeKind::box ? nearest_on_box(a, pose_a, pose_b.p, b.radius)
                                      : nearest_on_cylinder(a, pose_a, pose_b.p, b.radius))
         .gap;
-  // A cylinder is within the box around it, and so is what touches none: a bound.
-  PlacedBox box_a(a, pose_a), box_b(b, pose_b);
-  box_a.h = a.box_around();
-  box_b.h = b.box_around();
+  if (a.kind == ShapeKind::cylinder) return cylinder_separation(a, pose_a, b, pose_b);
+  if (b.kind == ShapeKind::cylinder) return cylinder_separation(b, pose_b, a, pose_a);
+  const PlacedBox box_a(a, pose_a), box_b(b, pose_b);
   return separating_axis(box_a, box_b, RelativeBox(box_a, box_b), 0).gap;
 }
 

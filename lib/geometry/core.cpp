@@ -249,7 +249,8 @@ void over_edges(const PlacedCore& a, const PlacedCore& b, double margin, const C
   }
 }
 
-// Does a core with seams carry along n with what of it is outermost that way, within the margin?
+}  // namespace
+
 bool outermost_carries(const PlacedCore& core, const Vec3& n, double margin) {
   double highest = -HUGE_VAL;
   for (const Vec3& x : core.x) highest = std::max(highest, n.dot(x));
@@ -272,8 +273,6 @@ bool outermost_carries(const PlacedCore& core, const Vec3& n, double margin) {
     if (core.n[f].dot(n) > core.n[face].dot(n)) face = f;
   return !core.inner(face);
 }
-
-}  // namespace
 
 CoreAxis separating_axis(const PlacedCore& a, const PlacedCore& b, double margin, double enough) {
   const auto any = [](auto...) { return true; };

@@ -11,7 +11,7 @@
 
 namespace cb {
 
-/// Is the shape a core with a radius? Not a cylinder and not a half-space.
+/// Is the shape a core with a radius? Not a cylinder (cylinder.h) and not a half-space.
 bool has_core(ShapeKind kind);
 /// The polytope of a shape that has a core, in units of its scale.
 const Polytope& core_of(const Shape& shape);
@@ -76,6 +76,8 @@ CoreAxis carrying_axis(const PlacedCore& a, const PlacedCore& b, double margin);
 /// Does the surface bend down at an edge, or a vertex, so that it carries along n (unit, out of the core)?
 bool edge_carries(const PlacedCore& core, int edge, const Vec3& n);
 bool vertex_carries(const PlacedCore& core, int vertex, const Vec3& n);
+/// Does a core with seams carry along n with what of it is outermost that way, within the margin (m)?
+bool outermost_carries(const PlacedCore& core, const Vec3& n, double margin);
 /// Does x, which may have seams, carry what comes nearest to it there?
 bool carries(const PlacedCore& x, const NearestCore& near);
 

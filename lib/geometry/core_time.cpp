@@ -14,7 +14,6 @@
 // only what carries is followed.
 #include "geometry/core_time.h"
 
-#include <array>
 #include <vector>
 
 #include "geometry/box_box.h"
@@ -34,6 +33,13 @@ double closing_speed(const Shape& shape_a, const Motion& motion_a, const Shape& 
     speed = std::max(speed, -point.normal.dot(v_a - v_b));
   }
   return speed;
+}
+
+EdgeOf edge_of(const PlacedCore& core, int edge) {
+  const Polytope::Edge& of = core.form->edges[edge];
+  EdgeOf out{core.x[of.from], core.along(edge).normalized(), {}, core.solid() ? 2 : 0};
+  if (out.sides > 0) out.away = {out.e.cross(core.n[of.left]), core.n[of.right].cross(out.e)};
+  return out;
 }
 
 namespace {
@@ -90,46 +96,19 @@ double step_over_plane(const MovingCore& plane, const MovingCore& other, const V
   return step;
 }
 
-// An edge of a core: a point of it, its direction, and what falls away from it on both sides, along the faces.
-struct EdgeOf {
-  Vec3 x, e;
-  std::array<Vec3, 2> away;
-  int sides;
-};
-EdgeOf edge_of(const MovingCore& core, int edge) {
-  const Polytope::Edge& of = core.form->edges[edge];
-  EdgeOf out{core.x[of.from], core.along(edge).normalized(), {}, core.solid() ? 2 : 0};
-  if (out.sides > 0) out.away = {out.e.cross(core.n[of.left]), core.n[of.right].cross(out.e)};
-  return out;
-}
-
 // The same for an edge of a and one of b, n from a to b: along q = e x f, for as long as both stay the outermost along
-// it. The gap times |q| is q.d - radius |q|, and |q| is at most what its chord and its second derivative say.
+// it.
 double step_over_edges(const MovingCore& a, const EdgeOf& on_a, const MovingCore& b, const EdgeOf& on_b, const Vec3& n,
                        double radius, double target, double rest) {
   const double sign = on_a.e.cross(on_b.e).dot(n) < 0 ? -1 : 1;
   const Moving q = crossed(turning_direction(on_a.e, a.w), turning_direction(sign * on_b.e, b.w));
-  const double sine = q.x.norm();
   double interval = rest;
   for (int k = 0; k < on_a.sides; ++k)
     interval = std::min(interval, safe_step(along_normal(q, turning_direction(on_a.away[k], a.w)), 0, interval));
   for (int k = 0; k < on_b.sides; ++k)
     interval = std::min(interval, safe_step(along_normal(q, turning_direction(-on_b.away[k], b.w)), 0, interval));
   const Moving d = between(on_b.x - on_a.x, b.v - a.v, b.w, on_b.x - b.c, a.w, on_a.x - a.c, interval);
-  const Approach apart = along_normal(q, d);
-  if (radius == 0) return safe_step(apart, target * sine, interval);
-  constexpr int improvements = 4;
-  double step = 0, part = interval;
-  for (int i = 0; i < improvements && part > step; ++i) {
-    const double longer = ((q.x + part * q.x1).norm() - sine) / part;
-    const Approach gap{apart.value - radius * sine, apart.rate - radius * longer, apart.curvature - radius * q.size[2],
-                       apart.K};
-    const double root = safe_step(gap, target * sine, part);
-    step = std::max(step, root);
-    if (root >= part / 2) break;
-    part = 2 * step;
-  }
-  return step;
+  return safe_step_across(q, along_normal(q, d), radius, target, interval);
 }
 
 /// How the two are apart now: their gap, and a step over which it surely stays above a target (m).

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <array>
+
 #include "geometry/advancement.h"
+#include "geometry/core.h"
 #include "geometry/shapes.h"
 
 namespace cb {
@@ -12,5 +15,13 @@ double core_to_core(const Shape& shape_a, const Motion& motion_a, const Shape& s
 /// How fast the points of two shapes that are closed now approach, m/s: they are the caller's, who binds them or not.
 double closing_speed(const Shape& shape_a, const Motion& motion_a, const Shape& shape_b, const Motion& motion_b,
                      double tolerance);
+
+/// An edge of a core: a point of it, its direction, and what falls away from it on both sides, along the faces.
+struct EdgeOf {
+  Vec3 x, e;
+  std::array<Vec3, 2> away;
+  int sides;
+};
+EdgeOf edge_of(const PlacedCore& core, int edge);
 
 }  // namespace cb

@@ -65,13 +65,6 @@ double Shape::size() const {
   return std::numeric_limits<double>::infinity();
 }
 
-bool can_touch(ShapeKind a, ShapeKind b) {
-  if (a == ShapeKind::half_space && b == ShapeKind::half_space) return false;
-  const auto round_or_plane = [](ShapeKind kind) { return kind == ShapeKind::sphere || kind == ShapeKind::half_space; };
-  if (a == ShapeKind::cylinder) return round_or_plane(b);
-  return b != ShapeKind::cylinder || round_or_plane(a);
-}
-
 void contact_tangents(const Vec3& normal, double angle, Vec3& t1, Vec3& t2) {
   // Below this sine of the angle between the normal and the x axis, the projection of x counts as vanished.
   constexpr double vanishing_sine = 1e-6;

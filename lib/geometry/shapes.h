@@ -38,10 +38,6 @@ struct Shape {
   double size() const;
 };
 
-/// Are contacts of two such shapes known? Of a cylinder those with a half-space or a sphere alone, and none of two
-/// half-spaces; the routines below find no contact there.
-bool can_touch(ShapeKind a, ShapeKind b);
-
 /// One point of contact. `normal` points from shape b to shape a: a positive normal impulse pushes a along +normal.
 /// This is the only place where the direction of the normal is fixed.
 struct ContactPoint {
@@ -58,19 +54,20 @@ void contact_tangents(const Vec3& normal, double angle, Vec3& t1, Vec3& t2);
 /// Appends the contact points of two shapes whose gap is at most `tolerance` (m): one for a sphere, the corners of the
 /// common patch for touching faces (a unit box on a unit box gives its four corner points), one for an edge across an
 /// edge; of a cylinder on a plane the lowest point of each of its ends (two on its side, one of a disc), and standing
-/// on an end four points of its rim; of a capsule the nearest point, or the ends of what lies along a face, an edge or
-/// another capsule; of a hull what a box has, for its polygons. Exact for faces that touch. Order and content depend on
-/// the arguments only. Here and below a tolerance counts as at least 4 ulp of the largest coordinate of the two origins
-/// (8.9e-10 m at 1e6 m): closer is not resolved. Poses are of the *shapes* in the world. `corners_only`: of a box's
-/// grid of points, where what touches is a whole face, an edge or a corner of it, the corners of the hull alone.
-/// Returns how many points were left out so. `reach`, m: points whose gap is at most this are listed too, where it is
-/// more than the tolerance; which faces count as equal, and which ends of a cylinder as flat, is still the tolerance's
-/// to say.
+/// on an end four points of its rim; on a face of another shape those of them that are over it, and corners of what its
+/// ends and sides have in common with it; of a capsule the nearest point, or the ends of what lies along a face, an
+/// edge or another capsule; of a hull what a box has, for its polygons. Exact for faces that touch. Order and content
+/// depend on the arguments only. Here and below a tolerance counts as at least 4 ulp of the largest coordinate of the
+/// two origins (8.9e-10 m at 1e6 m): closer is not resolved. Poses are of the *shapes* in the world. `corners_only`: of
+/// a box's grid of points, where what touches is a whole face, an edge or a corner of it, the corners of the hull
+/// alone. Returns how many points were left out so. `reach`, m: points whose gap is at most this are listed too, where
+/// it is more than the tolerance; which faces count as equal, and which ends of a cylinder as flat, is still the
+/// tolerance's to say.
 int contact_points(const Shape& a, const Pose& pose_a, int index_a, const Shape& b, const Pose& pose_b, int index_b,
                    double tolerance, std::vector<ContactPoint>& out, bool corners_only = false, double reach = 0);
 
 /// A lower bound on the distance of two shapes that is exact where they touch, m; negative: penetration depth.
-/// A cylinder with anything but a half-space or a sphere: the boxes around them stand in, a bound.
+/// Overlaps of a cylinder as deep as the shapes are large may have a smaller way out than it says.
 double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b);
 
 /// A shape in steady motion: its pose now, velocity of the shape's origin and angular velocity (world).
@@ -85,10 +82,10 @@ Pose advance(const Motion& motion, double t);
 /// First time in [0, horizon] at which a feature (corner, face, edge, surface) of the pair that is open now (gap beyond
 /// `tolerance`) comes to a gap between 0 and `tolerance`; returns `horizon` where none does. Conservative: on the way
 /// there no open feature of the pair penetrates by more than `tolerance`. Features that are closed now are left aside,
-/// so that a box resting on one edge still finds the other edge, and a capsule on one end the other; of two shapes that
-/// touch, neither a plane, whatever else arrives is found once they are deeper than the arcs of what touches can make
-/// them. Never loops: gives up after a stated number
-/// of advancements and returns the safe time reached.
+/// so that a box resting on one edge still finds the other edge, a capsule on one end the other, and a cylinder on its
+/// rim the rest of it; of two shapes that touch, neither a plane, whatever else arrives is found once they are deeper
+/// than the arcs of what touches can make them. Never loops: gives up after a stated number of advancements and returns
+/// the safe time reached.
 double time_of_contact(const Shape& a, const Motion& motion_a, const Shape& b, const Motion& motion_b, double tolerance,
                        double horizon);
 

@@ -22,7 +22,8 @@
 //      over face both ways, edge over edge), so that a box on its edge finds when it lies flat; for a corner of the
 //      patch that moves along an edge the bound K is an estimate (doubled), not proved. Whatever else of a closed pair
 //      of boxes arrives is found as the time at which they get deeper than what touches explains (box_box_time.cpp);
-//      capsule or hull on anything else: core_time.cpp.
+//      capsule or hull on anything else: core_time.cpp; cylinder on anything but a half-space or a sphere:
+//      cylinder_time.cpp.
 // Does not fail: after `max_advancements` it returns the safe time reached.
 // Tolerances are raised to 4 ulp of the largest coordinate (resolved_tolerance).
 #include <cmath>
@@ -32,6 +33,7 @@
 #include "geometry/box_box_time.h"
 #include "geometry/core.h"
 #include "geometry/core_time.h"
+#include "geometry/cylinder_time.h"
 #include "geometry/shapes.h"
 
 namespace cb {
@@ -307,8 +309,8 @@ double time_of_contact(const Shape& a, const Motion& motion_a, const Shape& b, c
       if (b.kind == ShapeKind::half_space) return box_to_plane(a, motion_a, motion_b.pose, goal);
       if (b.kind == ShapeKind::box) return box_to_box(a, motion_a, b, motion_b, goal);
       if (b.kind == ShapeKind::sphere) return sphere_to_solid(b, motion_b, a, motion_a, goal);
-      if (b.kind != ShapeKind::cylinder) return core_to_core(a, motion_a, b, motion_b, goal);
-      break;
+      if (b.kind == ShapeKind::cylinder) return cylinder_to_solid(b, motion_b, a, motion_a, goal);
+      return core_to_core(a, motion_a, b, motion_b, goal);
     case ShapeKind::sphere:
       if (b.kind == ShapeKind::half_space) return sphere_to_plane(a, motion_a, motion_b.pose, goal);
       if (b.kind == ShapeKind::sphere) return sphere_to_sphere(a, motion_a, b, motion_b, goal);
@@ -318,12 +320,12 @@ double time_of_contact(const Shape& a, const Motion& motion_a, const Shape& b, c
     case ShapeKind::cylinder:
       if (b.kind == ShapeKind::half_space) return cylinder_to_plane(a, motion_a, motion_b.pose, goal);
       if (b.kind == ShapeKind::sphere) return sphere_to_solid(b, motion_b, a, motion_a, goal);
-      break;
+      return cylinder_to_solid(a, motion_a, b, motion_b, goal);
     case ShapeKind::capsule:
     case ShapeKind::hull:
       if (b.kind == ShapeKind::half_space) return core_to_plane(a, motion_a, motion_b.pose, goal);
-      if (b.kind != ShapeKind::cylinder) return core_to_core(a, motion_a, b, motion_b, goal);
-      break;
+      if (b.kind == ShapeKind::cylinder) return cylinder_to_solid(b, motion_b, a, motion_a, goal);
+      return core_to_core(a, motion_a, b, motion_b, goal);
     case ShapeKind::half_space:
       if (b.kind == ShapeKind::box) return box_to_plane(b, motion_b, motion_a.pose, goal);
       if (b.kind == ShapeKind::sphere) return sphere_to_plane(b, motion_b, motion_a.pose, goal);

@@ -101,18 +101,13 @@ void set_law(Reading& in, const std::vector<Pair>& pairs, const BodyGroups& grou
   const int first_g = groups.first[g], first_h = groups.first[h];
   if (!in.is_free(first_g) && !in.is_free(first_h)) return;
   if (g == h && groups.size[g] == 1) return;  // a pattern on both sides that only one body matches
-  const Shape &shape_g = in.scenario.shapes[first_g], &shape_h = in.scenario.shapes[first_h];
-  const auto name_h = [&] { return in.declared[g == h ? next_of_group(in, h) : first_h].name; };
-  const std::size_t at = pairs[law].element->at;
-  if (!can_touch(shape_g.kind, shape_h.kind))
-    in.source.fail(at, fmt::format("{} and {} are a pair, but a cylinder touches half-spaces and spheres only; name "
-                                   "other bodies, or give one of the two another shape",
-                                   shape_g.name, name_h()));
   std::vector<int>& index = in.scenario.pairs.index;
   const int count = in.scenario.pairs.groups, known = index[g * count + h];
   if (known >= 0 && known != law)
-    in.source.fail(at, fmt::format("{} and {} are a pair already (at {}); keep one", shape_g.name, name_h(),
-                                   in.source.where(pairs[known].element->at)));
+    in.source.fail(pairs[law].element->at,
+                   fmt::format("{} and {} are a pair already (at {}); keep one", in.scenario.shapes[first_g].name,
+                               in.declared[g == h ? next_of_group(in, h) : first_h].name,
+                               in.source.where(pairs[known].element->at)));
   index[g * count + h] = index[h * count + g] = law;
 }
 

@@ -2,7 +2,8 @@
 
 It shares no code with the program (lib/geometry above all): the scene is read from its XML, poses from trajectory.csv,
 and depths are separating axes of boxes and hulls (all faces and pairs of edges), the distance of a point to a box, a
-cylinder, a capsule or a hull, the least of it along a capsule's axis, and support functions on planes. A scene has
+cylinder, a capsule or a hull, the least of it along a capsule's axis, and support functions on planes and of cylinders
+(the most over the normals of features, and over searches by scans and golden sections). A scene has
 plain numbers: no parameters, arrays, harmonics or expressions, and hulls of at most HULL points (those of scenes.py,
 and files like them).
 
@@ -43,7 +44,10 @@ NEAR_PARALLEL = 1e-8  # |cross product| of unit edges below which it is no axis 
 ROBOT = 1.0
 HULL = 60  # points of a hull: its faces are looked for among all triples
 FLAT = 1e-9  # of a hull's extent: as near to a plane are points of a face
-CHUNK = 100  # poses at once, of hulls
+CHUNK = 100  # poses at once, of hulls and of cylinders
+UNSURE = 0.1 * PENETRATION  # of the smaller size: overlaps of cylinders that are less are not searched for a way out
+SCAN = 48  # directions about a line, and
+AROUND = 300  # all around, before the best is made better
 FLOOR = 1e-20  # of the run's largest kinetic energy: an island with less is at rest, -
 
 
@@ -391,8 +395,138 @@ def above_plane(plane, shape, p, R):
     return height - shape.length / 2 * np.abs(n[:, 1]) - shape.radius * np.hypot(n[:, 0], n[:, 2])
 
 
+def support_gap(a, pa, Ra, b, pb, Rb, n):
+    """The least of n.x over b less the most of it over a, for unit n (K, N, 3): K x N."""
+    return -reach(b, Rb, -n) - reach(a, Ra, n) + np.einsum("kni,ki->kn", n, pb - pa)
+
+
+def reach(shape, R, n):
+    """The most of n.x over a shape about its origin."""
+    local = np.einsum("kij,kni->knj", R, n)
+    if shape.solid:
+        return (local @ shape.solid.vertices.T).max(axis=2)
+    along = shape.length / 2 * np.abs(local[..., 1])
+    if shape.kind == "capsule":
+        return along + shape.radius
+    return along + shape.radius * np.hypot(local[..., 0], local[..., 2])
+
+
+def unit(vectors):
+    """Each over its length; what has none is left out by being up."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.where(length > NEAR_PARALLEL, vectors / np.where(length > NEAR_PARALLEL, length, 1), np.array([0.0, 1,
+                                                                                                             0]))
+
+
+def lines_of(shape, R):
+    """Directions of the edges of a solid, or of an axis: (K, N, 3)."""
+    if shape.solid:
+        v, e = shape.solid.vertices, shape.solid.edges
+        return np.einsum("kij,nj->kni", R, v[e[:, 1]] - v[e[:, 0]])
+    return R[:, None, :, 1]
+
+
+def flat_normals(shape, R):
+    """Of faces, of ends."""
+    if shape.solid:
+        return np.einsum("kij,nj->kni", R, shape.solid.normals)
+    return np.stack([R[:, :, 1], -R[:, :, 1]], axis=1) if shape.kind == "cylinder" else np.zeros((len(R), 0, 3))
+
+
+def first_normals(a, pa, Ra, b, pb, Rb):
+    """Directions in which a cylinder a and b may be furthest apart: of flat faces, across the axis and an edge, from
+    the axis to each vertex."""
+    d = Ra[:, None, :, 1]
+    along = lines_of(b, Rb)
+    if b.solid:
+        corners = pb[:, None, :] + np.einsum("kij,nj->kni", Rb, b.solid.vertices)
+    else:
+        corners = pb[:, None, :] + np.stack([b.length / 2 * Rb[:, :, 1], -b.length / 2 * Rb[:, :, 1]], axis=1)
+    q = corners - pa[:, None, :]
+    height = np.einsum("kni,kni->kn", q, np.broadcast_to(d, q.shape))[..., None]
+    beside = q - height * d
+    rim = beside * (1 - a.radius / np.maximum(np.linalg.norm(beside, axis=2, keepdims=True), a.radius)
+                    ) + np.sign(height) * np.maximum(np.abs(height) - a.length / 2, 0) * d
+    both = [
+        flat_normals(a, Ra),
+        flat_normals(b, Rb),
+        np.cross(np.broadcast_to(d, along.shape), along), beside, rim,
+        q.mean(axis=1, keepdims=True)]
+    n = unit(np.concatenate(both, axis=1))
+    return np.concatenate([n, -n], axis=1)
+
+
+def golden(value, low, high):
+    """The most of functions that have one maximum between low and high: (..., ) arrays."""
+    part = (math.sqrt(5) - 1) / 2
+    for _ in range(44):
+        left, right = high - part * (high - low), low + part * (high - low)
+        lower = value(left) < value(right)
+        low, high = np.where(lower, left, low), np.where(lower, high, right)
+    return value((low + high) / 2)
+
+
+def across_lines(a, pa, Ra, b, pb, Rb, lines):
+    """The most over normals across each of the lines (K, N, 3): scanned, then by golden sections about the best."""
+    e = unit(lines)
+    u = unit(np.cross(e, np.where(np.abs(e[..., :1]) < 0.7, np.array([1.0, 0, 0]), np.array([0.0, 0, 1]))))
+    v = np.cross(e, u)
+
+    def at(angle):
+        return support_gap(a, pa, Ra, b, pb, Rb, np.cos(angle)[..., None] * u + np.sin(angle)[..., None] * v)
+
+    angles = np.arange(SCAN) * (2 * math.pi / SCAN)
+    scanned = np.stack([at(np.full(e.shape[:2], angle)) for angle in angles], axis=2)
+    best = angles[scanned.argmax(axis=2)]
+    return np.maximum(scanned.max(axis=2), golden(at, best - angles[1], best + angles[1])).max(axis=1)
+
+
+def across_rims(a, pa, Ra, b, pb, Rb, first):
+    """The most over all normals, of two cylinders: from the best of the normals `first` and of those all around, on
+    ever finer grids across each."""
+    z = 1 - (2 * np.arange(AROUND) + 1) / AROUND
+    turn = math.pi * (3 - math.sqrt(5)) * np.arange(AROUND)
+    all_around = np.stack([np.sqrt(1 - z * z) * np.cos(turn), z, np.sqrt(1 - z * z) * np.sin(turn)], axis=1)
+    n = np.concatenate([first, np.broadcast_to(all_around, (len(pa), AROUND, 3))], axis=1)
+    grid = np.linspace(-1, 1, 9)
+    x, y = (x.ravel()[None, :, None] for x in np.meshgrid(grid, grid))
+    gaps, rows = support_gap(a, pa, Ra, b, pb, Rb, n), np.arange(len(pa))
+    found = gaps.max(axis=1)
+    for start in np.argsort(-gaps, axis=1)[:, :4].T:
+        best, width = n[rows, start], 0.3
+        for _ in range(80):
+            u = unit(np.cross(best, np.where(np.abs(best[:, :1]) < 0.7, np.array([1.0, 0, 0]), np.array([0.0, 0, 1]))))
+            v = np.cross(best, u)
+            there = unit(best[:, None, :] + width * (x * u[:, None, :] + y * v[:, None, :]))
+            gap = support_gap(a, pa, Ra, b, pb, Rb, there)
+            best, found = there[rows, gap.argmax(axis=1)], np.maximum(found, gap.max(axis=1))
+            width *= 0.75
+    return found
+
+
+def cylinder_apart(a, pa, Ra, b, pb, Rb):
+    """Of a cylinder and a box, a hull, a capsule or another cylinder: the most that support functions say, over the
+    normals of features, and where these leave too deep an overlap, over searches."""
+    out = []
+    for at in range(0, len(pa), CHUNK):
+        A, B = (pa[at:at + CHUNK], Ra[at:at + CHUNK]), (pb[at:at + CHUNK], Rb[at:at + CHUNK])
+        both = [((a, *A), (b, *B)), ((b, *B), (a, *A))]
+        n = np.concatenate([first_normals(*one, *other) for one, other in both if one[0].kind == "cylinder"], axis=1)
+        gap = support_gap(a, *A, b, *B, n).max(axis=1)
+        close = np.flatnonzero(gap < -UNSURE * min(a.size, b.size))
+        if len(close):
+            A, B = (A[0][close], A[1][close]), (B[0][close], B[1][close])
+            searched = across_lines(a, *A, b, *B, lines_of(b, B[1]))
+            if b.kind == "cylinder":
+                searched = np.maximum(searched, across_lines(a, *A, b, *B, lines_of(a, A[1])))
+                searched = np.maximum(searched, across_rims(a, *A, b, *B, n[close]))
+            gap[close] = np.maximum(gap[close], searched)
+        out.append(gap)
+    return np.concatenate(out) if out else np.zeros(0)
+
+
 def apart(a, pa, Ra, b, pb, Rb):
-    """Signed distance of two shapes at K poses, or None where the program knows no contact of these kinds."""
+    """Signed distance of two shapes at K poses."""
     if a.kind == "half_space" or b.kind == "half_space":
         return above_plane(a, b, pb, Rb) if a.kind == "half_space" else above_plane(b, a, pa, Ra)
     if a.kind == "sphere" and b.kind == "sphere":
@@ -405,8 +539,10 @@ def apart(a, pa, Ra, b, pb, Rb):
     rounds = ("sphere", "capsule")
     if b.kind not in rounds or b.kind == "sphere" and a.kind == "capsule":
         a, pa, Ra, b, pb, Rb = b, pb, Rb, a, pa, Ra
-    if b.kind not in rounds or b.kind == "capsule" and a.kind == "cylinder":
-        return None
+    if "cylinder" in (a.kind, b.kind) and "sphere" not in (a.kind, b.kind):
+        if a.kind != "cylinder":
+            a, pa, Ra, b, pb, Rb = b, pb, Rb, a, pa, Ra
+        return cylinder_apart(a, pa, Ra, b, pb, Rb)
 
     def distance(point):
         if a.kind == "box":
@@ -427,8 +563,7 @@ def initial_penetration(model):
         for b in model.shapes[:i]:
             if model.collide(a, b):
                 gap = apart(a, a.p[None], a.R[None], b, b.p[None], b.R[None])
-                if gap is not None:
-                    worst = max(worst, -float(gap[0]) / min(a.size, b.size))
+                worst = max(worst, -float(gap[0]) / min(a.size, b.size))
     return worst
 
 
@@ -587,9 +722,9 @@ def penetrations(model, times, motion, summary, out):
             (pa, Ra, _, _), (pb, Rb, _, _) = at[i], at[j]
             margin = 2 * (travel[i] + travel[j]) + PENETRATION * min(a.size, b.size)
             near = close_times(a, pa, b, pb, margin)
-            gap = apart(a, pa[near], Ra[near], b, pb[near], Rb[near]) if len(near) else None
-            if gap is None:
+            if len(near) == 0:
                 continue
+            gap = apart(a, pa[near], Ra[near], b, pb[near], Rb[near])
             touching = np.zeros(len(times), bool)
             touching[near[gap < margin[near]]] = True
             touches.append((a.owner, b.owner, touching[:-1] | touching[1:]))

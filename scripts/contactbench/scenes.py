@@ -134,6 +134,18 @@ class Scene:
     def cylinder(self, radius, length, position, motion="", turn=""):
         self.free("cylinder", f'radius="{text(radius)}" length="{text(length)}"', position, motion, turn)
 
+    def disc(self, radius, position, motion="", turn=""):
+        """Without length, so that its mass is that of a thin coin."""
+        mass = self.draw.mass_of(0.1 * math.pi * radius**3)
+        words = [
+            f'<cylinder name="{self.next("b")}" radius="{text(radius)}" length="0.0" mass="{text(mass)}" '
+            f'position="{text(*position)}"', turn, motion]
+        self.bodies.append(" ".join(w for w in words if w) + "/>")
+
+    def fixed_box(self, size, position):
+        self.bodies.append(
+            f'<box name="{self.next("p")}" size="{text(*size)}" fixed="yes" position="{text(*position)}"/>')
+
     def capsule(self, radius, length, position, motion="", turn=""):
         self.free("capsule", f'radius="{text(radius)}" length="{text(length)}"', position, motion, turn)
 
@@ -202,6 +214,8 @@ def in_cells(scene, count, places, kinds=("box", "box", "sphere")):
         elif kind == "prism":
             size = [rounded(0.55 * largest * draw.uniform(0.4, 1)) for _ in range(2)]
             scene.hull(prism(draw, *size), place, motion, draw.quaternion())
+        elif kind == "disc":
+            scene.disc(rounded(0.6 * largest * draw.uniform(0.4, 1)), place, motion, draw.quaternion())
         else:
             scene.cylinder(rounded(0.5 * largest * draw.uniform(0.4, 1)), rounded(largest * draw.uniform(0.2, 1)),
                            place, motion, draw.quaternion())
@@ -525,12 +539,17 @@ def prism(draw, radius, half):
 
 
 SOLIDS = ("hull", "hull", "prism", "capsule", "box", "sphere")
+WITH_CYLINDERS = ("cylinder", "cylinder", "cylinder", "disc", "hull", "prism", "capsule", "box", "sphere")
 
 
 def rocks(scene):
     """Hulls, prisms, capsules, boxes and balls fall in a heap on a floor, or within four walls."""
+    heap(scene, SOLIDS)
+
+
+def heap(scene, kinds):
     draw = scene.draw
-    cell = in_cells(scene, 4 + crowd(draw) // 2, grid(2), SOLIDS)
+    cell = in_cells(scene, 4 + crowd(draw) // 2, grid(2), kinds)
     scene.plane([0, 0, 0], [0, 1, 0])
     if draw.chance(0.5):
         far = rounded(1.1 * cell)
@@ -605,6 +624,44 @@ def slabs(scene):
     scene.among()
 
 
+def barrels(scene):
+    """Cylinders and discs fall in a heap with all other shapes, as in rocks."""
+    heap(scene, WITH_CYLINDERS)
+
+
+def logs(scene):
+    """Two logs between posts and one on top of them, rods across it; a stack of cylinders and boxes, one of them
+    kicked; a cylinder that rolls off a step, and a disc that falls on it."""
+    draw = scene.draw
+    scene.plane([0, 0, 0], [0, 1, 0])
+    radius, length, lying = rounded(draw.of("size_m") / 4), draw.of("size_m"), 'quaternion="1.0 1.0 0.0 0.0"'
+    for side in (-1, 1):
+        scene.cylinder(radius, length, [side * rounded(1.002 * radius), radius, 0.0], "", lying)
+        scene.fixed_box([0.1, 3 * radius, length], [side * rounded(2.01 * radius + 0.05, 6), 1.5 * radius, 0.0])
+    top = rounded(2.75 * radius)
+    scene.cylinder(radius, length, [0.0, top, 0.0], drawn_motion_level(draw), lying)
+    scene.capsule(rounded(radius / 2), length, [0.0, rounded(top + 1.51 * radius, 6), 0.0], "",
+                  'quaternion="1.0 0.0 0.0 1.0"')
+    apart = rounded(3 * draw.ranges["size_m"][1])
+    count, y = draw.integer(3, 5), 0.0
+    kicked = draw.integer(0, count)
+    for number in range(count):
+        half, wide = rounded(draw.uniform(0.03, 0.12)), draw.uniform(0.15, 0.3)
+        motion = drawn_motion_level(draw) if number == kicked else ""
+        if draw.chance(0.7):
+            scene.cylinder(wide, 2 * half, [apart, round(y + half, 8), 0.0], motion)
+        else:
+            scene.box([2 * wide, 2 * half, 1.5 * wide], [apart, round(y + half, 8), 0.0], motion)
+        y += 2 * half
+    step, speed = draw.uniform(0.1, 0.3), draw.uniform(0.5, 3)
+    scene.fixed_box([0.8, step, 0.8], [0.0, step / 2, apart])
+    scene.cylinder(radius, length, [0.2, rounded(step + radius, 8), apart],
+                   moving([speed, 0.0, 0.0], [0.0, 0.0, -rounded(speed / radius)]), lying)
+    scene.disc(rounded(2 * radius), [-0.2, rounded(step + 4.1 * radius, 6), apart], drawn_motion(draw),
+               draw.quaternion())
+    scene.among()
+
+
 def tumblers(scene):
     """A few hulls and capsules without gravity fly into each other and into walls."""
     draw = scene.draw
@@ -624,7 +681,9 @@ FAMILIES = {
     "pile": pile, "bin": in_bin, "stack": stack, "dominoes": dominoes, "wall": wall, "bowl": bowl, "ramp": ramp,
     "corner": corner, "wedge": wedge, "belt": belt, "cart": cart, "robot": robot, "cylinders": cylinders}
 
-SHAPES = {"rocks": rocks, "scree": scree, "sticks": sticks, "slabs": slabs, "tumblers": tumblers}
+SHAPES = {
+    "rocks": rocks, "scree": scree, "sticks": sticks, "slabs": slabs, "tumblers": tumblers, "barrels": barrels,
+    "logs": logs}
 
 
 def name_of(seed, number, shapes=False):

@@ -349,7 +349,6 @@ TEST_CASE("A contact of every two kinds lies halfway between their surfaces, wit
   for (const double gap : {0.05, -0.05})
     for (const Shape& low : {plane, ball, cube, drum})
       for (const Shape& high : {ball, cube, drum}) {
-        if (!can_touch(low.kind, high.kind)) continue;
         const double top = low.kind == ShapeKind::half_space ? 0 : 0.5;
         for (const bool swapped : {false, true}) {
           INFO(static_cast<int>(low.kind) << " below " << static_cast<int>(high.kind) << ", gap " << gap);

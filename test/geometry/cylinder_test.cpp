@@ -274,13 +274,3 @@ TEST_CASE("The broad phase names every cylinder that can reach the ground or a s
   }
   CHECK(needed > 100);
 }
-
-TEST_CASE("Which kinds of shapes can touch does not depend on the order, and cylinders touch planes and spheres only") {
-  const ShapeKind kinds[] = {ShapeKind::sphere, ShapeKind::box, ShapeKind::cylinder, ShapeKind::half_space};
-  for (const ShapeKind a : kinds)
-    for (const ShapeKind b : kinds) CHECK(can_touch(a, b) == can_touch(b, a));
-  CHECK(can_touch(ShapeKind::cylinder, ShapeKind::half_space));
-  CHECK(can_touch(ShapeKind::cylinder, ShapeKind::sphere));
-  CHECK(!can_touch(ShapeKind::cylinder, ShapeKind::box));
-  CHECK(!can_touch(ShapeKind::cylinder, ShapeKind::cylinder));
-}

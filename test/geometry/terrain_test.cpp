@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <random>
 
 #include "geometry/shapes.h"
 
@@ -11,15 +12,8 @@ using namespace cb;
 
 namespace {
 
-/// Two squares of two triangles each: x from -1 to 0 and from 0 to 1, z from -1 to 1, falling by `drop` from x = 0
-/// towards both sides. The prisms as shapes.
-std::vector<Shape> roof(double drop) {
-  std::vector<Triangle> triangles;
-  for (const double x : {-1.0, 0.0}) {
-    const auto at = [&](double u, double z) { return Vec3(u, -drop * std::abs(u), z); };
-    triangles.push_back({at(x, -1), at(x, 1), at(x + 1, 1)});
-    triangles.push_back({at(x, -1), at(x + 1, 1), at(x + 1, -1)});
-  }
+/// The prisms under triangles as shapes.
+std::vector<Shape> shapes_of(const std::vector<Triangle>& triangles) {
   std::vector<Shape> shapes;
   for (const auto& prism : ground_prisms(triangles, 1)) {
     Shape shape;
@@ -32,6 +26,18 @@ std::vector<Shape> roof(double drop) {
   return shapes;
 }
 
+/// Two squares of two triangles each: x from -1 to 0 and from 0 to 1, z from -1 to 1, falling by `drop` from x = 0
+/// towards both sides.
+std::vector<Shape> roof(double drop) {
+  std::vector<Triangle> triangles;
+  for (const double x : {-1.0, 0.0}) {
+    const auto at = [&](double u, double z) { return Vec3(u, -drop * std::abs(u), z); };
+    triangles.push_back({at(x, -1), at(x, 1), at(x + 1, 1)});
+    triangles.push_back({at(x, -1), at(x + 1, 1), at(x + 1, -1)});
+  }
+  return shapes_of(triangles);
+}
+
 Shape ball(double radius) {
   Shape shape;
   shape.radius = radius;
@@ -42,6 +48,13 @@ Shape box(const Vec3& half_extents) {
   Shape shape;
   shape.kind = ShapeKind::box;
   shape.half_extents = half_extents;
+  return shape;
+}
+
+Shape cylinder(double radius, double half) {
+  Shape shape = ball(radius);
+  shape.kind = ShapeKind::cylinder;
+  shape.half_extents.y() = half;
   return shape;
 }
 
@@ -154,4 +167,113 @@ TEST_CASE("What passes a ridge's inner sides far below the ridge's other slope m
       CHECK((point.normal - Vec3(-std::sin(tilt), std::cos(tilt), 0)).norm() < 1e-9);
     }
   }
+}
+
+TEST_CASE("On flat ground a cylinder stands on points of its rim and lies on those of its ends, beside a seam or not") {
+  const auto ground = roof(0);
+  const Quat lying(Eigen::AngleAxisd(M_PI / 2, Vec3(0.6, 0, 0.8)));
+  for (const double x : {-0.3, -1e-5, -1e-9, 0.0, 1e-12, 1e-9, 1e-5, 0.2})
+    for (const double height : {-5e-10, 0.0, 5e-10})
+      for (const double half : {0.3, 0.0}) {
+        INFO(x << ' ' << height << ' ' << half);
+        Pose pose;
+        pose.p = Vec3(x, half + height, 0.1);
+        const auto standing = points_on(ground, cylinder(0.2, half), pose);
+        CHECK(standing.size() >= 4);
+        for (const ContactPoint& point : standing) {
+          CHECK((point.normal - Vec3::UnitY()).norm() < 1e-12);
+          CHECK(std::abs(std::hypot(point.position.x() - x, point.position.z() - 0.1) - 0.2) < 1e-12);
+        }
+        pose.p.y() = 0.2 + height;
+        pose.q = lying;
+        const auto on_side = points_on(ground, cylinder(0.2, half), pose);
+        CHECK(on_side.size() >= (half > 0 ? 2 : 1));
+        for (const ContactPoint& point : on_side) {
+          CHECK((point.normal - Vec3::UnitY()).norm() < 1e-7);
+          CHECK(std::abs((point.position - pose.p).dot(lying * Vec3::UnitY())) == Approx(half).margin(1e-9));
+        }
+      }
+}
+
+TEST_CASE("Nothing arrives at a cylinder that slides and rolls over flat seams, and what falls arrives as on a plane") {
+  const auto ground = roof(0);
+  const Quat lying(Eigen::AngleAxisd(M_PI / 2, Vec3(0, 0, 1)));  // rolls along z
+  for (const bool upright : {true, false})
+    for (const double height : {-5e-10, 0.0, 5e-10})
+      for (const Vec3& v : {Vec3(1, 0, 0), Vec3(-0.7, 0, 0.3), Vec3(0.2, 0, -1)}) {
+        Motion motion;
+        motion.pose.p = Vec3(upright ? -0.15 : -0.05, 0.1 + height, 0.1) - 0.05 * v;
+        motion.v = v;
+        if (upright) {
+          motion.w.y() = 3;
+        } else {
+          motion.pose.q = lying;
+          motion.w.x() = v.z() / 0.1;
+        }
+        CHECK(first_contact(ground, cylinder(0.1, 0.1), motion, 0.1) == 0.1);
+        motion.pose.p.y() += 0.05;
+        motion.v.y() = -1;
+        CHECK(first_contact(ground, cylinder(0.1, 0.1), motion, 0.1) == Approx(0.05).margin(2e-9));
+      }
+}
+
+TEST_CASE(
+    "A cylinder along a ridge lies on the ridge, one across it on the ridge's point, one in a valley on both sides") {
+  const double slope = 0.5, length = std::sqrt(1 + slope * slope), r = 0.2;
+  Pose pose;
+  pose.q = Quat(Eigen::AngleAxisd(M_PI / 2, Vec3(1, 0, 0)));  // along z, as the ridge
+  pose.p = Vec3(0, r, 0.1);
+  const auto along = points_on(roof(slope), cylinder(r, 0.3), pose);
+  CHECK(along.size() >= 2);
+  for (const ContactPoint& point : along) {
+    CHECK((point.normal - Vec3::UnitY()).norm() < 1e-12);
+    CHECK(std::abs(std::abs(point.position.z() - 0.1) - 0.3) < 1e-12);
+  }
+  pose.p.y() = r * length;
+  const auto in_valley = points_on(roof(-slope), cylinder(r, 0.3), pose);
+  CHECK(in_valley.size() >= 4);
+  for (const ContactPoint& point : in_valley) CHECK(point.normal.y() == Approx(1 / length));
+  pose.p = Vec3(0, r, 0.1);
+  pose.q = Quat(Eigen::AngleAxisd(M_PI / 2, Vec3(0, 0, 1)));
+  const auto across = points_on(roof(slope), cylinder(r, 0.3), pose);
+  CHECK(!across.empty());
+  for (const ContactPoint& point : across) {
+    CHECK((point.normal - Vec3::UnitY()).norm() < 1e-12);
+    CHECK((point.position - Vec3(0, 0, 0.1)).norm() < 1e-9);
+  }
+}
+
+TEST_CASE("On rough ground something carries a cylinder or a disc wherever it has come down") {
+  std::mt19937 engine(7);
+  const auto in = [&](double low, double high) {
+    return low + (high - low) * (static_cast<double>(engine()) / 4294967295.0);
+  };
+  int down = 0;
+  for (int k = 0; k < 300; ++k) {
+    double height[3][3];
+    for (auto& row : height)
+      for (double& h : row) h = in(0, 0.15);
+    const auto at = [&](int i, int j) { return Vec3(0.5 * i - 0.5, height[j][i], 0.5 * j - 0.5); };
+    std::vector<Triangle> triangles;
+    for (int j = 0; j < 2; ++j)
+      for (int i = 0; i < 2; ++i) {
+        triangles.push_back({at(i, j), at(i, j + 1), at(i + 1, j + 1)});
+        triangles.push_back({at(i, j), at(i + 1, j + 1), at(i + 1, j)});
+      }
+    const auto ground = shapes_of(triangles);
+    const Shape can = cylinder(in(0.05, 0.2), k % 2 ? in(0.01, 0.2) : 0);
+    Pose pose;
+    pose.p = Vec3(in(-0.2, 0.2), 1, in(-0.2, 0.2));
+    pose.q = Quat(in(-1, 1), in(-1, 1), in(-1, 1), in(-1, 1)).normalized();
+    double gap = 1;
+    for (int i = 0; i < 400 && gap > 5e-10; ++i) {
+      gap = 1;
+      for (const Shape& prism : ground) gap = std::min(gap, separation(can, pose, prism, prism.local));
+      if (gap > 5e-10) pose.p.y() -= gap - 4e-10;
+    }
+    if (gap > 5e-10) continue;
+    ++down;
+    CHECK(!points_on(ground, can, pose).empty());
+  }
+  CHECK(down > 250);
 }

@@ -315,7 +315,7 @@ TEST_CASE("A common velocity changes nothing, swapping the shapes neither") {
   }
 }
 
-TEST_CASE("Every two kinds of shapes that can touch meet when distance over speed says, whichever is named first") {
+TEST_CASE("Every two kinds of shapes meet when distance over speed says, whichever is named first") {
   const Shape ball = sphere(0.5), cube = box(1, 1, 1), plane = half_space();
   Shape drum;
   drum.kind = ShapeKind::cylinder;
@@ -323,7 +323,6 @@ TEST_CASE("Every two kinds of shapes that can touch meet when distance over spee
   drum.half_extents = {0.5, 0.5, 0.5};
   for (const Shape& low : {plane, ball, cube, drum})
     for (const Shape& high : {ball, cube, drum}) {
-      if (!can_touch(low.kind, high.kind)) continue;
       // The lower one's top at 0 (the plane's) or 0.5, the upper one's bottom 0.3 m above, at 3 m/s.
       const double top = low.kind == ShapeKind::half_space ? 0 : 0.5;
       const Motion falling = moving(at(0, top + 0.8, 0), Vec3(0, -3, 0)), still = moving(at(0, 0, 0));

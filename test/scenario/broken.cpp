@@ -34,7 +34,6 @@ const Broken table[] = {
     {"child_of_a_box", 17, 65, "holds no elements"},
     {"crossed_tags", 21, 3, "</bodies> first"},
     {"cylinder_length", 19, 48, "length is -1; it has to be at least 0"},
-    {"cylinder_on_box", 25, 6, "a cylinder touches half-spaces and spheres only"},
     {"decimal_comma", 9, 21, "decimal point"},
     {"default_no_choice", 6, 50, "they are: push, rest"},
     {"default_no_integer", 5, 53, "an integer, from 1 to 10"},

@@ -181,6 +181,27 @@ class Depths(unittest.TestCase):
                 self.assertAlmostEqual(float(gap[0]), want, delta=1e-12, msg=shape.kind)
         self.assertAlmostEqual(float(look.inertia_of(look.Shape("capsule", "", "", 0, 0, radius=0.5, length=0.0), 1.0)[0]), 0.1, delta=1e-15)
 
+    def test_a_cylinder_is_as_far_from_what_is_no_sphere_as_geometry_says(self):
+        can = look.Shape("cylinder", "c", "c", np.zeros(3), np.eye(3), radius=0.5, length=2.0)
+        disc = look.Shape("cylinder", "d", "d", np.zeros(3), np.eye(3), radius=0.5, length=0.0)
+        rod = look.Shape("capsule", "r", "r", np.zeros(3), np.eye(3), radius=0.25, length=2.0)
+        table = look.Shape("box", "t", "t", np.zeros(3), np.eye(3), half=np.array([2.0, 0.5, 2.0]))
+        upright, along_x, along_z = np.eye(3), turned([0, 0, 1], math.pi / 2), turned([1, 0, 0], math.pi / 2)
+        tilted, s = turned([0, 0, 1], 0.4), math.sqrt(0.5)
+        for a, p, R, b, Q, want in (
+            (can, [0, 1.5 - 1e-7, 0], upright, table, upright, -1e-7), (can, [0, 0.9, 0], along_x, table, upright, -0.1),
+            # The lowest point of a rim; rim across the table's edge, at 45 degrees.
+            (can, [0, 2, 0], tilted, table, upright, 1.5 - math.cos(0.4) - 0.5 * math.sin(0.4)),
+            (disc, [2 + 0.499 * s, 0.5 + 0.499 * s, 0], turned([0, 0, 1], math.pi / 4), table, upright, -1e-3 * s),
+            (can, [0, 0.74, 0], along_x, rod, along_z, -0.01), (can, [0.7, 0.8, 0], along_x, rod, along_x, 0.05),
+            (can, [0, 0.99, 0], along_x, can, along_z, -0.01), (can, [0.3, 1.0, 0], along_x, can, along_x, 0.0),
+            (can, [0.3, 2 - 1e-6, 0], upright, can, upright, -1e-6), (disc, [0, 1.0, 0], along_x, disc, along_x, 0.0),
+            # Rims that meet at a right angle: the disc stands on the can's end, beside its middle.
+            (disc, [0.2, 1.5 - 1e-3, 0], along_z, can, upright, -1e-3)):
+            for gap in (look.apart(a, np.array([p], dtype=float), R[None], b, np.zeros((1, 3)), Q[None]),
+                        look.apart(b, np.zeros((1, 3)), Q[None], a, np.array([p], dtype=float), R[None])):
+                self.assertAlmostEqual(float(gap[0]), want, delta=2e-8, msg=f"{a.kind} {p} {b.kind}")
+
     def test_a_tilted_cylinder_stands_on_the_lowest_point_of_its_rim(self):
         plane = look.Shape("half_space", "p", "", np.zeros(3), np.eye(3), normal=np.array([0.0, 1.0, 0.0]))
         can = look.Shape("cylinder", "c", "c", np.zeros(3), np.eye(3), radius=0.3, length=0.8)
@@ -440,7 +461,7 @@ class Campaign(unittest.TestCase):
 
 
 SCENES_OF_SEED_1 = "d8c70cad96d3a3da"  # changes with the families and their ranges: then the published tables are of other scenes
-SHAPES_OF_SEED_1 = "01bf6b35e00c81ca"
+SHAPES_OF_SEED_1 = "4be4549f5d9398ee"
 
 if __name__ == "__main__":
     unittest.main()
