@@ -95,26 +95,38 @@ void ConvexBoundFinder::take(const ConvexIsland& island, ConvexBound& b) {
   b.u_f = velocities_.u;
 }
 
-// Without a frictionless answer only the last way, which finds one, is of use.
+// A proof that covers what parts by rounding, else one that leaves the referee to say whether it has to. Without a
+// frictionless answer only the last way, which finds one, is of use.
 bool ConvexBoundFinder::prove(const ConvexIsland& island, bool solved, ConvexBound& b) {
   b.miss = HUGE_VAL;
-  set_.assign(island.nc(), 1);
-  if (solved && lifts_all(island, b)) return true;
-  if (solved && lifts_touching(island, b)) return true;
-  return lifts_densely(island, b);
+  for (const bool covers : {true, false}) {
+    covers_rounding_ = covers;
+    set_.assign(island.nc(), 1);
+    if (solved && (lifts_all(island, b) || lifts_touching(island, b))) return true;
+    if (lifts_densely(island, b)) return true;
+  }
+  return false;
 }
 
 // Where N z = 1 can be solved on the contacts that touch every f has the same sum, z.M (v_f - v-).
 bool ConvexBoundFinder::lifts_all(const ConvexIsland& island, ConvexBound& b) {
   lift(island, t_, set_, lift_, b);
-  return proves_least_sum(island, t_, b);
+  return proves_least_sum(island, t_, b, covers_rounding_);
 }
 
 bool ConvexBoundFinder::lifts_touching(const ConvexIsland& island, ConvexBound& b) {
   for (int c = 0; c < island.nc(); ++c)
     set_[c] = b.u_f[3 * c] <= t_.surely_touching * island.scale() * std::sqrt(island.weight[c]) ? 1 : 0;
   lift(island, t_, set_, lift_, b);
-  return proves_least_sum(island, t_, b);
+  return proves_least_sum(island, t_, b, covers_rounding_);
+}
+
+// What rounding makes of a normal velocity, sqrt(J): a contact may carry up to that.
+double ConvexBoundFinder::touches_up_to(const ConvexIsland& island, const ConvexBound& b) {
+  if (covers_rounding_)
+    return open_by_rounding(island, b.f) / std::sqrt(*std::min_element(island.weight.begin(), island.weight.end()));
+  velocities_.bound_rounding(normal_, b.impulse, {});
+  return t_.cone.rounding_units * *std::max_element(velocities_.rounding.begin(), velocities_.rounding.end());
 }
 
 // Where contacts depend on each other up to rounding the lift of all that touch cannot be even, and an active set
@@ -122,8 +134,7 @@ bool ConvexBoundFinder::lifts_touching(const ConvexIsland& island, ConvexBound& 
 bool ConvexBoundFinder::lifts_densely(const ConvexIsland& island, ConvexBound& b) {
   first_f_ = b.f;
   b.z.resize(island.nv());
-  const double least_weight = *std::min_element(island.weight.begin(), island.weight.end());
-  const double open = open_by_rounding(island, b.f) / std::sqrt(least_weight);
+  const double open = touches_up_to(island, b);
   if (!dense_.solve(island.M, island.J, island.factor, island.weight, island.q, island.share,
                     std::max(open, t_.carrying_touch * island.size), b.f, b.z)) {
     b.f = first_f_;
@@ -134,7 +145,7 @@ bool ConvexBoundFinder::lifts_densely(const ConvexIsland& island, ConvexBound& b
   multiply(island.J, island.M, b.z, b.J_z);
   b.lambda.assign(island.nc(), 0.0);
   b.miss = HUGE_VAL;
-  if (complementary(island, b) && proves_least_sum(island, t_, b)) return true;
+  if (complementary(island, b) && proves_least_sum(island, t_, b, covers_rounding_)) return true;
   if (lets_go(island, b)) return true;
   b.f = first_f_;
   take(island, b);
@@ -162,7 +173,7 @@ bool ConvexBoundFinder::lets_go(const ConvexIsland& island, ConvexBound& b) {
     }
   }
   take(island, b);
-  return !pulls && complementary(island, b) && proves_least_sum(island, t_, b);
+  return !pulls && complementary(island, b) && proves_least_sum(island, t_, b, covers_rounding_);
 }
 
 }  // namespace cb

@@ -30,6 +30,7 @@ class ConvexBoundFinder {
   bool lifts_all(const ConvexIsland& island, ConvexBound& bound);
   bool lifts_touching(const ConvexIsland& island, ConvexBound& bound);
   bool lifts_densely(const ConvexIsland& island, ConvexBound& bound);
+  double touches_up_to(const ConvexIsland& island, const ConvexBound& bound);
   bool lets_go(const ConvexIsland& island, ConvexBound& bound);
 
   const ConvexTolerances t_;
@@ -41,7 +42,8 @@ class ConvexBoundFinder {
   ConeVelocities velocities_;
   ConeProgram normal_;  // of the island at work
   ConeSolution x_;
-  std::vector<char> set_;  // nc, contacts that are lifted
+  std::vector<char> set_;        // nc, contacts that are lifted
+  bool covers_rounding_ = true;  // has the proof that is looked for to?
   std::vector<double> first_f_;
 };
 

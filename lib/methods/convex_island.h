@@ -41,7 +41,7 @@ struct ConvexTolerances {
   double short_step = 0.5;
   /// -: ConeOptions::proximal and careful_proximal of the Newton steps that finish its answers.
   double finish_proximal = 1e-12, finish_first_proximal = 1e-8;
-  /// -: gap as a fraction of the island's energy in an event with restitution: what it may gain by it.
+  /// -: gap of restitution's second phase as a fraction of the island's energy: what the event may gain by it.
   double gain = 1e-10;
   /// Restitution scaled so that no island gains energy? Without: as published.
   bool bounded_restitution = true;

@@ -170,16 +170,18 @@ double open_by_rounding(const ConvexIsland& island, const std::vector<double>& f
   return open_units * open;
 }
 
-bool proves_least_sum(const ConvexIsland& island, const ConvexTolerances& t, const ConvexBound& b) {
+bool proves_least_sum(const ConvexIsland& island, const ConvexTolerances& t, const ConvexBound& b,
+                      bool covers_rounding) {
+  const double touching = covers_rounding ? t.touching : t.carrying_touch;
   bool some_part = false;
   for (int c = 0; c < island.nc(); ++c) {
     const double root_w = std::sqrt(island.weight[c]), excess = b.J_z[3 * c] - island.share[c];
-    const bool touches = b.u_f[3 * c] / root_w <= t.touching * island.scale();
+    const bool touches = b.u_f[3 * c] / root_w <= touching * island.scale();
     if (touches && excess > t.backward) return false;
     if (-excess > t.backward && b.f[c] * root_w > t.backward * island.scale()) return false;
     some_part = some_part || excess > t.backward;
   }
-  if (!some_part) return true;
+  if (!some_part || !covers_rounding) return true;
   const double miss = miss_of(island, b);
   double nearest = HUGE_VAL;  // m/s, of those that must part for z to be a proof
   for (int c = 0; c < island.nc(); ++c)

@@ -27,8 +27,9 @@ void lift(const ConvexIsland& island, const ConvexTolerances& t, const std::vect
           ConvexBound& bound);
 
 /// Duality of linear programming: is the sum of bound.f the least? N z <= 1 where contacts touch, = 1 where they carry.
-/// What parts by no more than rounding touches.
-bool proves_least_sum(const ConvexIsland& island, const ConvexTolerances& t, const ConvexBound& bound);
+/// `covers_rounding`: what parts by no more than rounding touches.
+bool proves_least_sum(const ConvexIsland& island, const ConvexTolerances& t, const ConvexBound& bound,
+                      bool covers_rounding = true);
 
 /// Is (3) the same as (1)? bound.z and lambda are those of the last lift(), on `set`, which is narrowed to the contacts
 /// that lambda needs. Fills bound.fixed.

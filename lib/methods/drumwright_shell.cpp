@@ -240,8 +240,8 @@ void DrumwrightShell::say(const Endings& endings, double epsilon, ContactSolutio
 void DrumwrightShell::begin_island(double epsilon, ContactSolution& solution) {
   const int nc = island_.nc();
   island_.epsilon = epsilon;
-  // With restitution a gap is a gain of energy: of the event, and of what the first phase gave back.
-  if (elastic_) island_.epsilon = std::min(epsilon, tolerances_.gain * island_.size * island_.size);
+  // What the first phase gave back is all that the event had: a gap here would be a gain of energy.
+  if (second_phase_) island_.epsilon = std::min(epsilon, tolerances_.gain * island_.size * island_.size);
   program_ = island_.program(tolerances_.bounded);
   program_.gap = island_.epsilon;
   solution.size += 3 * nc + (tolerances_.bounded ? nc + 1 : 0);

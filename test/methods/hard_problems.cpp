@@ -49,7 +49,8 @@ TEST_CASE("what rounding leaves of a velocity is no error, and what is more is n
        {"convex_corner", "convex_bowl", "convex_resting_island", "convex_wall", "convex_slow_opening",
         "convex_light_among_heavy", "convex_second_phase", "convex_limit_carries", "convex_least_sum",
         "convex_least_sum_wedged", "convex_flat_on_belt", "convex_parts_by_rounding", "convex_lets_go",
-        "convex_limit_lifts", "convex_parts_by_friction", "convex_touches_by_a_hair"})
+        "convex_limit_lifts", "convex_parts_by_friction", "convex_touches_by_a_hair", "convex_elastic_gap",
+        "convex_proof_beside_rounding", "convex_touches_unevenly"})
     for (const bool bounded : {true, false}) {
       const StoredProblem stored =
           read_contact_problem(std::string(SOURCE_ROOT) + "/test/data/events/" + name + ".hdf5");
