@@ -96,8 +96,8 @@ double BaseStep::longest_move() const {
   constexpr double most = 0.05;            // -: of the smallest shape; half of it ends the run as overlap inside a step
   constexpr double most_turned_in = 1e-3;  // -: the same of what touches
   constexpr double least = 1e-3;           // -: of a step, however fast they are
-  const double bending = std::max(bending_of_links() / most, bending_of_contacts() / most_turned_in);
-  return bending > 0 ? std::max(std::sqrt(2 * smallest_ / bending), least * step_) : HUGE_VAL;
+  const double fastest = std::max(bending_of_links() / (most * smallest_), bending_of_contacts() / most_turned_in);
+  return fastest > 0 ? std::max(std::sqrt(2 / fastest), least * step_) : HUGE_VAL;
 }
 
 double BaseStep::bending_of_links() const {
@@ -119,7 +119,8 @@ Vec3 BaseStep::velocity_at(int shape, const Vec3& position) const {
   return Vec3(v) + Vec3(v + 3).cross(position - state_.pose[body].p);
 }
 
-// Of gaps of free bodies that touch, but for what slow turning makes of them: as in drift.cpp. A ball turns in itself.
+// Of gaps of free bodies that touch, over the smaller one's size, but for what slow turning makes of them: as in
+// drift.cpp. A ball turns in itself.
 double BaseStep::bending_of_contacts() const {
   constexpr double slow = 0.02;  // rad a step
   double bending = 0;
@@ -127,10 +128,12 @@ double BaseStep::bending_of_contacts() const {
     for (const int shape : {contact.shape_a, contact.shape_b}) {
       const Shape& of = scenario_.shapes[shape];
       if (of.body < 0 || of.kind == ShapeKind::sphere || scenario_.model.bodies[of.body].tree >= 0) continue;
-      const double spin = Vec3(&state_.v[6 * static_cast<std::size_t>(of.body) + 3]).norm();
-      if (spin * step_ <= slow) continue;
+      const double spin2 = Vec3(&state_.v[6 * static_cast<std::size_t>(of.body) + 3]).squaredNorm();
+      if (spin2 * step_ * step_ <= slow * slow) continue;
+      const double spin = std::sqrt(spin2);
+      const double size = std::min(scenario_.shapes[contact.shape_a].size(), scenario_.shapes[contact.shape_b].size());
       const Vec3 slip = velocity_at(contact.shape_a, contact.position) - velocity_at(contact.shape_b, contact.position);
-      bending = std::max(bending, spin * (1.5 * spin * radius_[shape] + slip.norm()));
+      bending = std::max(bending, spin * (1.5 * spin * radius_[shape] + slip.norm()) / size);
     }
   return bending;
 }
