@@ -95,48 +95,41 @@ void ConvexBoundFinder::take(const ConvexIsland& island, ConvexBound& b) {
   b.u_f = velocities_.u;
 }
 
-// A proof that covers what parts by rounding, else one that leaves the referee to say whether it has to. Without a
-// frictionless answer only the last way, which finds one, is of use.
+// Without a frictionless answer only the last way, which finds one, is of use: where it can, with a proof about all
+// that the referee may hold to touch.
 bool ConvexBoundFinder::prove(const ConvexIsland& island, bool solved, ConvexBound& b) {
   b.miss = HUGE_VAL;
-  for (const bool covers : {true, false}) {
-    covers_rounding_ = covers;
-    set_.assign(island.nc(), 1);
-    if (solved && (lifts_all(island, b) || lifts_touching(island, b))) return true;
-    if (lifts_densely(island, b)) return true;
-  }
-  return false;
+  set_.assign(island.nc(), 1);
+  if (solved && (lifts_all(island, b) || lifts_touching(island, b))) return true;
+  return lifts_densely(island, open_by_rounding(island, b.f), b) || lifts_densely(island, own_rounding(b), b);
 }
 
 // Where N z = 1 can be solved on the contacts that touch every f has the same sum, z.M (v_f - v-).
 bool ConvexBoundFinder::lifts_all(const ConvexIsland& island, ConvexBound& b) {
   lift(island, t_, set_, lift_, b);
-  return proves_least_sum(island, t_, b, covers_rounding_);
+  return proves_least_sum(island, t_, b);
 }
 
 bool ConvexBoundFinder::lifts_touching(const ConvexIsland& island, ConvexBound& b) {
   for (int c = 0; c < island.nc(); ++c)
     set_[c] = b.u_f[3 * c] <= t_.surely_touching * island.scale() * std::sqrt(island.weight[c]) ? 1 : 0;
   lift(island, t_, set_, lift_, b);
-  return proves_least_sum(island, t_, b, covers_rounding_);
+  return proves_least_sum(island, t_, b);
 }
 
-// What rounding makes of a normal velocity, sqrt(J): a contact may carry up to that.
-double ConvexBoundFinder::touches_up_to(const ConvexIsland& island, const ConvexBound& b) {
-  if (covers_rounding_)
-    return open_by_rounding(island, b.f) / std::sqrt(*std::min_element(island.weight.begin(), island.weight.end()));
+// What rounding makes of a normal velocity at most, sqrt(J).
+double ConvexBoundFinder::own_rounding(const ConvexBound& b) {
   velocities_.bound_rounding(normal_, b.impulse, {});
   return t_.cone.rounding_units * *std::max_element(velocities_.rounding.begin(), velocities_.rounding.end());
 }
 
 // Where contacts depend on each other up to rounding the lift of all that touch cannot be even, and an active set
 // cannot be named.
-bool ConvexBoundFinder::lifts_densely(const ConvexIsland& island, ConvexBound& b) {
+bool ConvexBoundFinder::lifts_densely(const ConvexIsland& island, double open, ConvexBound& b) {
   first_f_ = b.f;
   b.z.resize(island.nv());
-  const double open = touches_up_to(island, b);
   if (!dense_.solve(island.M, island.J, island.factor, island.weight, island.q, island.share,
-                    std::max(open, t_.carrying_touch * island.size), b.f, b.z)) {
+                    std::max(open, t_.touching * island.size), b.f, b.z)) {
     b.f = first_f_;
     return false;
   }
@@ -145,7 +138,7 @@ bool ConvexBoundFinder::lifts_densely(const ConvexIsland& island, ConvexBound& b
   multiply(island.J, island.M, b.z, b.J_z);
   b.lambda.assign(island.nc(), 0.0);
   b.miss = HUGE_VAL;
-  if (complementary(island, b) && proves_least_sum(island, t_, b, covers_rounding_)) return true;
+  if (complementary(island, b) && proves_least_sum(island, t_, b)) return true;
   if (lets_go(island, b)) return true;
   b.f = first_f_;
   take(island, b);
@@ -173,7 +166,7 @@ bool ConvexBoundFinder::lets_go(const ConvexIsland& island, ConvexBound& b) {
     }
   }
   take(island, b);
-  return !pulls && complementary(island, b) && proves_least_sum(island, t_, b, covers_rounding_);
+  return !pulls && complementary(island, b) && proves_least_sum(island, t_, b);
 }
 
 }  // namespace cb

@@ -29,8 +29,9 @@ class ConvexBoundFinder {
   // Ways to the least sum and its proof.
   bool lifts_all(const ConvexIsland& island, ConvexBound& bound);
   bool lifts_touching(const ConvexIsland& island, ConvexBound& bound);
-  bool lifts_densely(const ConvexIsland& island, ConvexBound& bound);
-  double touches_up_to(const ConvexIsland& island, const ConvexBound& bound);
+  // `open`, sqrt(J): normal velocity up to which a contact may carry.
+  bool lifts_densely(const ConvexIsland& island, double open, ConvexBound& bound);
+  double own_rounding(const ConvexBound& bound);
   bool lets_go(const ConvexIsland& island, ConvexBound& bound);
 
   const ConvexTolerances t_;
@@ -42,8 +43,7 @@ class ConvexBoundFinder {
   ConeVelocities velocities_;
   ConeProgram normal_;  // of the island at work
   ConeSolution x_;
-  std::vector<char> set_;        // nc, contacts that are lifted
-  bool covers_rounding_ = true;  // has the proof that is looked for to?
+  std::vector<char> set_;  // nc, contacts that are lifted
   std::vector<double> first_f_;
 };
 

@@ -28,9 +28,8 @@ struct ConvexTolerances {
   /// -: lambda w up to which a contact counts as one that lambda does not need.
   double carrying = 1e-7;
   /// -: normal velocity, as a fraction of the event's, up to which a contact counts as touching after the
-  /// frictionless solution: for the proof of its sum, above the referee's 1e-9; where it may carry, below that; and,
-  /// sharper, where the proof is first looked for.
-  double touching = 1.1e-9, carrying_touch = 9e-10, surely_touching = 1e-11;
+  /// frictionless solution: for the proof of its sum; and, sharper, where the proof is first looked for.
+  double touching = 9e-10, surely_touching = 1e-11;
   /// -: gap as a fraction of the event's energy up to which an answer that misses epsilon is `inaccurate` and not
   /// `nonconverged`.
   double inaccurate = 1e-8;

@@ -127,25 +127,6 @@ bool supports(const ConvexIsland& island, const ConvexTolerances& t, const std::
   return std::find(set.begin(), set.end(), 1) != set.end();
 }
 
-// What the last bits of the data leave open of the island's normal velocities, m/s: an upper bound that costs little.
-double most_open(const ConvexIsland& island) {
-  constexpr double generous = 1e-11;
-  double given = 0;
-  for (int c = 0; c < island.nc(); ++c) given = std::max(given, std::abs(island.offset[3 * c]));
-  const double heaviest = *std::max_element(island.weight.begin(), island.weight.end());
-  return generous * (std::sqrt(heaviest * quadratic_form(island.M, island.v0)) + given);
-}
-
-// How far f is from an answer: its contacts touch up to that, sqrt(J).
-double miss_of(const ConvexIsland& island, const ConvexBound& b) {
-  double miss = 0;
-  for (int c = 0; c < island.nc(); ++c) {
-    const double root_w = std::sqrt(island.weight[c]), u_n = b.u_f[3 * c] / root_w;
-    miss = std::max({miss, -u_n, std::min(b.f[c] * root_w, u_n)});
-  }
-  return miss;
-}
-
 }  // namespace
 
 void lift(const ConvexIsland& island, const ConvexTolerances& t, const std::vector<char>& set, LiftScratch& s,
@@ -167,27 +148,17 @@ double open_by_rounding(const ConvexIsland& island, const std::vector<double>& f
   velocities.bound_rounding(island.normal_program(true), r, {});
   double open = 0;
   for (int c = 0; c < island.nc(); ++c) open = std::max(open, velocities.rounding[c] * std::sqrt(island.weight[c]));
-  return open_units * open;
+  return open_units * open / std::sqrt(*std::min_element(island.weight.begin(), island.weight.end()));
 }
 
-bool proves_least_sum(const ConvexIsland& island, const ConvexTolerances& t, const ConvexBound& b,
-                      bool covers_rounding) {
-  const double touching = covers_rounding ? t.touching : t.carrying_touch;
-  bool some_part = false;
+bool proves_least_sum(const ConvexIsland& island, const ConvexTolerances& t, const ConvexBound& b) {
   for (int c = 0; c < island.nc(); ++c) {
     const double root_w = std::sqrt(island.weight[c]), excess = b.J_z[3 * c] - island.share[c];
-    const bool touches = b.u_f[3 * c] / root_w <= touching * island.scale();
+    const bool touches = b.u_f[3 * c] / root_w <= t.touching * island.scale();
     if (touches && excess > t.backward) return false;
     if (-excess > t.backward && b.f[c] * root_w > t.backward * island.scale()) return false;
-    some_part = some_part || excess > t.backward;
   }
-  if (!some_part || !covers_rounding) return true;
-  const double miss = miss_of(island, b);
-  double nearest = HUGE_VAL;  // m/s, of those that must part for z to be a proof
-  for (int c = 0; c < island.nc(); ++c)
-    if (b.J_z[3 * c] - island.share[c] > t.backward)
-      nearest = std::min(nearest, b.u_f[3 * c] - miss * std::sqrt(island.weight[c]));
-  return nearest > most_open(island) || nearest > open_by_rounding(island, b.f);
+  return true;
 }
 
 // lambda is not unique where more contacts touch than carry: those with the wrong sign are left out of it.

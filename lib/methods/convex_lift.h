@@ -6,7 +6,7 @@
 
 namespace cb {
 
-/// What the last bits of the data leave open of the normal velocities after frictionless impulses f (nc, N s), m/s:
+/// What the last bits of the data leave open of the normal velocities after frictionless impulses f (nc, N s), sqrt(J):
 /// whether a contact touches, for the referee too, who sees it with friction.
 double open_by_rounding(const ConvexIsland& island, const std::vector<double>& f);
 /// -: units of rounding of which that is made; the referee's 128, and as much again for friction.
@@ -27,9 +27,7 @@ void lift(const ConvexIsland& island, const ConvexTolerances& t, const std::vect
           ConvexBound& bound);
 
 /// Duality of linear programming: is the sum of bound.f the least? N z <= 1 where contacts touch, = 1 where they carry.
-/// `covers_rounding`: what parts by no more than rounding touches.
-bool proves_least_sum(const ConvexIsland& island, const ConvexTolerances& t, const ConvexBound& bound,
-                      bool covers_rounding = true);
+bool proves_least_sum(const ConvexIsland& island, const ConvexTolerances& t, const ConvexBound& bound);
 
 /// Is (3) the same as (1)? bound.z and lambda are those of the last lift(), on `set`, which is narrowed to the contacts
 /// that lambda needs. Fills bound.fixed.
