@@ -181,20 +181,13 @@ double time_to_gap(const BoxPair& pair, double target, double closed, double hor
   });
 }
 
-// Closed: another feature arrives (a face beside the edge that touches, an edge where a corner has left its face) when
-// the boxes get deeper than they are now by more than the arcs of what touches explain,
-//   arcs = (2 (w_a + w_b) fastest + w_a^2 r_a + w_b^2 r_b) S^2 / 2   over the horizon S,
-// the largest second derivative of a gap, and what of it already approaches. Gives up, as where nothing arrives, after
-// `max_advancements`.
+// Gives up, as where nothing arrives, after `max_advancements`.
 double time_to_depth(const BoxPair& pair, double gap_now, const Goal& goal) {
-  const double w_a = pair.motion_a.w.norm(), w_b = pair.motion_b.w.norm(), fastest = pair.fastest;
-  const double second = 2 * (w_a + w_b) * fastest + w_a * w_a * pair.shape_a.half_extents.norm() +
-                        w_b * w_b * pair.shape_b.half_extents.norm();
-  double target = std::min(0.0, gap_now) - 2 * goal.closed - second * goal.horizon * goal.horizon / 2;
-  if (gap_now - fastest * goal.horizon > target) return goal.horizon;
-  target -= closing_speed(pair.shape_a, pair.motion_a, pair.shape_b, pair.motion_b, goal.closed) * goal.horizon;
+  const auto depth =
+      depth_of_arrival(pair.shape_a, pair.motion_a, pair.shape_b, pair.motion_b, pair.fastest, gap_now, goal);
+  if (!depth) return goal.horizon;
   bool arrived = false;
-  const double t = time_to_gap(pair, target, target + goal.closed, goal.horizon,
+  const double t = time_to_gap(pair, *depth, *depth + goal.closed, goal.horizon,
                                [&](const SeparatingAxis&, bool) { arrived = true; });
   return arrived ? t : goal.horizon;
 }

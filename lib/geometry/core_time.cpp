@@ -35,6 +35,15 @@ double closing_speed(const Shape& shape_a, const Motion& motion_a, const Shape& 
   return speed;
 }
 
+std::optional<double> depth_of_arrival(const Shape& shape_a, const Motion& motion_a, const Shape& shape_b,
+                                       const Motion& motion_b, double fastest, double gap_now, const Goal& goal) {
+  const double w_a = motion_a.w.norm(), w_b = motion_b.w.norm(), S = goal.horizon;
+  const double second = 2 * (w_a + w_b) * fastest + w_a * w_a * core_reach(shape_a) + w_b * w_b * core_reach(shape_b);
+  const double explained = std::min(0.0, gap_now) - 2 * goal.closed - second * S * S / 2;
+  if (gap_now - fastest * S > explained) return std::nullopt;
+  return explained - closing_speed(shape_a, motion_a, shape_b, motion_b, goal.closed) * S;
+}
+
 EdgeOf edge_of(const PlacedCore& core, int edge) {
   const Polytope::Edge& of = core.form->edges[edge];
   EdgeOf out{core.x[of.from], core.along(edge).normalized(), {}, core.solid() ? 2 : 0};
@@ -314,16 +323,12 @@ double features_time(const Pair& pair, Goal goal) {
   return goal.horizon;
 }
 
-// As box_box_time.cpp's: deeper than now by more than the arcs of what touches explain, and what of it approaches.
 double time_to_depth(const Pair& pair, double gap_now, const Goal& goal) {
-  const double w_a = pair.a.motion.w.norm(), w_b = pair.b.motion.w.norm(), fastest = pair.fastest;
-  const double second =
-      2 * (w_a + w_b) * fastest + w_a * w_a * core_reach(pair.a.shape) + w_b * w_b * core_reach(pair.b.shape);
-  double target = std::min(0.0, gap_now) - 2 * goal.closed - second * goal.horizon * goal.horizon / 2;
-  if (gap_now - fastest * goal.horizon > target) return goal.horizon;
-  target -= closing_speed(pair.a.shape, pair.a.motion, pair.b.shape, pair.b.motion, goal.closed) * goal.horizon;
+  const auto depth =
+      depth_of_arrival(pair.a.shape, pair.a.motion, pair.b.shape, pair.b.motion, pair.fastest, gap_now, goal);
+  if (!depth) return goal.horizon;
   bool arrived = false;
-  const double t = time_to_gap(pair, target, target + goal.closed, goal.horizon, [&](double, bool) { arrived = true; });
+  const double t = time_to_gap(pair, *depth, *depth + goal.closed, goal.horizon, [&](double, bool) { arrived = true; });
   return arrived ? t : goal.horizon;
 }
 

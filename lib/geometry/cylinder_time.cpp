@@ -363,18 +363,14 @@ double parts_time(const Pair& pair, const CylinderAxis& axis, Goal goal) {
   return ends_time(pair.x, now.x, now.c.opposite(), -axis.n, reach, goal.closed, goal.horizon, of_x);
 }
 
-// As box_box_time.cpp's: deeper than now by more than the arcs of what touches explain, and what of it approaches.
 // Where nothing that carries approaches then, a neighbour beyond the seam is in between.
 double time_to_depth(const Pair& pair, double gap_now, const Goal& goal) {
-  const double w_c = pair.c.motion.w.norm(), w_x = pair.x.motion.w.norm(), fastest = pair.fastest;
-  const double second =
-      2 * (w_c + w_x) * fastest + w_c * w_c * core_reach(pair.c.shape) + w_x * w_x * core_reach(pair.x.shape);
-  double target = std::min(0.0, gap_now) - 2 * goal.closed - second * goal.horizon * goal.horizon / 2;
-  if (gap_now - fastest * goal.horizon > target) return goal.horizon;
-  target -= closing_speed(pair.c.shape, pair.c.motion, pair.x.shape, pair.x.motion, goal.closed) * goal.horizon;
+  const auto depth =
+      depth_of_arrival(pair.c.shape, pair.c.motion, pair.x.shape, pair.x.motion, pair.fastest, gap_now, goal);
+  if (!depth) return goal.horizon;
   bool arrived = false;
   const double t =
-      time_to_gap(pair, target, target + goal.closed, goal.horizon, [&](const CylinderAxis& axis, double at) {
+      time_to_gap(pair, *depth, *depth + goal.closed, goal.horizon, [&](const CylinderAxis& axis, double at) {
         arrived = !pair.seams || carried(pair, pair.c, pair.x, axis, at, goal);
       });
   return arrived ? t : goal.horizon;
