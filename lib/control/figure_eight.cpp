@@ -15,14 +15,15 @@
 
 namespace cb {
 
-FigureEight::Wanted FigureEight::at(double t) const {
+FigureEight::Place FigureEight::place_at(double t) const {
   const double s = rate * t + 1.5 * std::numbers::pi;
-  Wanted wanted{};
-  wanted.x = -x_amplitude * std::cos(s);
-  wanted.z = z_amplitude * std::sin(2 * s);
-  wanted.vx = rate * x_amplitude * std::sin(s);
-  wanted.vz = 2 * rate * z_amplitude * std::cos(2 * s);
-  const double ax = rate * rate * x_amplitude * std::cos(s), az = -4 * rate * rate * z_amplitude * std::sin(2 * s);
+  return {-x_amplitude * std::cos(s), z_amplitude * std::sin(2 * s), rate * x_amplitude * std::sin(s),
+          2 * rate * z_amplitude * std::cos(2 * s)};
+}
+
+FigureEight::Wanted FigureEight::at(double t) const {
+  Wanted wanted{place_at(t), 0, 0};
+  const double ax = -rate * rate * wanted.x, az = -4 * rate * rate * wanted.z;
   wanted.heading = std::atan2(-wanted.vx, -wanted.vz);
   // d atan2(y, x) = (x dy - y dx) / (x^2 + y^2)
   wanted.turning = (wanted.vz * ax - wanted.vx * az) / (wanted.vx * wanted.vx + wanted.vz * wanted.vz);

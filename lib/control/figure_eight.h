@@ -13,9 +13,14 @@ struct FigureEight {
   double wheel_radius = 0.0825;             ///< m
   double axle = 0.3206;                     ///< m, from wheel to wheel
 
-  /// Wanted position of the middle of the axle (m), heading (rad, in (-pi, pi]) and their rates.
-  struct Wanted {
-    double x, z, heading, vx, vz, turning;
+  /// Wanted position of the middle of the axle (m) and its rate.
+  struct Place {
+    double x, z, vx, vz;
+  };
+  Place place_at(double t) const;
+  /// With the heading (rad, in (-pi, pi]) and its rate.
+  struct Wanted : Place {
+    double heading, turning;
   };
   Wanted at(double t) const;
 

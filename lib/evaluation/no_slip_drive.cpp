@@ -177,14 +177,13 @@ double CrossTrack::distance(double t, double x, double z) {
   const double s_wanted = path_.rate * t;
   double lag = lag_.value_or(0);
   const auto place = [&](double by, double d[2], double d1[2], double d2[2]) {
-    const FigureEight::Wanted at = path_.at((s_wanted - by) / path_.rate);
-    const double s = s_wanted - by + 1.5 * std::numbers::pi;
+    const FigureEight::Place at = path_.place_at((s_wanted - by) / path_.rate);
     d[0] = x - at.x;
     d[1] = z - at.z;
     d1[0] = at.vx / path_.rate;
     d1[1] = at.vz / path_.rate;
-    d2[0] = path_.x_amplitude * std::cos(s);
-    d2[1] = -4 * path_.z_amplitude * std::sin(2 * s);
+    d2[0] = -at.x;
+    d2[1] = -4 * at.z;
   };
   double d[2], d1[2], d2[2];
   for (int i = 0; i < 8; ++i) {
