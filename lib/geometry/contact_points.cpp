@@ -95,7 +95,7 @@ void cylinder_on_plane(const Shape& cylinder, const Pose& pose, const Pose& plan
   const double r = cylinder.radius, l = cylinder.half_extents.y();
   const double centre = n.dot(pose.p - plane.p), c = n.dot(R.col(1));
   // Up the slope of the ends' planes: u, with sine of its angle to the plane.
-  const double sine_x = n.dot(R.col(0)), sine_z = n.dot(R.col(2)), sine = std::hypot(sine_x, sine_z);
+  const double sine_x = n.dot(R.col(0)), sine_z = n.dot(R.col(2)), sine = length(sine_x, sine_z);
   if (centre - l * std::abs(c) - r * sine > reach) return;
   const auto add = [&](const Vec3& x, double gap) { sink.add(pose.p + x - (gap / 2) * n, n, gap); };
   for (int end = l > 0 ? -1 : 1; end <= 1; end += 2) {
@@ -161,7 +161,7 @@ Nearest nearest_on_cylinder(const Shape& cylinder, const Pose& pose, const Vec3&
   const Mat3 R = pose.q.toRotationMatrix();
   const double r = cylinder.radius, l = cylinder.half_extents.y();
   const Vec3 p = R.transpose() * (centre - pose.p);
-  const double across = std::hypot(p.x(), p.z());
+  const double across = length(p.x(), p.z());
   // On the axis there is no direction of its own: the local x axis.
   const Vec3 outward = across > 0 ? Vec3(p.x() / across, 0, p.z() / across) : Vec3(1, 0, 0);
   const Vec3 q = std::min(across, r) * outward + Vec3(0, std::clamp(p.y(), -l, l), 0);
@@ -169,7 +169,7 @@ Nearest nearest_on_cylinder(const Shape& cylinder, const Pose& pose, const Vec3&
   const double beyond_side = std::max(0.0, across - r), beyond_end = std::max(0.0, std::abs(p.y()) - l);
   const double sign = p.y() < 0 ? -1 : 1;
   if (beyond_side > 0 || beyond_end > 0) {
-    const double distance = std::hypot(beyond_side, beyond_end);
+    const double distance = length(beyond_side, beyond_end);
     const Vec3 normal = (beyond_side / distance) * outward + Vec3(0, sign * beyond_end / distance, 0);
     return {R * normal, pose.p + R * q, distance - radius};
   }
@@ -341,7 +341,7 @@ double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose
     const Mat3 R = pose_a.q.toRotationMatrix();
     if (a.kind == ShapeKind::cylinder)
       return centre - a.half_extents.y() * std::abs(n.dot(R.col(1))) -
-             a.radius * std::hypot(n.dot(R.col(0)), n.dot(R.col(2)));
+             a.radius * length(n.dot(R.col(0)), n.dot(R.col(2)));
     return centre - (R.transpose() * n).cwiseAbs().dot(a.half_extents);
   }
   if (a.kind == ShapeKind::sphere && b.kind == ShapeKind::sphere)

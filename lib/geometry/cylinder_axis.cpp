@@ -89,7 +89,7 @@ Eigen::Vector2d ellipse_normal(double p, double q, double A, double B) {
   const double squares = (B - A) * (B + A);
   Eigen::Vector2d low(1, 0), high(0, 1), n = Eigen::Vector2d(p + A, q + B).normalized();
   for (int k = 0; k < most_steps; ++k) {
-    const double c = n.x(), s = n.y(), width = std::hypot(A * c, B * s);
+    const double c = n.x(), s = n.y(), width = length(A * c, B * s);
     if (width == 0) break;
     const double width_slope = squares * s * c / width, slope = q * c - p * s - width_slope;
     const double curvature = -(p * c + q * s) - (squares * (c - s) * (c + s) - width_slope * width_slope) / width;
@@ -340,7 +340,7 @@ void Search::over_rims(int end_c, int end_b, const Vec3& start) {
     Eigen::Matrix2d H = (c.r / s) * h_c * h_c.transpose() + (b.r / t) * h_b * h_b.transpose();
     H.diagonal().array() += value;
     // Made positive definite where they overlap by much: the smaller eigenvalue is lifted.
-    const double mean = H.trace() / 2, spread = std::hypot((H(0, 0) - H(1, 1)) / 2, H(0, 1));
+    const double mean = H.trace() / 2, spread = length((H(0, 0) - H(1, 1)) / 2, H(0, 1));
     const double lift = 1e-9 * (mean + spread) - (mean - spread);
     if (mean + spread <= 0) return;
     if (lift > 0) H.diagonal().array() += lift;

@@ -151,7 +151,7 @@ void line_over_face(const Collector& to, const PlacedCylinder& c) {
 // As contact_points.cpp's cylinder_on_plane, over the face.
 void cylinder_over(const Collector& to, const PlacedCylinder& c, double closed) {
   const Flat& flat = to.flat;
-  const double sine_x = flat.n.dot(c.R.col(0)), sine_z = flat.n.dot(c.R.col(2)), sine = std::hypot(sine_x, sine_z);
+  const double sine_x = flat.n.dot(c.R.col(0)), sine_z = flat.n.dot(c.R.col(2)), sine = length(sine_x, sine_z);
   const double cosine = std::abs(flat.n.dot(c.d()));
   for (int k = c.ends() - 1; k >= 0; --k) {
     const int end = c.end(k);

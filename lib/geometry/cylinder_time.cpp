@@ -329,7 +329,7 @@ double ends_time(const Part& whole, const Solid& at_start, const Opposite& other
 // Vertices and edges of the core that are near enough.
 double core_parts_time(const Pair& pair, const Solid& c, const Solid& x, const Vec3& n, Goal goal) {
   const double reach = pair.fastest * goal.horizon + goal.closed + x.core.radius;
-  const double radius = std::hypot(c.cylinder.r, c.cylinder.l);
+  const double radius = length(c.cylinder.r, c.cylinder.l);
   const Vec3 middle = c.cylinder.c;
   const double near = n.dot(middle) + c.cylinder.reach(n) + reach;  // along n
   for (int i = 0; i < static_cast<int>(x.core.x.size()); ++i) {

@@ -30,7 +30,7 @@ double Shape::bounding_radius() const {
     case ShapeKind::sphere:
       return radius;
     case ShapeKind::cylinder:
-      return std::hypot(radius, half_extents.y());
+      return length(radius, half_extents.y());
     case ShapeKind::capsule:
       return half_extents.y() + radius;
     case ShapeKind::hull:
@@ -69,11 +69,11 @@ void contact_tangents(const Vec3& normal, double angle, Vec3& t1, Vec3& t2) {
   // Below this sine of the angle between the normal and the x axis, the projection of x counts as vanished.
   constexpr double vanishing_sine = 1e-6;
   // t2 = n x t1 is parallel to n x (x axis), which has no cancellation; t1 follows from it.
-  const double length_x = std::hypot(normal.y(), normal.z());
+  const double length_x = length(normal.y(), normal.z());
   if (length_x > vanishing_sine) {
     t2 = Vec3(0, normal.z() / length_x, -normal.y() / length_x);
   } else {
-    const double length_z = std::hypot(normal.x(), normal.y());
+    const double length_z = length(normal.x(), normal.y());
     t2 = Vec3(normal.y() / length_z, -normal.x() / length_z, 0);
   }
   t1 = t2.cross(normal);

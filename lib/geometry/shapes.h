@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <string>
@@ -37,6 +38,9 @@ struct Shape {
   /// Length that tolerances are a fraction of: the largest extent, m (infinite for a half-space).
   double size() const;
 };
+
+/// Length of (x, y), both lengths or cosines: without std::hypot's care for what overflows, at a tenth of its time.
+inline double length(double x, double y) { return std::sqrt(x * x + y * y); }
 
 /// One point of contact. `normal` points from shape b to shape a: a positive normal impulse pushes a along +normal.
 /// This is the only place where the direction of the normal is fixed.

@@ -196,7 +196,7 @@ CylinderOverPlane::End CylinderOverPlane::at(double t, int end, double cosine, d
   now.x1 = n_x_w.dot(u);
   now.z = n.dot(v);
   now.z1 = n_x_w.dot(v);
-  now.s = std::hypot(now.x, now.z);
+  now.s = length(now.x, now.z);
   now.c = std::abs(c);
   now.axis_turning = motion.w.cross(R.col(1)).norm();
   return now;
@@ -217,7 +217,7 @@ double CylinderOverPlane::lowest_step(const End& now, double rest) const {
   constexpr int improvements = 4;
   double part = rest;
   for (int i = 0; i < improvements && part > step; ++i) {
-    const double s_end = std::hypot(now.x + now.x1 * part, now.z + now.z1 * part);
+    const double s_end = length(now.x + now.x1 * part, now.z + now.z1 * part);
     const double root = first_root(room, now.m1 - r * (s_end - now.s) / part, -(l + r) * k);
     step = std::max(step, std::min(root, part));
     if (root >= part / 2) break;
@@ -265,7 +265,7 @@ double cylinder_to_plane(const Shape& cylinder, const Motion& motion, const Pose
 Vec3 away_from(const Shape& solid, const Vec3& p) {
   const Vec3& h = solid.half_extents;
   if (solid.kind == ShapeKind::box) return p - p.cwiseMax(-h).cwiseMin(h);
-  const double across = std::hypot(p.x(), p.z()), beyond = across > h.x() ? 1 - h.x() / across : 0;
+  const double across = length(p.x(), p.z()), beyond = across > h.x() ? 1 - h.x() / across : 0;
   return {beyond * p.x(), p.y() - std::clamp(p.y(), -h.y(), h.y()), beyond * p.z()};
 }
 
