@@ -160,7 +160,11 @@ void Coulomb::solve(const ContactProblem& problem, const std::vector<double>& v0
     solution.size += 3 * nc;
     solution.iterations += answer_.iterations;
     solution.claimed_residual = std::max(solution.claimed_residual, answer_.residual);
-    for (int k = 0; k < nc; ++k) std::copy_n(&answer_.r[3 * k], 3, &solution.impulse[3 * island_.contacts[k]]);
+    for (int k = 0; k < nc; ++k) {
+      // What is solved to 1e-12 of q may pull by that much, which is no part of K: where it slips it would drive it.
+      if (answer_.status == NcpStatus::solved && answer_.r[3 * k] < 0) std::fill_n(&answer_.r[3 * k], 3, 0.0);
+      std::copy_n(&answer_.r[3 * k], 3, &solution.impulse[3 * island_.contacts[k]]);
+    }
     const Status status = status_of(answer_);
     if (status <= solution.status) continue;
     solution.status = status;
