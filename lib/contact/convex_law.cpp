@@ -159,7 +159,6 @@ void ConvexCheck::feasibility(const ContactProblem& problem, const ContactSoluti
       slack_[g] = std::max(slack_[g], short_of);
     else
       at.see(worst, short_of / root_w, std::max(size, (1 + mu) * at.open(c) / root_w / Referee::accepted), c);
-    at.see(worst, -at.u_plus[3 * c] / root_w, size, c);
     at.see(worst, -r[3 * c] * root_w, size, c);
     at.see(worst, (tangential(r, c) - mu * r[3 * c]) * root_w, size, c);
     at.see(worst, -proof.eta[c] * root_w, size, c);

@@ -97,6 +97,18 @@ inline Approach along_normal(const Moving& n, const Moving& d) {
           n.size[3] * d.size[0] + 3 * n.size[2] * d.size[1] + 3 * n.size[1] * d.size[2] + n.size[0] * d.size[3]};
 }
 
+/// Of two edges of a patch whose gap is open: q = e x f, not of unit length, and their distance along it less the goal,
+/// both times |q|. 0 where they come to that goal while the gap along the patch's normal stays open: they are in line,
+/// or pass each other sideways where the faces lean. Vertices stand for them then.
+inline Approach edge_over_edge(const Moving& q, const Moving& distance, const Goal& goal) {
+  constexpr double there = 0.01;  // -: of the way from closed to target that is left
+  Approach gap = along_normal(q, distance);
+  const double sine = q.x.norm();
+  gap.value -= goal.target * sine;
+  if (gap.value <= there * (goal.closed - goal.target) * sine) gap.value = 0;
+  return gap;
+}
+
 /// A step within `rest` over which the gap surely stays above `target`. A shorter interval has a tighter bound, so the
 /// root is improved a few times.
 inline double safe_step(const Approach& gap, double target, double rest) {

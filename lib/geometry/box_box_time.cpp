@@ -37,10 +37,10 @@ struct Boxes {
       : a(pair.shape_a, pair.motion_a, t), b(pair.shape_b, pair.motion_b, t), ab(a, b) {}
 };
 
-// How a corner of the patch and what it is over come together, `target` (m) apart: vertex over face both ways, edge
-// over edge.
+// How an open corner of the patch and what it is over come together, the goal's target apart: vertex over face both
+// ways, edge over edge.
 Approach of_corner(const FacePatch& patch, const PatchPoint& point, const MovingBox& reference, const MovingBox& other,
-                   double target, double rest) {
+                   const Goal& goal, double rest) {
   const Vec3 u_axis = reference.R.col((patch.axis + 1) % 3), v_axis = reference.R.col((patch.axis + 2) % 3);
   // Foot on the reference face and point of the incident face above it, as arms from the two centres.
   const Vec3 x_r = point.u * u_axis + point.v * v_axis + reference.h[patch.axis] * patch.n;
@@ -50,7 +50,7 @@ Approach of_corner(const FacePatch& patch, const PatchPoint& point, const Moving
   if (point.id < 8) {
     Approach gap =
         along_normal(point.id < 4 ? turning_direction(patch.n, reference.w) : turning_direction(-m, other.w), distance);
-    gap.value -= target;
+    gap.value -= goal.target;
     return gap;
   }
   // Edge e of the incident face over the edge of the reference face along side p, whichever way makes d.(e x f)
@@ -60,9 +60,7 @@ Approach of_corner(const FacePatch& patch, const PatchPoint& point, const Moving
   const Vec3 edge_r = p < 2 ? v_axis : u_axis;
   const double sign = d.dot(edge_o.cross(edge_r)) < 0 ? -1 : 1;
   const Moving q = crossed(turning_direction(sign * edge_o, other.w), turning_direction(edge_r, reference.w));
-  Approach gap = along_normal(q, distance);  // times the sine between the edges
-  gap.value -= target * q.x.norm();
-  return gap;
+  return edge_over_edge(q, distance, goal);
 }
 
 // Closed: follows the corners of the common patch that are open.
@@ -88,8 +86,8 @@ double patch_to_flat(const BoxPair& pair, int axis, const Goal& goal) {
         continue;
       }
       open_now |= bit;
-      const Approach gap = of_corner(patch, point, reference, other, goal.target, rest);
-      if (gap.value <= 0) continue;  // edges in line with each other: vertices stand for them
+      const Approach gap = of_corner(patch, point, reference, other, goal, rest);
+      if (gap.value <= 0) continue;  // vertices stand for these edges
       step = std::min(step, first_root(gap.value, gap.rate, gap.curvature - gap.K * rest / 3));
     }
     open |= open_now;

@@ -191,9 +191,9 @@ double time_to_gap(const Pair& pair, double target, double closed, double horizo
   });
 }
 
-// How a corner of the patch and what it is over come together, `target` (m) apart.
+// How an open corner of the patch and what it is over come together, the goal's target apart.
 Approach of_corner(const CorePatch& patch, const CorePatchPoint& point, const MovingCore& reference,
-                   const MovingCore& other, double target, double rest) {
+                   const MovingCore& other, const Goal& goal, double rest) {
   const Vec3 d = point.gap * patch.n, x_r = point.foot - reference.c, x_o = point.foot + d - other.c;
   const Moving distance = between(d, other.v - reference.v, other.w, x_o, reference.w, x_r, rest);
   if (point.kind != CorePatchPoint::edges) {
@@ -201,7 +201,7 @@ Approach of_corner(const CorePatch& patch, const CorePatchPoint& point, const Mo
     const Moving normal =
         over_reference ? turning_direction(patch.n, reference.w) : turning_direction(-other.n[patch.incident], other.w);
     Approach gap = along_normal(normal, distance);
-    gap.value -= target;
+    gap.value -= goal.target;
     return gap;
   }
   const auto side = [](const MovingCore& core, int face, int k) -> Vec3 {
@@ -212,9 +212,7 @@ Approach of_corner(const CorePatch& patch, const CorePatchPoint& point, const Mo
              edge_r = side(reference, patch.face, point.reference);
   const double sign = d.dot(edge_o.cross(edge_r)) < 0 ? -1 : 1;
   const Moving q = crossed(turning_direction(sign * edge_o, other.w), turning_direction(edge_r, reference.w));
-  Approach gap = along_normal(q, distance);  // times the sine between the edges
-  gap.value -= target * q.x.norm();
-  return gap;
+  return edge_over_edge(q, distance, goal);
 }
 
 // Two solid cores, closed: follows the corners of the common patch that are open.
@@ -241,8 +239,8 @@ double patch_to_flat(const Pair& pair, bool reference_is_a, int face, const Goal
         continue;
       }
       open.push_back(point.id);
-      const Approach gap = of_corner(patch, point, reference, other, goal.target, rest);
-      if (gap.value <= 0) continue;  // edges in line with each other: vertices stand for them
+      const Approach gap = of_corner(patch, point, reference, other, goal, rest);
+      if (gap.value <= 0) continue;  // vertices stand for these edges
       step = std::min(step, first_root(gap.value, gap.rate, gap.curvature - gap.K * rest / 3));
     }
     return Look{false, step};
