@@ -558,7 +558,7 @@ void BaseStep::find_limits() {
     for (int j = 0; j < static_cast<int>(joints.size()); ++j) {
       const Joint& joint = joints[j];
       if (joint.q < 0 || !joint.limited()) continue;
-      const double rate = state_.qd[joint.v], speed = std::abs(rate) + std::abs(joint.limit_rate) + joint_speed_;
+      const double rate = state_.qd[joint.v], speed = limit_speed(joint);
       for (const double sign : {1.0, -1.0}) {
         const double gap = joint.limit_gap(sign, state_.q[joint.q], state_.t);
         // Looked ahead at: what the rate, or one as fast the other way, can close.
@@ -665,8 +665,26 @@ void BaseStep::take_over_velocities() {
     }
     const Tree& tree = scenario_.model.trees[owners_[b].tree];
     std::copy_n(v_plus, tree.nv, state_.qd.begin() + tree.v);
+    stop_at_limits(owners_[b].tree);
     link_twists(scenario_.model, tree, state_);
   }
+}
+
+// A joint that its limit has stopped has its rate to the last bit: what is left of it would be all that the next event
+// is about at that limit.
+void BaseStep::stop_at_limits(int tree) {
+  if (ahead_ > 0) return;
+  for (const LimitContact& limit : limits_) {
+    if (limit.tree != tree) continue;
+    const Joint& joint = scenario_.model.trees[tree].joints[limit.joint];
+    double& rate = state_.qd[joint.v];
+    if (std::abs(rate - joint.limit_rate) <= options_.approach * limit_speed(joint)) rate = joint.limit_rate;
+  }
+}
+
+// What rounding of a joint's rate is a part of.
+double BaseStep::limit_speed(const Joint& joint) const {
+  return std::abs(state_.qd[joint.v]) + std::abs(joint.limit_rate) + joint_speed_;
 }
 
 // Is the answer one of corners where the law asks for all points? Then the points found next are all of them.

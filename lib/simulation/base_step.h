@@ -155,6 +155,7 @@ class BaseStep {
   bool find_approaching();
   void shuffle_contacts();
   void find_limits();
+  double limit_speed(const Joint& joint) const;
   void find_driven();
   void drive();
   bool moved_by_impulses(int shape) const;
@@ -163,6 +164,7 @@ class BaseStep {
   bool take_answer();
   void record_answer();
   void take_over_velocities();
+  void stop_at_limits(int tree);
   bool corners_fall_short();
   bool patch_spins();
   double first_contact(double horizon, double reach);
