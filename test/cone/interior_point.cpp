@@ -321,3 +321,34 @@ TEST_CASE("the rounding of a contact's velocity is that of the terms it is the s
     CHECK(velocities.rounding[c] ==
           Approx(std::numeric_limits<double>::epsilon() * sums.segment<3>(3 * c).norm() / std::sqrt(chain.weight[c])));
 }
+
+TEST_CASE("an approach that is left is one of what approached, however large the impulses", "[cone]") {
+  // A point mass between two walls that oppose each other, pressed by 1e8 N s from both sides.
+  BlockDiagonalMatrix M;
+  M.add_block(3);
+  M.block(0) = Eigen::Matrix3d::Identity();
+  BandMatrix J;
+  for (const double side : {1.0, -1.0}) {
+    J.add_band();
+    J.add_entry(0, 3);
+    J.entry(J.bands() - 1) = side * Eigen::Matrix3d::Identity();
+  }
+  BlockCholesky factor;
+  REQUIRE(factor.factor(M));
+  const std::vector<double> v0{-1, 0, 0}, offset(6, 0.0), mu{0.4, 0.4}, weight{1, 1};
+  ConeProgram p;
+  p.M = &M;
+  p.factor = &factor;
+  p.J = &J;
+  p.v0 = &v0;
+  p.offset = &offset;
+  p.mu = &mu;
+  p.weight = &weight;
+  p.bounded_below = true;
+  const double left = 0x1p-20;  // m/s of the one that approached
+  const std::vector<double> r{0x1p27 + 1 - left, 0, 0, 0x1p27, 0, 0}, eta(2, 0.0), q{-1, 0, 0, 1, 0, 0};
+  ConeVelocities velocities;
+  velocities.evaluate(p, r, eta);
+  REQUIRE(velocities.u[0] == -left);
+  CHECK(certify(p, r, eta, velocities, q).infeasibility == Approx(left / std::sqrt(2)));
+}
