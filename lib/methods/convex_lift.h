@@ -2,7 +2,7 @@
 
 #include "cone/kkt_system.h"
 #include "methods/convex_island.h"
-#include "methods/stopping_impulse.h"
+#include "linalg/stopping_impulse.h"
 
 namespace cb {
 

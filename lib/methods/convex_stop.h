@@ -2,7 +2,7 @@
 
 #include "cone/interior_point.h"
 #include "methods/convex_island.h"
-#include "methods/stopping_impulse.h"
+#include "linalg/stopping_impulse.h"
 
 namespace cb {
 

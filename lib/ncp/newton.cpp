@@ -7,10 +7,11 @@
 //            rests or slides steadily takes one or two factorisations
 //   long     long interior point steps (interior.h), and the finish from where products are small. Many contacts change
 //            between sticking, slipping and open at once: some tens of factorisations, whatever their number
+//   stops    what stops all contacts, by an orthogonal factorisation (stopping_impulse.h): robots on their limits
 //   path     the central path followed wherever it turns (interior.h), and the finish: hundreds of factorisations where
 //            it turns often
 //   far      the same from a start that is farther out: another path
-// And after each of the last three, after `long` where the best is near, the finish from the best so far
+// And after each of the interior point's, after `long` where the best is near, the finish from the best so far
 //   careful  by steps that make things better, with a proximal term as large as that takes
 //   cut      by many steps that end where the first contact opens or slips. Where rows are all but redundant (corners
 //            that are level to a billionth) contacts want to let go by impulses that are large beside what they carry
@@ -27,6 +28,7 @@
 
 #include "linalg/finite.h"
 #include "linalg/stop.h"
+#include "linalg/stopping_impulse.h"
 #include "ncp/finish.h"
 #include "ncp/interior.h"
 #include "ncp/ncp.h"
@@ -74,6 +76,7 @@ class NcpNewton {
   bool attempt(std::string_view who, NcpSolution& solution);
   bool guess(std::string_view who, NcpSolution& solution);
   bool go_straight(std::string_view who, NcpSolution& solution);
+  bool stop(std::string_view who, NcpSolution& solution);
   bool follow_path(double start, std::string_view who, NcpSolution& solution);
   bool finish_best(std::string_view who, NcpSolution& solution);
   void begin_interior(double start);
@@ -90,6 +93,8 @@ class NcpNewton {
   LongSteps long_steps_;
   PathSteps path_;
   AlartCurnierNewton finish_;
+  StoppingImpulse stopping_;
+  std::vector<char> all_;  // nc
   const NcpProblem* problem_ = nullptr;
   double size_ = 0;           // sqrt(J), of q
   double next_finish_ = 0;    // -: error from which it is tried
@@ -188,6 +193,23 @@ bool NcpNewton::go_straight(std::string_view who, NcpSolution& solution) {
          solution.residual <= o_.accepted;
 }
 
+// What W of a chain of links with a heavy end leaves of 16 digits is less than Newton's steps in velocities need.
+bool NcpNewton::stop(std::string_view who, NcpSolution& solution) {
+  constexpr int times = 2;  // the second takes away what rounding left
+  const NcpProblem& p = *problem_;
+  all_.assign(static_cast<std::size_t>(p.nc()), 1);
+  if (!stopping_.prepare(*p.M, *p.J, *p.factor, p.weight, all_, 3)) return false;
+  tried_.assign(solution.r.size(), 0.0);
+  tried_u_ = measure_.q();
+  for (int k = 0; k < times; ++k) {
+    stopping_.correct(tried_u_, tried_);
+    ++solution.iterations;
+    measure_.velocities(tried_, v_, tried_u_);
+  }
+  const double residual = measure_.residual_beside_rounding(tried_, tried_u_);
+  return residual <= o_.accepted && offer(residual, who, solution);
+}
+
 bool NcpNewton::follow_path(double start, std::string_view who, NcpSolution& solution) {
   begin_interior(start);
   path_.begin(o_.path, interior_);
@@ -204,7 +226,7 @@ bool NcpNewton::follow_path(double start, std::string_view who, NcpSolution& sol
 }
 
 bool NcpNewton::finish_best(std::string_view who, NcpSolution& solution) {
-  if (who == "guess" || (who == "long" && !(solution.residual < o_.near))) return false;
+  if (who == "guess" || who == "stops" || (who == "long" && !(solution.residual < o_.near))) return false;
   if (solution.residual == finished_from_) return false;  // from there it went already
   for (const auto& [way, o] :
        {std::pair("careful", &o_.careful), std::pair("cut", &o_.cut), std::pair("patient", &o_.patient)}) {
@@ -218,6 +240,7 @@ bool NcpNewton::finish_best(std::string_view who, NcpSolution& solution) {
 bool NcpNewton::attempt(std::string_view who, NcpSolution& solution) {
   if (who == "guess") return guess(who, solution);
   if (who == "long") return go_straight(who, solution);
+  if (who == "stops") return stop(who, solution);
   return follow_path(who == "path" ? 1 : o_.far, who, solution);
 }
 
@@ -241,7 +264,7 @@ void NcpNewton::operator()(const NcpProblem& p, NcpSolution& solution) {
   system_.prepare(*p.M, *p.J);
   finish_.begin(p, system_, measure_);
   finished_from_ = HUGE_VAL;
-  for (const std::string_view who : {"guess", "long", "path", "far"}) {
+  for (const std::string_view who : {"guess", "long", "stops", "path", "far"}) {
     poll_stop();
     const bool done = attempt(who, solution) || finish_best(who, solution);
     if (done || solution.residual <= o_.accepted) {

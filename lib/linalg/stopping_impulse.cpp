@@ -3,7 +3,7 @@
 // Problem: r with J_s (M^-1 J_s^T r) = -u on the rows s, scaled to unit mobility: with A = L^-1 J_s^T diag(1/sqrt(w)),
 // A^T A x = -u. From the factorisation of A: A^T y = -u, then A x = y, both of least norm. A residual is of the size of
 // rounding in A, not in A^T A. Source: Golub, Van Loan, Matrix Computations, section 5.5.
-#include "methods/stopping_impulse.h"
+#include "linalg/stopping_impulse.h"
 
 #include <algorithm>
 #include <cmath>

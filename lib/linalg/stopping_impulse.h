@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "contact/problem.h"
+#include "linalg/block_matrix.h"
 
 namespace cb {
 
