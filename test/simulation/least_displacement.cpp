@@ -2,6 +2,7 @@
 
 #include "simulation/least_displacement.h"
 
+#include <Eigen/Cholesky>
 #include <catch2/catch.hpp>
 #include <random>
 
