@@ -434,6 +434,29 @@ TEST_CASE("a limit's rounding is its own: it excuses no contact of its island, a
     }
 }
 
+TEST_CASE("a tree's last bits are those of the energy that it is given, whatever entry they are seen in") {
+  // Two rates of one tree: an event stops the second, and the limit of the first comes nearer by less than, or more
+  // than, the last bits of that.
+  const double rho = 128 * std::numeric_limits<double>::epsilon();  // units eps sqrt(W E): W = 1/kg m^2, E = 1 J
+  for (const double part : {0.9, 1.1}) {
+    Exact out{"a joint at its limit beside what is stopped", coulomb_law(), {}, {}, {}};
+    ContactProblem& p = out.problem;
+    const int b = p.M.add_block(2);
+    p.M.block(b).setIdentity();
+    p.v_minus = {-part * rho, -1};
+    for (const int rate : {1, 0}) {
+      p.J.add_band();
+      p.J.entry(p.J.add_entry(b, 2))(0, rate) = 1;
+      p.offset.insert(p.offset.end(), 3, 0.0);
+      p.mu.push_back(0);
+      p.restitution.push_back(0);
+    }
+    out.solution.impulse = {1, 0, 0, 0, 0, 0};
+    INFO(part << " of the rounding");
+    CHECK(held(out) == (part < 1));
+  }
+}
+
 TEST_CASE(
     "what is true of any answer is measured: approach, distance from the cone, friction's failing, energy, momentum") {
   // m = 2 kg at (3, -4) m/s on smooth ground pulled by r = (-1, 0, 0), then pushed aside by 2 N s.
