@@ -1,8 +1,8 @@
 #pragma once
 
 #include "cone/interior_point.h"
-#include "methods/convex_island.h"
 #include "linalg/stopping_impulse.h"
+#include "methods/convex_island.h"
 
 namespace cb {
 

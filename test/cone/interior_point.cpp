@@ -11,13 +11,28 @@ namespace {
 
 Eigen::Map<Eigen::Vector3d> map(double* x) { return Eigen::Map<Eigen::Vector3d>(x); }
 
-// A chain of `bodies` blocks of six; each contact joins a body to the one before it (the first to the ground).
-struct Chain {
+// What a cone program is about.
+struct Bodies {
   BlockDiagonalMatrix M;
   BandMatrix J;
   BlockCholesky factor;
   std::vector<double> v0, offset, mu, weight;
 
+  ConeProgram program() const {
+    ConeProgram p;
+    p.M = &M;
+    p.factor = &factor;
+    p.J = &J;
+    p.v0 = &v0;
+    p.offset = &offset;
+    p.mu = &mu;
+    p.weight = &weight;
+    return p;
+  }
+};
+
+// A chain of `bodies` blocks of six; each contact joins a body to the one before it (the first to the ground).
+struct Chain : Bodies {
   Chain(int bodies, int contacts, unsigned seed) {
     std::mt19937 random(seed);
     std::normal_distribution<double> normal;
@@ -42,16 +57,24 @@ struct Chain {
     std::normal_distribution<double> normal;
     for (int i = 0; i < 18; ++i) J.values[J.offset[entry] + i] = normal(random);
   }
-  ConeProgram program() const {
-    ConeProgram p;
-    p.M = &M;
-    p.factor = &factor;
-    p.J = &J;
-    p.v0 = &v0;
-    p.offset = &offset;
-    p.mu = &mu;
-    p.weight = &weight;
-    return p;
+};
+
+// A point of `mass` kg that moves with v; one contact for each of `sides`, its rows n, t1, t2 the identity or its
+// opposite.
+struct PointMass : Bodies {
+  PointMass(double mass, const std::vector<double>& v, const std::vector<double>& sides) {
+    M.add_block(3);
+    M.block(0) = mass * Eigen::Matrix3d::Identity();
+    for (const double side : sides) {
+      J.add_band();
+      J.add_entry(0, 3);
+      J.entry(J.bands() - 1) = side * Eigen::Matrix3d::Identity();
+    }
+    v0 = v;
+    offset.assign(3 * sides.size(), 0.0);
+    mu.assign(sides.size(), 0.4);
+    weight.assign(sides.size(), 1 / mass);
+    REQUIRE(factor.factor(M));
   }
 };
 
@@ -109,27 +132,10 @@ TEST_CASE("both kernels solve the equations of motion that they are given", "[kk
 // Point mass m on a plane, rows n, t1, t2 of the identity: sticks where |p_t| <= mu p_n, else the projection of -p on
 // the cone: r_n = (p_n + mu |p_t|) / (1 + mu^2) with p = -m v, r_t along p_t at mu r_n.
 TEST_CASE("a point mass on a plane gets the projection of its momentum on the cone", "[cone]") {
-  BlockDiagonalMatrix M;
-  M.add_block(3);
   const double mass = 2.5;
-  for (int i = 0; i < 3; ++i) M.block(0)(i, i) = mass;
-  BandMatrix J;
-  J.add_band();
-  J.add_entry(0, 3);
-  for (int i = 0; i < 3; ++i) J.entry(0)(i, i) = 1;
-  BlockCholesky factor;
-  REQUIRE(factor.factor(M));
-  const std::vector<double> offset(3, 0.0), mu{0.4}, weight{1 / mass};
   for (double slip : {0.1, 3.0}) {
-    const std::vector<double> v0{-1, slip, 0.5 * slip};
-    ConeProgram p;
-    p.M = &M;
-    p.factor = &factor;
-    p.J = &J;
-    p.v0 = &v0;
-    p.offset = &offset;
-    p.mu = &mu;
-    p.weight = &weight;
+    const PointMass point(mass, {-1, slip, 0.5 * slip}, {1});
+    const ConeProgram p = point.program();
     InteriorPoint solver;
     ConeSolution x;
     solver.solve(p, x);
@@ -323,27 +329,9 @@ TEST_CASE("the rounding of a contact's velocity is that of the terms it is the s
 }
 
 TEST_CASE("an approach that is left is one of what approached, however large the impulses", "[cone]") {
-  // A point mass between two walls that oppose each other, pressed by 1e8 N s from both sides.
-  BlockDiagonalMatrix M;
-  M.add_block(3);
-  M.block(0) = Eigen::Matrix3d::Identity();
-  BandMatrix J;
-  for (const double side : {1.0, -1.0}) {
-    J.add_band();
-    J.add_entry(0, 3);
-    J.entry(J.bands() - 1) = side * Eigen::Matrix3d::Identity();
-  }
-  BlockCholesky factor;
-  REQUIRE(factor.factor(M));
-  const std::vector<double> v0{-1, 0, 0}, offset(6, 0.0), mu{0.4, 0.4}, weight{1, 1};
-  ConeProgram p;
-  p.M = &M;
-  p.factor = &factor;
-  p.J = &J;
-  p.v0 = &v0;
-  p.offset = &offset;
-  p.mu = &mu;
-  p.weight = &weight;
+  // Between two walls that oppose each other, pressed by 1e8 N s from both sides.
+  const PointMass point(1, {-1, 0, 0}, {1, -1});
+  ConeProgram p = point.program();
   p.bounded_below = true;
   const double left = 0x1p-20;  // m/s of the one that approached
   const std::vector<double> r{0x1p27 + 1 - left, 0, 0, 0x1p27, 0, 0}, eta(2, 0.0), q{-1, 0, 0, 1, 0, 0};

@@ -3,7 +3,7 @@
 //   2. contacts at the present configuration; if any approaches, one event with all of the islands in which one does
 //      (event_islands.h)
 //   3. positions with the new velocity up to the first time of contact of a feature that was open, or the step's end;
-//      links that whirl, and free bodies that whirl on what they touch, in pieces on which gaps stay nearly as they were
+//      links that whirl, and free bodies that whirl on what they touch, in pieces on which gaps hardly change
 //   4. at a time of contact, or where a piece ends and what overlaps is taken away: 2 again
 //   5. at the end: what overlaps is taken away (overlap.h); the contacts found there are the next step's first
 #include "simulation/stepping/events.h"
