@@ -31,6 +31,7 @@ for_tests=(
   chromium                           # the report in a browser
   assimp-utils                       # glTF files
   yapf3 flake8 pylint                # how scripts/ is written
+  clang-format                       # how all else is
   qemu-user                          # the same numbers on other processors
 )
 

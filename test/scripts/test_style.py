@@ -1,4 +1,4 @@
-"""How scripts/ is written: formatted and linted as setup.cfg says, one file that starts processes, small entries."""
+"""How sources are written: those of scripts/ formatted and linted as setup.cfg says, one file that starts processes, small entries; C++ formatted."""
 import os
 import re
 import shutil
@@ -10,6 +10,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = sorted((ROOT / "scripts/contactbench").rglob("*.py"))
 ENTRIES = sorted((ROOT / "scripts").glob("*.py"))
+SOURCES = sorted(path for folder in ("app", "bench", "lib", "python", "test") for path in (ROOT / folder).rglob("*.[ch]*") if path.suffix in (".cpp", ".h"))
 
 
 def tool(name):
@@ -25,6 +26,12 @@ class Style(unittest.TestCase):
     @tool("yapf3")
     def test_the_layout_is_that_of_yapf(self):
         self.silent("yapf3", "--diff", "--parallel")
+
+    @tool("clang-format")
+    def test_the_layout_of_sources_is_that_of_clang_format(self):
+        self.assertGreater(len(SOURCES), 100)
+        ended = subprocess.run(["clang-format", "--dry-run", "--Werror", *map(str, SOURCES)], capture_output=True, text=True, cwd=ROOT)
+        self.assertEqual(ended.returncode, 0, ended.stderr[-4000:])
 
     @tool("flake8")
     def test_flake8_finds_nothing(self):
