@@ -111,6 +111,8 @@ std::vector<Asked> all_methods() {
     if (row.law == convex_law()) {
       options.compression_bound = false;
       out.push_back({std::string(row.name) + " without the bound", row.law, row.make(options)});
+      options.epsilon_relative = 1e-14;
+      out.push_back({std::string(row.name) + " to a fraction of the energy", row.law, row.make(options)});
     } else if (row.law == soft_law()) {
       options.variant = "mujoco";
       out.push_back({std::string(row.name) + " mujoco", row.law, row.make(options)});

@@ -150,7 +150,10 @@ class Judgement:
             limit = ACCEPTED if look.gap is not None else FIRST_LOOK
             value = look.model if look.gap is None else look.infeasibility
             near = abs(value - limit) <= look.tolerance or look.near
-            passes = look.holds if look.gap is not None else look.model <= FIRST_LOOK
+            passes = look.model <= FIRST_LOOK
+            if look.gap is not None:
+                near = near or abs(look.model - ACCEPTED) <= look.tolerance + look.model_tolerance
+                passes = look.holds and look.model <= ACCEPTED
             if near or passes:
                 may.append(look)
             if passes and not near:
