@@ -83,7 +83,6 @@ class NcpNewton {
   bool try_finish(std::string_view who, NcpSolution& solution);
   bool finish_interior(const AlartCurnierNewton::Options& o, std::string_view who, NcpSolution& solution);
   bool finish(AlartCurnierNewton::Options o, double proximal, std::string_view who, NcpSolution& solution);
-  void leave_out_pulls();
   bool offer(double residual, std::string_view who, NcpSolution& solution);
 
   NewtonOptions o_;
@@ -131,23 +130,11 @@ bool NcpNewton::guess(std::string_view who, NcpSolution& solution) {
   return nothing <= o_.accepted && offer(nothing, who, solution);
 }
 
-// What rounding leaves of a contact that parts may pull: no error of velocities, but along the slip it gains energy.
-void NcpNewton::leave_out_pulls() {
-  bool pulls = false;
-  for (std::size_t i = 0; i < tried_.size(); i += 3)
-    if (tried_[i] < 0) {
-      std::fill_n(&tried_[i], 3, 0.0);
-      pulls = true;
-    }
-  if (pulls) measure_.velocities(tried_, v_, tried_u_);
-}
-
 bool NcpNewton::finish(AlartCurnierNewton::Options o, double proximal, std::string_view who, NcpSolution& solution) {
   o.proximal = proximal;
   const double residual = finish_.solve(o, tried_, tried_u_, solution.iterations);
   if (offer(residual, who, solution)) return true;
   if (!(residual < o_.near_rounding)) return false;
-  leave_out_pulls();
   // What is left may be rounding.
   return offer(measure_.residual_beside_rounding(tried_, tried_u_), who, solution) || solution.residual <= o_.accepted;
 }
