@@ -65,10 +65,12 @@ class Coulomb {
  private:
   void solve(const ContactProblem& problem, const std::vector<double>& v0, bool may_start, ContactSolution& solution);
   bool approaches_again() const;
+  bool pulls_by_rounding(int contact) const;
 
   bool warm_;
   std::shared_ptr<long> warm_starts_;
   std::shared_ptr<AnsweredBy> answered_by_;
+  double tolerance_ = NcpOptions().tolerance;  // -: natural residual that solvers are asked for
   NcpSolver solver_;
   std::string solver_failure_;
 
@@ -95,6 +97,7 @@ Coulomb::Coulomb(const MethodOptions& options)
     return;
   }
   NcpOptions asked;
+  asked.tolerance = tolerance_;
   asked.sweeps = options.sweeps;
   asked.relaxation = options.relaxation;
   solver_ = row->make(asked);
@@ -136,6 +139,15 @@ bool Coulomb::approaches_again() const {
   return nearest > approaching * fastest;
 }
 
+// Does a contact pull by no more than what an answer is solved to? It slips, and would be driven. One that sticks by
+// large mu may have friction beside a normal impulse that is less than that: it keeps it.
+bool Coulomb::pulls_by_rounding(int contact) const {
+  const double* r = &answer_.r[3 * contact];
+  const double* u = &answer_.u[3 * contact];
+  return r[0] < 0 &&
+         island_.weight[contact] * std::hypot(r[0], r[1], r[2]) <= tolerance_ * std::hypot(u[0], u[1], u[2]);
+}
+
 // One phase (restitution has two), from v0, island by island.
 void Coulomb::solve(const ContactProblem& problem, const std::vector<double>& v0, bool may_start,
                     ContactSolution& solution) {
@@ -161,8 +173,7 @@ void Coulomb::solve(const ContactProblem& problem, const std::vector<double>& v0
     solution.iterations += answer_.iterations;
     solution.claimed_residual = std::max(solution.claimed_residual, answer_.residual);
     for (int k = 0; k < nc; ++k) {
-      // What is solved to 1e-12 of q may pull by that much, which is no part of K: where it slips it would drive it.
-      if (answer_.status == NcpStatus::solved && answer_.r[3 * k] < 0) std::fill_n(&answer_.r[3 * k], 3, 0.0);
+      if (answer_.status == NcpStatus::solved && pulls_by_rounding(k)) std::fill_n(&answer_.r[3 * k], 3, 0.0);
       std::copy_n(&answer_.r[3 * k], 3, &solution.impulse[3 * island_.contacts[k]]);
     }
     const Status status = status_of(answer_);
