@@ -19,7 +19,7 @@ Verdicts:
   wrong    the same without such a reason
   silent   `ok` although the checked residual is above 1e-6, or the claim of success was refuted and not reported
   defect   crash, no return, garbage, NaN in a file
-The exit code is 1 where a cell is wrong, silent or defect.
+The exit code is 3 where a cell is wrong, silent or defect.
 """
 import json
 import math
@@ -504,4 +504,4 @@ def main():
         write_tables(rows, options.out, manifest_of(options, runs))
         if not options.member:
             heatmap.draw(options.out / "stress.csv", options.out)
-    return 1 if any(row["verdict"] in BAD for row in rows) else 0
+    return 3 if any(row["verdict"] in BAD for row in rows) else 0
