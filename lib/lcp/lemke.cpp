@@ -153,7 +153,7 @@ bool Lemke::answer_beside_ray(Basis& basis, const Rung& rung, LcpSolution& solut
   return true;
 }
 
-// p > 0 matters: pairs whose q_i = 0 (idle friction) become strictly slack and never enter; 16 cubes at rest take 45
+// p > 0 matters: pairs whose q_i = 0 (idle friction) become strictly slack and never enter; 16 cubes at rest take 42
 // pivots.
 void Lemke::set_noise(unsigned seed) {
   for (int i = 0; i < n_; ++i) noise_[i] = 1 + draw(seed, static_cast<unsigned>(i));

@@ -2,7 +2,7 @@
 
   contactbench run stack.xml --method ap --record-contacts --out a
   scripts/view.py a                                   view.html
-  scripts/view.py a b --reference exact --out ab.html two runs, side by side or laid over each other
+  scripts/view.py a b --out ab.html                   two runs, side by side or laid over each other
   scripts/view.py a --gltf a.glb                      glTF 2.0 with animation, for Blender and others
 
 Exit codes: 0 written; 1 a run that cannot be drawn, or no three.js.

@@ -34,6 +34,7 @@ SHORT = ("sliding_box", "stack", "mobile_robot")
 METHODS = [
     ["--method", "newton"], ["--method", "mirtich"], ["--method", "convex"],
     ["--method", "ap", "--solver", "lemke"], ["--method", "ap", "--solver", "path"], ["--method", "ap", "--solver", "ynl"],
+    ["--method", "coulomb", "--solver", "newton"], ["--method", "coulomb", "--solver", "admm"], ["--method", "soft"],
 ]
 # Intel's and AMD's processors of x86-64-v3: other caches, other makers, other kernels in the libraries.
 PROCESSORS = ["Haswell-noTSX", "Skylake-Client-noTSX-IBRS", "EPYC", "EPYC-Milan"]
