@@ -80,7 +80,6 @@ class Outside {
     solution.size = static_cast<int>(size);
     if (size == 0) return;
     solver_(problem, solution);
-    if (solution.status != Status::ok && solution.impulse.size() == size && all_finite(solution.impulse)) return;
     if (solution.impulse.size() != size)
       refuse(Status::input_error,
              "the answer holds " + std::to_string(solution.impulse.size()) + " impulses; " +
@@ -88,7 +87,7 @@ class Outside {
              size, solution);
     else if (!all_finite(solution.impulse))
       refuse(Status::not_finite, "the answer holds NaN or infinity", size, solution);
-    else if (std::string why = witness_(problem, solution); !why.empty())
+    else if (std::string why = witness_(problem, solution); !why.empty() && solution.status == Status::ok)
       refuse(Status::unsupported, std::move(why), size, solution);
   }
 
