@@ -51,8 +51,8 @@ void refuse_foreign(const MethodRow& method, std::string_view flag, const std::s
 }
 
 double number(const OptionRow& row, const std::string& value) {
-  return row.positive ? positive_flag(row.flag, value, row.expected)
-                      : number_flag(row.flag, value, row.least, row.most, row.expected);
+  if (row.positive) positive_flag(row.flag, value, row.expected);
+  return number_flag(row.flag, value, row.least, row.most, row.expected);
 }
 
 void parse(const OptionRow& row, const std::string& value, MethodOptions& options) {

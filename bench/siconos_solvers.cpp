@@ -209,8 +209,7 @@ Contestant peer(const PeerSolver& solver, const Problem& problem, double accepte
 
 std::vector<Contestant> contestants_of(const Problem& problem, double accepted) {
   std::vector<Contestant> out;
-  for (const NcpSolverRow& row : ncp_solvers())
-    if (row.unavailable.empty()) out.push_back(ours(row, problem, accepted));
+  for (const NcpSolverRow& row : ncp_solvers()) out.push_back(ours(row, problem, accepted));
 #ifdef HAVE_SICONOS
   for (const PeerSolver& solver : peer_solvers) out.push_back(peer(solver, problem, accepted));
 #endif

@@ -33,7 +33,7 @@ namespace cb {
 
 namespace {
 
-/// -: normal velocity, over the island's fastest, below which a contact approaches by rounding alone.
+/// -: normal velocity, over the event's fastest, below which a contact approaches by rounding alone.
 constexpr double approaching = 1e-12;
 /// -: natural residual up to which an answer that is not good is one to go on with.
 constexpr double usable = 1e-6;
@@ -51,8 +51,6 @@ Status status_of(const NcpSolution& answer) {
       return Status::singular;
     case NcpStatus::not_finite:
       return Status::not_finite;
-    case NcpStatus::unavailable:
-      return Status::unavailable;
   }
   return Status::nonconverged;
 }
@@ -92,8 +90,8 @@ Coulomb::Coulomb(const MethodOptions& options)
     : warm_(options.warm_start), warm_starts_(options.warm_starts), answered_by_(options.answered_by) {
   const std::string_view name = options.solver.empty() ? ncp_solvers().front().name : std::string_view(options.solver);
   const NcpSolverRow* row = find_ncp_solver(name);
-  if (row == nullptr || !row->unavailable.empty()) {
-    solver_failure_ = row == nullptr ? "no solver named " + std::string(name) : std::string(row->unavailable);
+  if (row == nullptr) {
+    solver_failure_ = "no solver named " + std::string(name);
     return;
   }
   NcpOptions asked;
@@ -117,8 +115,7 @@ void Coulomb::operator()(const ContactProblem& problem, ContactSolution& solutio
   find_islands(problem, islands_);
   contacts_of_.assign(islands_.of_contact, islands_.count);
   blocks_of_.assign(islands_.of_block, islands_.count);
-  const bool elastic =
-      std::any_of(problem.restitution.begin(), problem.restitution.end(), [](double e) { return e != 0; });
+  const bool elastic = is_elastic(problem);
   solve(problem, problem.v_minus, warm_ && !elastic, solution);
   if (!elastic) return;
 
@@ -152,6 +149,7 @@ bool Coulomb::pulls_by_rounding(int contact) const {
 void Coulomb::solve(const ContactProblem& problem, const std::vector<double>& v0, bool may_start,
                     ContactSolution& solution) {
   const bool start = may_start && previous_.size() == solution.impulse.size();
+  bool accepted = start;
   for (int g = 0; g < islands_.count; ++g) {
     extract(problem, v0, weight_, contacts_of_[g], blocks_of_[g], block_in_island_, island_);
     const int nc = island_.nc();
@@ -164,6 +162,7 @@ void Coulomb::solve(const ContactProblem& problem, const std::vector<double>& v0
     }
     solver_(part, answer_);
     if (start && answer_.status > NcpStatus::inaccurate) {  // it was a bad one
+      accepted = false;
       solution.iterations += answer_.iterations;
       part.start = {};
       solver_(part, answer_);
@@ -181,7 +180,7 @@ void Coulomb::solve(const ContactProblem& problem, const std::vector<double>& v0
     solution.status = status;
     solution.reason = answer_.reason;
   }
-  if (start && warm_starts_) ++*warm_starts_;
+  if (accepted && warm_starts_) ++*warm_starts_;
   if (may_start) previous_ = solution.impulse;
 }
 
@@ -209,7 +208,8 @@ MethodRow coulomb_row() {
                   .field = &MethodOptions::relaxation,
                   .type = "OMEGA",
                   .short_name = "relax",
-                  .expected = "a positive factor, as in --relaxation 1.3",
+                  .expected = "a factor more than 0 and less than 2, as in --relaxation 1.3",
+                  .most = std::nextafter(2.0, 0.0),
                   .positive = true},
                  warm_start_option("begin with the previous event's impulses")},
                 [](const MethodOptions& options) -> ContactMethod {
@@ -220,7 +220,7 @@ MethodRow coulomb_row() {
                   return options.warm_start ? reuse_same_event(solve, options.warm_starts) : ContactMethod(solve);
                 }};
   for (const NcpSolverRow& solver : ncp_solvers())
-    row.solvers.push_back({solver.name, solver.summary, solver.source, solver.unavailable});
+    row.solvers.push_back({solver.name, solver.summary, solver.source, {}});
   return row;
 }
 

@@ -29,7 +29,7 @@ struct AnsweredBy {
 /// understand it (OptionRow), and is nowhere else named but where it is used.
 struct MethodOptions {
   std::string variant;                      ///< newton: uncapped | stick-tested; soft: sap | mujoco; empty: the default
-  std::string solver;                       ///< ap: lemke | path | ynl; convex: ipm; empty: the method's default
+  std::string solver;                       ///< of the method's row (`contactbench list solvers`); empty: its first
   int k = 4;                                ///< ap: edges of the friction polygon, even, >= 4
   double epsilon = 1e-12;                   ///< convex: suboptimality at which the solver may stop, J
   std::optional<double> epsilon_relative;   ///< convex: the same as a fraction of the kinetic energy before the event

@@ -136,6 +136,7 @@ double SoftContacts::residual(const std::vector<double>& r, const std::vector<do
       const double floor = open[c] / Referee::accepted;
       size2 = std::max({size2, std::min(island, speed / w), floor * floor / w});
     }
+    if (!(error2 < HUGE_VAL && size2 < HUGE_VAL)) return HUGE_VAL;  // what has overflowed is wrong
     if (!(error2 <= worst * size2)) worst = size2 > 0 ? error2 / size2 : HUGE_VAL;
   }
   return std::sqrt(worst);

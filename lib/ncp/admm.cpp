@@ -256,10 +256,14 @@ bool Admm::change_penalties() {
 void Admm::end(NcpSolution& solution) {
   if (solution.residual > o_.tolerance)
     solution.residual = std::min(solution.residual, measure_.residual_beside_rounding(solution.r, solution.u));
-  if (solution.residual <= o_.accepted)
+  if (solution.residual <= o_.accepted) {
     solution.status = NcpStatus::solved;
-  else
+  } else if (!all_finite(x_)) {
+    solution.status = NcpStatus::not_finite;
+    solution.reason = "impulses overflow";
+  } else {
     solution.reason = "limit of iterations";
+  }
 }
 
 void Admm::operator()(const NcpProblem& p, NcpSolution& solution) {
@@ -278,8 +282,7 @@ void Admm::operator()(const NcpProblem& p, NcpSolution& solution) {
   if (!factor(p)) return fail(NcpStatus::singular, "the system of an iteration could not be factored");
   r_.resize(x_.size());
   bool done = check(solution);
-  const int limit = o_.iteration_limit > 0 ? o_.iteration_limit : o_.limit;
-  while (!done && solution.iterations < limit) {
+  while (!done && solution.iterations < o_.limit) {
     poll_stop();
     const bool refined = solution.residual <= o_.refined_from;
     for (int k = 0; k < o_.check_every; ++k, ++solution.iterations) iterate(p, refined);
@@ -301,7 +304,7 @@ NcpSolver make(const NcpOptions& options) {
 
 NcpSolverRow admm_row() {
   return {"admm", "alternating directions: a linear system, a projection on the cones, a step of multipliers",
-          "J. Carpentier, Q. Le Lidec, L. Montaut, RSS 2024", "", make};
+          "J. Carpentier, Q. Le Lidec, L. Montaut, RSS 2024", make};
 }
 
 }  // namespace cb

@@ -160,8 +160,7 @@ void Cascade::operator()(const NcpProblem& p, NcpSolution& solution) {
     return;
   }
   begin(p);
-  const int limit = o_.iteration_limit > 0 ? o_.iteration_limit : o_.limit;
-  for (int round = 0; round < limit; ++round) {
+  for (int round = 0; round < o_.limit; ++round) {
     poll_stop();
     if (!solve_round(p, solution)) {
       solution.status = NcpStatus::singular;
@@ -184,7 +183,7 @@ NcpSolver make(const NcpOptions& options) {
 
 NcpSolverRow cascade_row() {
   return {"cascade", "convex programs one after another, each with the slip of the one before",
-          "V. Acary, F. Cadoux, C. Lemarechal, J. Malick, ZAMM 91 (2011)", "", make};
+          "V. Acary, F. Cadoux, C. Lemarechal, J. Malick, ZAMM 91 (2011)", make};
 }
 
 }  // namespace cb

@@ -15,8 +15,11 @@ using ConstVec3 = Eigen::Map<const Vector3d>;
 /// be none, and what such an error then counts as.
 constexpr double rounding_units = 128, accepted = 1e-9, at_rounding = 1e-12;
 
-/// Without size nothing can be wrong but in a claim of it.
-double over(double error, double size) { return error == 0 ? 0 : size > 0 ? error / size : HUGE_VAL; }
+/// Without size nothing can be wrong but in a claim of it; what has overflowed is wrong.
+double over(double error, double size) {
+  if (error == 0 && size < HUGE_VAL) return 0;
+  return size > 0 && error < HUGE_VAL && size < HUGE_VAL ? error / size : HUGE_VAL;
+}
 
 }  // namespace
 
@@ -32,8 +35,6 @@ std::string_view name(NcpStatus status) {
       return "singular";
     case NcpStatus::not_finite:
       return "not_finite";
-    case NcpStatus::unavailable:
-      return "unavailable";
   }
   return "";
 }
@@ -129,9 +130,8 @@ double NcpMeasure::worst_of(std::span<const double> r, std::span<const double> u
     const double size2 = std::max({w * ConstVec3(&r[3 * c]).squaredNorm(), ConstVec3(&u[3 * c]).squaredNorm() / w,
                                    ConstVec3(&q_[3 * c]).squaredNorm() / w});
     const double approach = std::max(0.0, -u[3 * c]), floor2 = floor2_.empty() ? 0 : floor2_[c];
-    const double ratio = std::max(over(approach * approach / w, std::max(q2_, floor2)),
-                                  over(w * ConstVec3(e).squaredNorm(), std::max(size2, floor2)));
-    if (!(ratio <= worst)) worst = ratio;  // a NaN stays
+    worst = std::max({worst, over(approach * approach / w, std::max(q2_, floor2)),
+                      over(w * ConstVec3(e).squaredNorm(), std::max(size2, floor2))});
   }
   return worst;
 }
@@ -189,23 +189,10 @@ double NcpMeasure::residual_beside_rounding(std::span<const double> r, std::span
     const double size2 =
         std::max({w * ConstVec3(&r[3 * c]).squaredNorm(), terms_[c], std::min(island, fastest / w), floor * floor / w});
     const double approach = std::max(0.0, -u[3 * c]);
-    const double ratio = std::max(over(approach * approach / w, std::max(q2_, rho * rho / (accepted * accepted * w))),
-                                  over(w * ConstVec3(e).squaredNorm(), size2));
-    if (!(ratio <= worst)) worst = ratio;
+    worst = std::max({worst, over(approach * approach / w, std::max(q2_, rho * rho / (accepted * accepted * w))),
+                      over(w * ConstVec3(e).squaredNorm(), size2)});
   }
   return std::sqrt(worst);
-}
-
-void delassus(const NcpProblem& p, Eigen::MatrixXd& W) {
-  const int nc = p.nc();
-  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(p.nv(), 3 * nc);
-  for (int c = 0; c < nc; ++c)
-    for (int e = p.J->band[c]; e < p.J->band[c + 1]; ++e) {
-      const auto entry = p.J->entry(e);
-      columns.block(p.M->first[p.J->block[e]], 3 * c, entry.cols(), 3) = entry.transpose();
-    }
-  for (int b = 0; b < p.M->blocks(); ++b) p.factor->solve_lower_in_place(b, columns, p.M->first[b]);
-  W.noalias() = columns.transpose() * columns;
 }
 
 }  // namespace cb

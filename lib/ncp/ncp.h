@@ -37,8 +37,7 @@ enum class NcpStatus {
   inaccurate,    ///< an answer to go on with, beyond the tolerance: the sweeps that were asked for are done
   nonconverged,  ///< limit of iterations, or no progress; r is the best that was met
   singular,      ///< a system could not be factored, from no start
-  not_finite,    ///< NaN or infinity in the data, or on the way
-  unavailable    ///< the solver cannot be used here
+  not_finite     ///< NaN or infinity in the data, or on the way
 };
 std::string_view name(NcpStatus status);
 
@@ -58,9 +57,8 @@ struct NcpOptions {
   double tolerance = 1e-12;  ///< natural residual at which a solver may stop, -; looser: answers are less sharp
   /// -: natural residual, beside rounding, up to which the best answer counts as solved. The referee accepts 1e-9.
   double accepted = 1e-10;
-  int iteration_limit = 0;  ///< 0: the solver's own
-  int sweeps = 0;           ///< nsgs: sweeps after which it ends as it is; 0: until the tolerance
-  double relaxation = 1;    ///< nsgs: r <- r + relaxation (answer of the contact - r), in (0, 2)
+  int sweeps = 0;         ///< nsgs: sweeps after which it ends as it is; 0: until the tolerance
+  double relaxation = 1;  ///< nsgs: r <- r + relaxation (answer of the contact - r), in (0, 2)
 };
 
 /// The natural map of one contact, r - P_K(r - u~ / w), in N s; zero where (1) holds. P_K: projection on K.
@@ -96,9 +94,6 @@ class NcpMeasure {
   std::vector<double> q_, changes_, columns_, open_, terms_;
 };
 
-/// W = J M^-1 J^T, dense 3 nc x 3 nc: for few contacts.
-void delassus(const NcpProblem& problem, Eigen::MatrixXd& W);
-
 /// A solver that owns its scratch; throws nothing but Stopped (linalg/stop.h) and bad_alloc. It writes the whole of
 /// `solution`, and calls solved what NcpMeasure confirms.
 using NcpSolver = std::function<void(const NcpProblem& problem, NcpSolution& solution)>;
@@ -107,7 +102,6 @@ struct NcpSolverRow {
   std::string_view name;
   std::string_view summary;
   std::string_view source;
-  std::string_view unavailable;  ///< why it cannot be used here; empty where it can
   NcpSolver (*make)(const NcpOptions& options);
 };
 

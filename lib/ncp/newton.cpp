@@ -267,7 +267,7 @@ void NcpNewton::operator()(const NcpProblem& p, NcpSolution& solution) {
 NcpSolverRow newton_ncp_row() {
   return {"newton",
           "interior point steps along the central path, finished by a semismooth Newton method, in velocities",
-          "D. Stewart, J. Trinkle 1996; P. Alart, A. Curnier 1991; E. Allgower, K. Georg 2003", "",
+          "D. Stewart, J. Trinkle 1996; P. Alart, A. Curnier 1991; E. Allgower, K. Georg 2003",
           [](const NcpOptions& options) -> NcpSolver {
             return [solver = NcpNewton(options)](const NcpProblem& problem, NcpSolution& solution) mutable {
               solver(problem, solution);

@@ -133,6 +133,9 @@ void Nsgs::end(bool at_rest, NcpSolution& solution) {
     solution.residual = std::min(solution.residual, measure_.residual_beside_rounding(solution.r, solution.u));
   if (solution.residual <= o_.accepted) {
     solution.status = NcpStatus::solved;
+  } else if (!all_finite(r_)) {
+    solution.status = NcpStatus::not_finite;
+    solution.reason = "impulses overflow";
   } else if (o_.bisection && at_rest) {
     solution.status = NcpStatus::inaccurate;
     solution.reason = "at rest beside Coulomb's law: friction by bisection is not against the slip";
@@ -158,7 +161,7 @@ void Nsgs::operator()(const NcpProblem& p, NcpSolution& solution) {
   }
   r_.assign(3 * nc, 0.0);
   if (static_cast<int>(p.start.size()) == 3 * nc) r_.assign(p.start.begin(), p.start.end());
-  const int limit = o_.sweeps > 0 ? o_.sweeps : o_.iteration_limit > 0 ? o_.iteration_limit : o_.limit;
+  const int limit = o_.sweeps > 0 ? o_.sweeps : o_.limit;
   const int every = nc > 1 ? o_.check_every : 1;  // of one contact the first sweep is the answer
   bool at_rest = false, done = check(solution);
   while (!done && !at_rest && solution.iterations < limit) {
@@ -191,12 +194,12 @@ NcpSolver make(const NcpOptions& options) {
 
 NcpSolverRow nsgs_row() {
   return {"nsgs", "Gauss and Seidel, contact after contact by the law itself",
-          "Jourdan, Alart and Jean, Comput. Methods Appl. Mech. Eng. 155 (1998)", "", make<false>};
+          "Jourdan, Alart and Jean, Comput. Methods Appl. Mech. Eng. 155 (1998)", make<false>};
 }
 
 NcpSolverRow bisection_row() {
   return {"bisection", "nsgs with friction by bisection on the cone: not maximum dissipation, another law on slip",
-          "Hwangbo, Lee and Hutter, IEEE Robotics and Automation Letters 3 (2018)", "", make<true>};
+          "Hwangbo, Lee and Hutter, IEEE Robotics and Automation Letters 3 (2018)", make<true>};
 }
 
 }  // namespace cb

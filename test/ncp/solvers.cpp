@@ -297,3 +297,26 @@ TEST_CASE("Gauss and Seidel end with the sweep that changes nothing, and with th
   CHECK(resting.solution.iterations > 1);
   CHECK(resting.solution.iterations % 10 != 0);
 }
+
+TEST_CASE("what overflows is no answer, however small a part of it the errors are", "[ncp]") {
+  NcpOptions options;
+  options.relaxation = 3;  // each sweep overshoots twice as far as the one before
+  const Answer lost = solve(stack(1, 0, {0, -1, 0}), "nsgs", options);
+  CHECK(lost.solution.status == NcpStatus::not_finite);
+  CHECK(lost.solution.residual > 1e-3);
+
+  const ContactProblem p = sphere({1, -10, 0}, {0, 2, 0});
+  BlockCholesky factor;
+  REQUIRE(factor.factor(p.M));
+  std::vector<double> weight, v, u;
+  contact_weights(p, factor, weight);
+  const NcpProblem problem{&p.M, &factor, &p.J, p.v_minus, p.offset, p.mu, weight, {}};
+  NcpMeasure measure;
+  measure.begin(problem);
+  for (const double huge : {1e200, -1e200}) {
+    const std::vector<double> r{huge, 0, 0};
+    measure.velocities(r, v, u);
+    CHECK(measure.residual(r, u) == HUGE_VAL);
+    CHECK(measure.residual_beside_rounding(r, u) == HUGE_VAL);
+  }
+}

@@ -52,6 +52,8 @@ TEST_CASE("a name that is not in a table comes with the ones that are", "[progra
   refused(run_with({"--solver", "lemke"}, "newton"), {"--solver", "newton"});
   refused(run_with({"--variant", "uncaped"}, "newton"), {"--variant", "did you mean \"uncapped\""});
   refused(run_with({"--variant", "uncapped"}), {"--variant", "ap"});
+  for (const char* factor : {"0", "2"})
+    refused(run_with({"--relaxation", factor}, "coulomb"), {"--relaxation", factor, "less than 2"});
   refused({"list", "method"}, {"method", "did you mean \"methods\""});
   refused({"list", "weather"}, {"weather", "statuses"});
   refused({"check", "sticking_box.xml", "--method", "app"}, {"--method", "app"});
