@@ -68,8 +68,7 @@ void BaseStep::look(double horizon) {
 
 void BaseStep::look_ahead(double h) {
   update_motions();
-  reach_ = displacement_bound(h);
-  find_pairs(h, margin_ + reach_);
+  find_pairs(h, margin_ + displacement_bound(h));
   ahead_ = h;
   find_contacts();
 }
@@ -460,11 +459,12 @@ void BaseStep::add_gaps() {
   const std::vector<ContactPoint>& contacts = event_contacts();
   for (std::size_t c = 0; c < contacts.size(); ++c)
     problem_.offset[3 * c] += closing_speed(contacts[c], u_plus_[3 * c]) - u_plus_[3 * c];
-  for (std::size_t l = 0; l < limits_.size(); ++l)
-    problem_.offset[3 * (contacts.size() + l)] += std::max(0.0, limits_[l].gap) / ahead_;
+  const std::vector<LimitContact>& limits = event_limits();
+  for (std::size_t l = 0; l < limits.size(); ++l)
+    problem_.offset[3 * (contacts.size() + l)] += std::max(0.0, limits[l].gap) / ahead_;
 }
 
-// mu_, restitution_, limits_ and patches_ become the event's; contacts_ stays what touches.
+// mu_, restitution_ and patches_ become the event's; contacts_ and limits_ stay what touches.
 void BaseStep::select_islands() {
   islands_.find(scenario_.model, scenario_.shapes, contacts_, limits_, driven_, approaches_);
   if (!islands_.all()) {
@@ -478,8 +478,9 @@ void BaseStep::select_islands() {
     }
     mu_.resize(event_contacts_.size());
     restitution_.resize(event_contacts_.size());
-    std::size_t at = contacts_.size();
-    std::erase_if(limits_, [&](const LimitContact&) { return !islands_.includes(at++); });
+    event_limits_.clear();
+    for (std::size_t l = 0; l < limits_.size(); ++l)
+      if (islands_.includes(contacts_.size() + l)) event_limits_.push_back(limits_[l]);
   }
   points_left_out_ = 0;
   for (const auto& patch : patches_) points_left_out_ += patch.second;
@@ -487,14 +488,14 @@ void BaseStep::select_islands() {
 
 // Ends the step without overlap, or the run where bodies are wedged in.
 void BaseStep::remove_overlap() {
-  const Overlap::Removed removed = overlap_.remove(
+  const double displacement = overlap_.remove(
       scenario_, tolerance_, options_.closed_gap, radius_, depth_,
       [this](double margin) -> const std::vector<std::pair<int, int>>& {
         find_pairs(0, std::max(margin, margin_));
         return *pairs_;
       },
       motions_, state_);
-  record_.penetration_displacement = std::max(record_.penetration_displacement, removed.displacement);
+  record_.penetration_displacement = std::max(record_.penetration_displacement, displacement);
   find_pairs(0, margin_);
   find_contacts();
   const auto [i, j] = deepest_;
@@ -510,6 +511,11 @@ void BaseStep::shuffle_contacts() {
     std::swap(contacts[i - 1], contacts[j]);
     std::swap(mu_[i - 1], mu_[j]);
     std::swap(restitution_[i - 1], restitution_[j]);
+    if (islands_.all()) {  // these are contacts_ themselves
+      const char approaches = approaches_[i - 1];
+      approaches_[i - 1] = approaches_[j];
+      approaches_[j] = approaches;
+    }
   }
 }
 
@@ -595,7 +601,7 @@ double BaseStep::first_limit(double horizon) {
 // Hands the event's contacts to the method and has the answer checked.
 void BaseStep::solve_event() {
   const std::vector<ContactPoint>& contacts = event_contacts();
-  assembler_.assemble(scenario_.model, state_, scenario_.shapes, contacts, limits_, mu_, restitution_,
+  assembler_.assemble(scenario_.model, state_, scenario_.shapes, contacts, event_limits(), mu_, restitution_,
                       scenario_.rotate_cone, problem_, owners_, driven_,
                       implicit_ && at_start_ ? &implicit_joints_ : nullptr);
   if (ahead_ > 0) add_gaps();
@@ -629,7 +635,7 @@ bool BaseStep::take_answer() {
   }
   take_over_velocities();
   if (on_event)
-    on_event(EventRecord{state_.t, problem_, solution_, residuals_, v_plus_, event_contacts(), limits_, trial_});
+    on_event(EventRecord{state_.t, problem_, solution_, residuals_, v_plus_, event_contacts(), event_limits(), trial_});
   return true;
 }
 
@@ -674,7 +680,7 @@ void BaseStep::take_over_velocities() {
 // is about at that limit.
 void BaseStep::stop_at_limits(int tree) {
   if (ahead_ > 0) return;
-  for (const LimitContact& limit : limits_) {
+  for (const LimitContact& limit : event_limits()) {
     if (limit.tree != tree) continue;
     const Joint& joint = scenario_.model.trees[tree].joints[limit.joint];
     double& rate = state_.qd[joint.v];

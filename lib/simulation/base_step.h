@@ -126,7 +126,6 @@ class BaseStep {
   /// What touches has changed.
   void forget_contacts() { contacts_known_ = false; }
   const std::vector<ContactPoint>& contacts() const { return contacts_; }
-  const std::vector<double>& radius_of_shapes() const { return radius_; }
 
   bool going_on() const { return record_.status == Status::ok || record_.status == Status::inaccurate; }
   const StepRecord& record() const { return record_; }
@@ -198,7 +197,6 @@ class BaseStep {
   double rest_speed_ = 0;       // m/s: where no contact would part with more, none has restitution
   bool hold_contacts_ = false, trial_ = false;
   double ahead_ = 0;          // s: what is looked ahead in contacts_; 0: they touch
-  double reach_ = 0;          // m: and how far anything gets in that
   double gravity_speed_ = 0;  // m/s, |g| h of the step
   double energy_input_ = 0;   // J: initial kinetic energy and |work| of gravity and forces so far
 
@@ -215,7 +213,8 @@ class BaseStep {
   std::vector<double> partings_;                         // per contact that was found: e times its approach, m/s
   EventIslands islands_;
   std::mt19937_64 random_;  // of the order of contacts
-  std::vector<LimitContact> limits_;
+  std::vector<LimitContact>& event_limits() { return islands_.all() ? limits_ : event_limits_; }
+  std::vector<LimitContact> limits_, event_limits_;
   std::vector<BlockOwner> owners_;
   std::vector<Vec3> external_;  // per body, N
 

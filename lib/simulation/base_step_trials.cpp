@@ -103,7 +103,7 @@ void BaseStep::read_modes(std::vector<Mode>& modes) {
   if (scenario_.model.trees.empty()) return;
   for (const LimitContact& limit : limits_) {
     const Joint& joint = scenario_.model.trees[limit.tree].joints[limit.joint];
-    const double rate = state_.qd[joint.v], speed = std::abs(rate) + std::abs(joint.limit_rate) + joint_speed_;
+    const double rate = state_.qd[joint.v], speed = limit_speed(joint);
     if (limit.sign * (rate - joint.limit_rate) <= noise * speed)
       modes.push_back({-1 - limit.tree, limit.joint, limit.sign > 0 ? 1 : 2, Vec3::Zero()});
   }

@@ -34,7 +34,7 @@ class Drift {
  public:
   /// `motions`: per shape, before the move; brought up to date. `touching`: the contacts then. `tolerance`, `radius`:
   /// per shape, m. `limit_tolerance`: closed gap of joints, rad or m. `driven`: per tree, do stops leave each of its
-  /// joints one rate?
+  /// joints one rate? `pairs`: sorted, i < j. `dt`: s, length of the move.
   void remove(const Scenario& scenario, std::vector<Motion>& motions, const std::vector<ContactPoint>& touching,
               const std::vector<double>& tolerance, double limit_tolerance, const std::vector<double>& radius,
               const std::vector<std::pair<int, int>>& pairs, const std::vector<char>& driven, double dt, State& state);

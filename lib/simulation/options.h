@@ -59,7 +59,7 @@ struct SimulationOptions {
 
   // Of stepping to an accuracy.
   double accuracy = 1e-6;      ///< m: wanted bound of a body's place (a rotation counts by its radius), at any time
-  int order = 0;               ///< base steps of the finest sequence, 1 to 8; 0: what the accuracy asks for
+  int order = 0;               ///< base steps of the finest sequence, 2 to 8; 0: what the accuracy asks for
   double longest = HUGE_VAL;   ///< s: no macro step is longer
   double smallest = 0;         ///< s: what switches are taken with; 0: what the accuracy asks for
   double record_interval = 0;  ///< s: macro steps end at its multiples; 0: wherever they end

@@ -40,10 +40,10 @@ constexpr double negative = 1e-12;
 
 }  // namespace
 
-Overlap::Removed Overlap::remove(const Scenario& scenario, const std::vector<double>& tolerance, double limit_tolerance,
-                                 const std::vector<double>& radius, double depth, const FindPairs& find_pairs,
-                                 std::vector<Motion>& motions, State& state) {
-  Removed removed{depth, 0};
+double Overlap::remove(const Scenario& scenario, const std::vector<double>& tolerance, double limit_tolerance,
+                       const std::vector<double>& radius, double depth, const FindPairs& find_pairs,
+                       std::vector<Motion>& motions, State& state) {
+  double displacement = 0;
   large_ = false;
   double mark = HUGE_VAL;
   for (int round = 0, since = 0; round < rounds; ++round) {
@@ -58,11 +58,11 @@ Overlap::Removed Overlap::remove(const Scenario& scenario, const std::vector<dou
     d_.setZero(problem_.nv());
     for (int island = 0; island < islands_.count; ++island) solve(island);
     const double moved = move(scenario, radius, state);
-    removed.displacement += moved;
+    displacement += moved;
     for (std::size_t i = 0; i < motions.size(); ++i) shape_motion(scenario.shapes[i], state, motions[i]);
     depth = std::max(depth, moved);
   }
-  return removed;
+  return displacement;
 }
 
 // Points within reach, and what each needs. Returns the deepest of those that are deeper than closed, 0 where none is.

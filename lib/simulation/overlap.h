@@ -23,18 +23,15 @@ namespace cb {
 /// the weight times d. Where nothing overlaps nothing is called.
 class Overlap {
  public:
-  struct Removed {
-    double depth = 0;         ///< m, the deepest before
-    double displacement = 0;  ///< m, furthest that a point of a body was moved, over all rounds
-  };
   /// Pairs whose bounding boxes, widened by a margin in m, overlap at the present `motions`.
   using FindPairs = std::function<const std::vector<std::pair<int, int>>&(double margin)>;
 
   /// `motions`: per shape, brought up to date. `tolerance`, `radius`: per shape, m: closed gap and reach from the
-  /// centre of mass. `limit_tolerance`: rad or m, of joints. `depth`: m, the deepest overlap.
-  Removed remove(const Scenario& scenario, const std::vector<double>& tolerance, double limit_tolerance,
-                 const std::vector<double>& radius, double depth, const FindPairs& find_pairs,
-                 std::vector<Motion>& motions, State& state);
+  /// centre of mass. `limit_tolerance`: rad or m, of joints. `depth`: m, the deepest overlap. Returns the furthest that
+  /// a point of a body was moved, over all rounds, m.
+  double remove(const Scenario& scenario, const std::vector<double>& tolerance, double limit_tolerance,
+                const std::vector<double>& radius, double depth, const FindPairs& find_pairs,
+                std::vector<Motion>& motions, State& state);
 
  private:
   double find_points(const Scenario& scenario, const std::vector<Motion>& motions, const std::vector<double>& tolerance,

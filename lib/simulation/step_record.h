@@ -23,7 +23,7 @@ struct EventRecord {
   bool trial = false;  ///< of a base step that is extrapolated from: no event of the motion itself
 };
 
-/// CPU-clock seconds spent in the parts of a step.
+/// Seconds of the wall clock spent in the parts of a step.
 struct StepTimes {
   double dynamics_s = 0, collision_s = 0, assembly_s = 0, solve_s = 0, step_s = 0;
 };

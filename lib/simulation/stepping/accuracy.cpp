@@ -116,7 +116,7 @@ AccuracyStepping::AccuracyStepping(const Scenario& scenario, const SimulationOpt
   looking_ = smallest_;
 }
 
-// s from t on until a macro step has to end. Never 0.
+// s: when a macro step from t on has to end, later than t.
 double AccuracyStepping::until_edge(double t) const {
   double edge = options_.duration;
   const auto next = std::upper_bound(edges_.begin(), edges_.end(), t);
