@@ -209,7 +209,7 @@ std::vector<double> impulses_of(const py::handle& object, int nc) {
   const bool rows = x.ndim() == 2 && x.shape(0) == nc && x.shape(1) == 3;
   if (!flat && !rows)
     throw ArgumentError(fmt::format("impulses: have shape {}; {} contacts need ({}, 3) or ({},)",
-                                    py::str(object.attr("shape")).cast<std::string>(), nc, nc, 3 * nc));
+                                    py::str(x.attr("shape")).cast<std::string>(), nc, nc, 3 * nc));
   return {x.data(), x.data() + x.size()};
 }
 

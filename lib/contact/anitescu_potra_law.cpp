@@ -181,8 +181,7 @@ OnPolygon nearest(const FrictionPolygon& d, int k, const Vector2d& wanted, doubl
 
 void rest(const ContactProblem& problem, const Witness& terms, ContactSolution& solution) {
   const auto& asked = std::get<PolygonWitness>(terms);
-  const bool elastic =
-      std::any_of(problem.restitution.begin(), problem.restitution.end(), [](double e) { return e != 0; });
+  const bool elastic = is_elastic(problem);
   PolygonWitness& polygon = solution.as<PolygonWitness>();
   polygon.k = asked.k;
   polygon.regularisation = asked.regularisation;

@@ -227,8 +227,7 @@ void rest(const ContactProblem& problem, const Witness& terms, ContactSolution& 
   ConvexWitness& proof = solution.as<ConvexWitness>();
   proof.bounded = asked.bounded;
   proof.epsilon_relative = asked.epsilon_relative;
-  proof.epsilon = asked.epsilon_relative ? *asked.epsilon_relative * 0.5 * quadratic_form(problem.M, problem.v_minus)
-                                         : asked.epsilon;
+  proof.epsilon = asked.epsilon_relative ? *asked.epsilon_relative * energy_before(problem) : asked.epsilon;
   proof.eta.assign(problem.nc(), 0.0);
   if (!proof.bounded) return;
   proof.frictionless.assign(problem.nc(), 0.0);
@@ -238,9 +237,7 @@ void rest(const ContactProblem& problem, const Witness& terms, ContactSolution& 
 // Without the bound u_n >= 0 follows from optimality and eta = 0. With restitution nothing is asked of the witness.
 std::string_view prove(const ImpulsesAlone& answer, ContactSolution& solution) {
   rest(answer.problem, answer.terms, solution);
-  const auto& e = answer.problem.restitution;
-  const bool elastic = std::any_of(e.begin(), e.end(), [](double x) { return x != 0; });
-  if (elastic || !solution.as<ConvexWitness>().bounded) return {};
+  if (is_elastic(answer.problem) || !solution.as<ConvexWitness>().bounded) return {};
   return "the bound on the sum of normal impulses is known with its proof only from solving the problem";
 }
 

@@ -1,5 +1,6 @@
 #include "contact/problem.h"
 
+#include <algorithm>
 #include <array>
 
 namespace cb {
@@ -74,6 +75,29 @@ void ContactSolution::clear() {
   restitution_scale = 1;
   impulse.clear();
   std::visit([](auto& held) { held.clear(); }, witness);
+}
+
+void ContactSolution::fail(Status how, std::string why) {
+  if (how <= status) return;
+  status = how;
+  reason = std::move(why);
+}
+
+bool is_elastic(const ContactProblem& problem) {
+  return std::any_of(problem.restitution.begin(), problem.restitution.end(), [](double e) { return e != 0; });
+}
+
+double energy_before(const ContactProblem& problem) {
+  double in_offset = 0;
+  const bool moved = std::any_of(problem.offset.begin(), problem.offset.end(), [](double w) { return w != 0; });
+  if (BlockCholesky factor; moved && factor.factor(problem.M)) {
+    std::vector<double> weight;
+    contact_weights(problem, factor, weight);
+    for (std::size_t i = 0; i < problem.offset.size(); ++i)
+      if (weight[i / 3] > 0)
+        in_offset = std::max(in_offset, 0.5 * problem.offset[i] * problem.offset[i] / weight[i / 3]);
+  }
+  return 0.5 * quadratic_form(problem.M, problem.v_minus) + in_offset;
 }
 
 void apply_impulse(const ContactProblem& problem, const BlockCholesky& factor, std::span<const double> impulse,

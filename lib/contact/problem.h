@@ -76,6 +76,8 @@ struct ContactSolution {
     static const W empty{};
     return empty;
   }
+  /// Ends so, where nothing worse was said before.
+  void fail(Status how, std::string why);
   /// Memory is kept, the witness's too.
   void clear();
 };
@@ -93,6 +95,11 @@ void diagonal_blocks(const ContactProblem& problem, const BlockCholesky& factor,
 void contact_weights(const ContactProblem& problem, const BlockCholesky& factor, std::vector<double>& weight);
 /// Is this row a joint's at its limit, and no contact: one without tangential rows?
 bool is_limit(const ContactProblem& problem, int contact);
+/// Has any contact restitution?
+bool is_elastic(const ContactProblem& problem);
+/// J: the kinetic energy before the event, and the largest w^2 / (2 w_i) of the offsets: where a problem comes as W
+/// and q alone all of it is in these.
+double energy_before(const ContactProblem& problem);
 /// The Delassus matrix W = J M^-1 J^T, dense 3 nc x 3 nc (symmetric, positive semidefinite).
 void delassus(const ContactProblem& problem, const BlockCholesky& factor, Eigen::MatrixXd& W);
 

@@ -60,6 +60,7 @@ bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
 Residuals Referee::check(const ContactProblem& problem, const ContactSolution& solution, const Law& law,
                          std::vector<double>& v_plus) {
   Residuals out;
+  v_plus = problem.v_minus;
   const auto not_finite = [&] {
     out = {};
     out.finite = false;
@@ -114,7 +115,6 @@ bool Referee::weigh(const ContactProblem& problem) {
 
 // Velocities after and before; false where something is not finite, or not of the right size.
 bool Referee::recompute(const ContactProblem& problem, std::span<const double> r, std::vector<double>& v_plus) {
-  v_plus = problem.v_minus;
   if (static_cast<int>(r.size()) != 3 * problem.nc() || !all_finite(r)) return false;
   momentum_.assign(problem.nv(), 0.0);
   multiply_transposed_add(problem.J, problem.M, r, momentum_);
@@ -123,7 +123,7 @@ bool Referee::recompute(const ContactProblem& problem, std::span<const double> r
   for (int i = 0; i < problem.nv(); ++i) v_plus[i] += problem.v_minus[i];
   contact_velocity(problem, v_plus, at_.u_plus);
   contact_velocity(problem, problem.v_minus, at_.u_minus);  // = q
-  at_.elastic = std::any_of(problem.restitution.begin(), problem.restitution.end(), [](double e) { return e != 0; });
+  at_.elastic = is_elastic(problem);
   return all_finite(at_.u_plus) && all_finite(at_.u_minus);
 }
 

@@ -265,8 +265,8 @@ void AnitescuPotra::solve(const ContactProblem& problem, ContactSolution& soluti
     return;
   }
   add_impulses(solution);
-  bound_idle_slip(problem, solution);
   if (warm_) active_set_.remember(problem, factor_, form_.at(), u_, solution.impulse, answer_);
+  bound_idle_slip(problem, solution);  // takes u_ for the velocities after the event
   if (may_rest)
     resting_.remember({problem.M, factor_, problem.J, problem.v_minus, problem.offset, problem.mu, form_.weight()},
                       solution.impulse, size_, true);

@@ -46,8 +46,8 @@ void close_fd(int& fd) {
 
 ChildProcess::ChildProcess(const std::string& command, bool talk) : talk_(talk) {
   int input[2] = {-1, -1}, output[2] = {-1, -1};
-  failed_ = pipe2(output, O_CLOEXEC) != 0 || (talk && pipe2(input, O_CLOEXEC) != 0);
-  if (!failed_) start(command, input, output);
+  if (pipe2(output, O_CLOEXEC) != 0 || (talk && pipe2(input, O_CLOEXEC) != 0)) failure_ = errno;
+  if (failure_ == 0) start(command, input, output);
   close_fd(input[0]);
   close_fd(output[1]);
   input_ = input[1];
@@ -61,7 +61,7 @@ ChildProcess::ChildProcess(const std::string& command, bool talk) : talk_(talk) 
 
 void ChildProcess::start(const std::string& command, const int* input, const int* output) {
   pid_ = fork();
-  if (pid_ < 0) failed_ = true;
+  if (pid_ < 0) failure_ = errno;
   if (pid_ > 0) setpgid(pid_, pid_);  // whoever is first
   if (pid_ != 0) return;
   // Without talk the pipe stays open in the program, unused: it closes when the program ends.
@@ -73,7 +73,7 @@ ChildProcess::~ChildProcess() { reap(); }
 
 // One turn: waits until the program takes or says something, and does that. False: neither will happen any more.
 bool ChildProcess::exchange(std::string_view* out) {
-  if (failed_ || output_ < 0) return false;
+  if (failure_ != 0 || output_ < 0) return false;
   pollfd fds[] = {{output_, POLLIN, 0}, {out && !out->empty() ? input_ : -1, POLLOUT, 0}};
   stuck_ = stop_asked.load(std::memory_order_relaxed);  // it has not answered, and will not leave by itself
   poll_stop();
@@ -129,11 +129,11 @@ bool ChildProcess::wait() {
   while (exchange(nullptr)) {
   }
   reap();
-  return !failed_ && WIFEXITED(status_) && WEXITSTATUS(status_) == 0;
+  return failure_ == 0 && WIFEXITED(status_) && WEXITSTATUS(status_) == 0;
 }
 
 std::string ChildProcess::ending() {
-  if (failed_) return std::string("could not be started: ") + std::strerror(errno);
+  if (failure_ != 0) return std::string("could not be started: ") + std::strerror(failure_);
   reap();
   if (killed_) return "did not go on";
   if (WIFSIGNALED(status_))

@@ -40,7 +40,8 @@ class ChildProcess {
 
   pid_t pid_ = -1;
   int input_ = -1, output_ = -1;  // the program's standard input, and its output or what tells its end
-  bool talk_, failed_ = false, stuck_ = false, killed_ = false;
+  int failure_ = 0;               // errno of why it was not started
+  bool talk_, stuck_ = false, killed_ = false;
   int status_ = 0;      // of waitpid
   std::string said_;    // by the program, not yet read
   std::size_t at_ = 0;  // how much of that is

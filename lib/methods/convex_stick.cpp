@@ -65,7 +65,7 @@ class Stick {
 
   bool inside_cones() const {
     for (int c = 0; c < island_.nc(); ++c)
-      if (!(tangential(&s_.r[3 * c]) <= island_.mu[c] * s_.r[3 * c])) return false;
+      if (!in_cone(&s_.r[3 * c], island_.mu[c])) return false;
     return true;
   }
 

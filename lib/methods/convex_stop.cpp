@@ -61,7 +61,7 @@ int fastest_sinking(const ConvexIsland& island, const StopScratch& s, double sla
 
 bool inside_cones(const ConvexIsland& island, const StopScratch& s) {
   for (int c = 0; c < island.nc(); ++c)
-    if (s.set[c] && !(tangential(&s.r[3 * c]) <= island.mu[c] * s.r[3 * c])) return false;
+    if (s.set[c] && !in_cone(&s.r[3 * c], island.mu[c])) return false;
   return true;
 }
 

@@ -141,23 +141,6 @@ void DrumwrightShell::solve(const ContactProblem& problem, const std::vector<dou
   say(endings, epsilon, solution);
 }
 
-namespace {
-
-/// J, before the event. Where a problem comes as W and q alone it is in the offset.
-double energy(const ContactProblem& problem, const std::vector<double>& weight) {
-  double in_offset = 0;
-  for (std::size_t i = 0; i < problem.offset.size(); ++i)
-    in_offset = std::max(in_offset, 0.5 * problem.offset[i] * problem.offset[i] / weight[i / 3]);
-  return 0.5 * quadratic_form(problem.M, problem.v_minus) + in_offset;
-}
-
-void fail(ContactSolution& solution, Status status, std::string reason) {
-  solution.status = status;
-  solution.reason = std::move(reason);
-}
-
-}  // namespace
-
 DrumwrightShell::DrumwrightShell(const Tolerances& tolerances)
     : tolerances_(tolerances), bound_finder_(tolerances), scratch_(tolerances), judge_(tolerances) {}
 
@@ -174,9 +157,9 @@ void DrumwrightShell::operator()(const ContactProblem& problem, ContactSolution&
   }
   if (!weigh(problem, factor_, weight_, solution)) return;
   proof.epsilon =
-      tolerances_.epsilon_relative ? *tolerances_.epsilon_relative * energy(problem, weight_) : tolerances_.epsilon;
+      tolerances_.epsilon_relative ? *tolerances_.epsilon_relative * energy_before(problem) : tolerances_.epsilon;
   if (nc == 0) return;
-  elastic_ = std::any_of(problem.restitution.begin(), problem.restitution.end(), [](double e) { return e != 0; });
+  elastic_ = is_elastic(problem);
   second_phase_ = false;
   solve(problem, problem.v_minus, proof.epsilon, solution);
 
@@ -221,18 +204,18 @@ void DrumwrightShell::say(const Endings& endings, double epsilon, ContactSolutio
   switch (endings.worst) {
     case ConeStatus::solved:
       if (endings.inaccurate && endings.excess > epsilon)
-        fail(solution, Status::inaccurate, "the duality gap stayed above epsilon: rounding");
+        solution.fail(Status::inaccurate, "the duality gap stayed above epsilon: rounding");
       break;
     case ConeStatus::nonconverged:
-      fail(solution, Status::nonconverged,
-           endings.unproven ? "no proof was found that kappa is the least sum of frictionless impulses"
-                            : "no answer met reaches the duality gap that was asked for");
+      solution.fail(Status::nonconverged,
+                    endings.unproven ? "no proof was found that kappa is the least sum of frictionless impulses"
+                                     : "no answer met reaches the duality gap that was asked for");
       break;
     case ConeStatus::singular:
-      fail(solution, Status::singular, "a Newton system could not be factored");
+      solution.fail(Status::singular, "a Newton system could not be factored");
       break;
     case ConeStatus::not_finite:
-      fail(solution, Status::not_finite, "overflow in the interior point method");
+      solution.fail(Status::not_finite, "overflow in the interior point method");
       break;
   }
 }

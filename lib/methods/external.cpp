@@ -29,11 +29,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void fail(ContactSolution& solution, Status status, std::string reason) {
-  solution.status = status;
-  solution.reason = std::move(reason);
-}
-
 /// Words of a line, white space between them.
 std::string_view next_word(std::string_view& line) {
   const std::size_t from = std::min(line.find_first_not_of(" \t\r"), line.size());
@@ -93,9 +88,9 @@ class Talking {
     if (from != std::string_view::npos) solution.reason = line.substr(from);
     if (count != 3L * problem.nc() && !(count == 0 && solution.status != Status::ok)) {
       process_.reset();  // what comes next is not where it should be
-      return fail(solution, Status::input_error,
-                  fmt::format("the answer holds {} impulses; {} contacts need {} (n, t1, t2 of each)", count,
-                              problem.nc(), 3 * problem.nc()));
+      return solution.fail(Status::input_error,
+                           fmt::format("the answer holds {} impulses; {} contacts need {} (n, t1, t2 of each)", count,
+                                       problem.nc(), 3 * problem.nc()));
     }
     solution.impulse.resize(static_cast<std::size_t>(count));
     binary_ ? read_binary(solution) : read_text(solution);
@@ -133,14 +128,13 @@ class Talking {
   }
   void lose(const char* what, ContactSolution& solution) {
     solution.impulse.clear();
-    fail(solution, Status::crash,
-         fmt::format("the program {} {}{}", what, process_->ending(),
-                     number_ > 0 ? fmt::format(", at problem {} that it got", number_) : ""));
+    solution.fail(Status::crash, fmt::format("the program {} {}{}", what, process_->ending(),
+                                             number_ > 0 ? fmt::format(", at problem {} that it got", number_) : ""));
     process_.reset();
   }
   void misread(std::string why, ContactSolution& solution) {
     solution.impulse.clear();
-    fail(solution, Status::crash, "the program does not keep to the protocol: " + why);
+    solution.fail(Status::crash, "the program does not keep to the protocol: " + why);
     process_.reset();
   }
 
@@ -176,24 +170,24 @@ class Started {
   explicit Started(std::string command) : command_(std::move(command)) {}
 
   void operator()(const ContactProblem& problem, ContactSolution& solution) {
-    if (folder_.path().empty()) return fail(solution, Status::write_failed, "no folder for its files can be made");
+    if (folder_.path().empty()) return solution.fail(Status::write_failed, "no folder for its files can be made");
     const std::string answer = folder_.path() + "/answer.txt";
     std::error_code ignored;
     fs::remove(answer, ignored);
     try {
       ChildProcess process(command_for(problem, answer), false);
-      if (!process.wait()) return fail(solution, Status::crash, "the program " + process.ending());
+      if (!process.wait()) return solution.fail(Status::crash, "the program " + process.ending());
     } catch (const FileError& error) {
-      return fail(solution, Status::write_failed, error.what());
+      return solution.fail(Status::write_failed, error.what());
     }
-    if (!fs::exists(answer, ignored)) return fail(solution, Status::crash, "the program wrote no {answer}");
+    if (!fs::exists(answer, ignored)) return solution.fail(Status::crash, "the program wrote no {answer}");
     try {
       solution.impulse = read_impulses(answer, problem.nc());
     } catch (const FileError& error) {
       const std::string_view said = error.what();
       const std::string_view file = std::string_view(said).substr(std::min(answer.size(), said.size()));
       solution.impulse.clear();
-      fail(solution, Status::input_error, "{answer}" + std::string(file));
+      solution.fail(Status::input_error, "{answer}" + std::string(file));
     }
   }
 

@@ -126,20 +126,21 @@ void Pruned::solve_parts(const ContactProblem& problem, ContactSolution& solutio
 bool Pruned::solve_parts(const ContactProblem& problem, bool together, ContactSolution& solution) {
   group(problem, together);
   begin(problem, solution);
-  int solved = 0;
+  int solved = 0, closed = 0;
   for (int part = 0; part < (together ? 1 : islands_.count); ++part) {
     const std::span<const int> contacts = contacts_of_[part], blocks = blocks_of_[part];
     if (contacts.empty()) continue;
     ++solved;
     extract(problem, contacts, blocks);
     if (contacts.size() == 1 && closed_form(part_, answer_))
-      ++left_out_->closed_forms;
+      ++closed;
     else if (!may_.islands_apart && !together)
       return false;
     else
       call_method(part, part_, answer_);
     take_over({problem, part_, contacts, blocks}, solution);
   }
+  left_out_->closed_forms += closed;
   if (solved > 1) left_out_->islands += solved;
   return true;
 }

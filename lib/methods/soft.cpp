@@ -107,11 +107,6 @@ class Soft {
   std::vector<double> first_impulse_;  // 3 nc, N s
 };
 
-void fail(ContactSolution& solution, Status status, std::string reason) {
-  solution.status = status;
-  solution.reason = std::move(reason);
-}
-
 void Soft::operator()(const ContactProblem& problem, ContactSolution& solution) {
   solution.clear();
   solution.as<SoftWitness>().softness = options_.softness;
@@ -119,8 +114,7 @@ void Soft::operator()(const ContactProblem& problem, ContactSolution& solution) 
   solution.size = problem.nv();
   if (!begin(problem, solution) || problem.nc() == 0) return;
   if (!solve(problem, problem.v_minus, solution)) return;
-  const bool elastic =
-      std::any_of(problem.restitution.begin(), problem.restitution.end(), [](double e) { return e != 0; });
+  const bool elastic = is_elastic(problem);
   if (!elastic) {
     previous_ = best_;
     previous_nv_ = problem.nv();
@@ -144,10 +138,10 @@ bool Soft::solve(const ContactProblem& problem, const std::vector<double>& v0, C
   const Status ending = descend(problem, solution);
   solution.impulse = best_;
   if (ending == Status::ok) return true;
-  fail(solution, ending,
-       ending == Status::singular     ? "a Newton system could not be factored"
-       : ending == Status::not_finite ? "overflow in Newton's method"
-                                      : "Newton's method came to a stand before the impulses were optimal");
+  solution.fail(ending, ending == Status::singular ? "a Newton system could not be factored"
+                        : ending == Status::not_finite
+                            ? "overflow in Newton's method"
+                            : "Newton's method came to a stand before the impulses were optimal");
   return false;
 }
 

@@ -177,3 +177,13 @@ TEST_CASE("what a limit turns at is no velocity of the contacts, in any unit") {
     CHECK_FALSE(held(p, coulomb_law(), std::vector<double>(6, 0.0)));
   }
 }
+
+TEST_CASE("a mass matrix without a factor leaves the velocities as they were, in the size of this problem") {
+  ContactProblem p = spheres({0, 0}, {0, 0}, 0);
+  p.M.block(1)(0, 0) = -1;
+  ContactSolution answer;
+  answer.impulse.assign(6, 0.0);
+  std::vector<double> v_plus(3, 7.0);
+  CHECK_FALSE(Referee().check(p, answer, newton_law(), v_plus).finite);
+  CHECK(v_plus == p.v_minus);
+}

@@ -198,3 +198,16 @@ TEST_CASE("the closed form of a sphere meets the polygon's answer in every direc
       }
     }
 }
+
+TEST_CASE("an island that is handed over after all counts as no closed form", "[pruned]") {
+  // A sphere that has one and an end of a capsule that has none, its contact off the centre: convex takes all or
+  // nothing.
+  ContactProblem leaning;
+  add_body(leaning, 1, Vector3d(0.1, 0.2, 0.3), {0.3, -1, 0.2}, {1, 2, 3});
+  add_contact(leaning, 0, {0.4, -0.3, 0.1}, -1, {}, ground_axes(), 0.5);
+  const ContactProblem both = beside(sphere({1, -10, 0}, {0, 2, 0}), leaning);
+  const MethodRow& row = *find_method("convex");
+  const auto left_out = std::make_shared<LeftOut>();
+  CHECK(judge(pruned(row, {}, left_out, {}), row, both).holds);
+  CHECK(left_out->closed_forms == 0);
+}

@@ -191,6 +191,7 @@ class Answers(unittest.TestCase):
                                         (lambda p: np.full((1, 3), np.nan), "not_finite", "NaN"),
                                         (lambda p: np.zeros((2, 3)), "input_error", "shape (2, 3)"),
                                         (lambda p: np.zeros((3, 1)), "input_error", "shape (3, 1)"),
+                                        (lambda p: [1.0], "input_error", "shape (1,)"),
                                         (lambda p: None, "input_error", "NoneType"),
                                         (lambda p: "impulses", "input_error", "numbers"),
                                         (lambda p, q: None, "crash", "TypeError"),
