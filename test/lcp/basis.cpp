@@ -86,6 +86,34 @@ TEST_CASE("a basis has one dictionary, kept as a table or solved for") {
   }
 }
 
+TEST_CASE("a basis whose exchanges lose digits is taken up from the matrix twice as often, until they do not") {
+  // z_1 for w_1 where z_0 is basic: a pivot of `part`, there and back again, which leaves 1e-16 / part.
+  const auto factorisations = [](double part) {
+    LcpProblem p;
+    p.expanded = true;
+    p.A = MatrixXd::Identity(1, 1).sparseView();
+    p.B.resize(1, 2);
+    p.C.resize(2, 1);
+    p.D = MatrixXd{{1, 1}, {1, 1 + part}}.sparseView();
+    p.a = VectorXd::Zero(1);
+    p.q = VectorXd{{0.3, 0.7}};
+    PairScales scales;
+    pair_scales(p, scales);
+    Kernels kernels;
+    Basis& basis = kernels.of(p);
+    basis.start(p, scales);
+    REQUIRE(basis.eliminate());
+    basis.restart();
+    basis.set_load(p.q.cwiseProduct(scales.rows));
+    REQUIRE(basis.pivot(0, 2));
+    const int before = basis.factorisations();
+    for (int exchange = 1; exchange < 200; ++exchange) REQUIRE(basis.pivot(1, basis.basic(1) == 1 ? 3 : 1));
+    return basis.factorisations() - before;
+  };
+  CHECK(factorisations(0.1) == 2);  // every hundredth
+  CHECK(factorisations(1e-8) == 3);
+}
+
 TEST_CASE("solved at an active set the equations of the set hold, in both forms alike") {
   const int n = 13;
   const TwoForms forms = two_forms(n, 6, 5);

@@ -377,6 +377,20 @@ TEST_CASE("an epsilon of 1e-2 J lets a sliding box go on without friction", "[co
   CHECK(after(p, solve(p, tight))[0] == Approx(0.05 - 0.1 * 0.0098).epsilon(1e-10));
 }
 
+TEST_CASE("islands share epsilon: ten boxes that slide apart leave no more than one", "[convex]") {
+  // As above, 4.9e-5 J each without friction: more than a tenth of epsilon, less than all of it.
+  ContactProblem p;
+  for (int b = 0; b < 10; ++b) {
+    add_body(p, 1, Vector3d::Constant(1.0 / 6), {0.05, -0.0098, 0});
+    for (int corner = 0; corner < 4; ++corner)
+      add_contact(p, b, {corner & 1 ? 0.5 : -0.5, -0.5, corner & 2 ? 0.5 : -0.5}, -1, {}, ground_axes(), 0.1);
+  }
+  DrumwrightShell::Tolerances tolerances;
+  tolerances.epsilon = 3e-4;
+  const std::vector<double> v = after(p, solve(p, tolerances));
+  for (int b = 0; b < 10; ++b) CHECK(v[6 * b] == Approx(0.05 - 0.1 * 0.0098).epsilon(1e-10));
+}
+
 TEST_CASE("the bound holds for each island of its own", "[convex]") {
   // Two boxes far apart, one fast and one slow: friction on one must not borrow from the other.
   ContactProblem p;
