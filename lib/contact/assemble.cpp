@@ -2,16 +2,6 @@
 
 namespace cb {
 
-namespace {
-
-// Of a body's point, m/s.
-Vec3 velocity_at(const State& state, int body, const Vec3& position) {
-  const double* v = &state.v[6 * static_cast<std::size_t>(body)];
-  return Vec3(v) + Vec3(v + 3).cross(position - state.pose[body].p);
-}
-
-}  // namespace
-
 void Assembler::assemble(const Model& model, const State& state, const std::vector<Shape>& shapes,
                          const std::vector<ContactPoint>& contacts, const std::vector<LimitContact>& limits,
                          const std::vector<double>& mu, const std::vector<double>& restitution, double turn,

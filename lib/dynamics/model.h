@@ -92,5 +92,10 @@ struct State {
   std::vector<double> q = {};   ///< one a revolute or prismatic joint, rad or m
   std::vector<double> qd = {};  ///< rates of all trees: one a revolute or prismatic joint, six a free one
 };
+/// Of the body's point that is at `position`, m/s.
+inline Vec3 velocity_at(const State& state, int body, const Vec3& position) {
+  const double* v = &state.v[6 * static_cast<std::size_t>(body)];
+  return Vec3(v) + Vec3(v + 3).cross(position - state.pose[body].p);
+}
 
 }  // namespace cb

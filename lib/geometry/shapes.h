@@ -80,6 +80,10 @@ struct Motion {
   Vec3 v = Vec3::Zero();
   Vec3 w = Vec3::Zero();
 };
+/// Of the shape's point that is at `position`, m/s.
+inline Vec3 velocity_at(const Motion& motion, const Vec3& position) {
+  return motion.v + motion.w.cross(position - motion.pose.p);
+}
 /// The pose after t seconds: translation with v, rotation by the exponential map of w t.
 Pose advance(const Motion& motion, double t);
 

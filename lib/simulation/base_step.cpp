@@ -111,11 +111,9 @@ double BaseStep::bending_of_links() const {
 }
 
 // Of a shape's point, m/s.
-Vec3 BaseStep::velocity_at(int shape, const Vec3& position) const {
+Vec3 BaseStep::shape_velocity(int shape, const Vec3& position) const {
   const int body = scenario_.shapes[shape].body;
-  if (body < 0) return Vec3::Zero();
-  const double* v = &state_.v[6 * static_cast<std::size_t>(body)];
-  return Vec3(v) + Vec3(v + 3).cross(position - state_.pose[body].p);
+  return body < 0 ? Vec3(Vec3::Zero()) : velocity_at(state_, body, position);
 }
 
 // Of gaps of free bodies that touch, over the smaller one's size, but for what slow turning makes of them: as in
@@ -131,7 +129,8 @@ double BaseStep::bending_of_contacts() const {
       if (spin2 * step_ * step_ <= slow * slow) continue;
       const double spin = std::sqrt(spin2);
       const double size = std::min(scenario_.shapes[contact.shape_a].size(), scenario_.shapes[contact.shape_b].size());
-      const Vec3 slip = velocity_at(contact.shape_a, contact.position) - velocity_at(contact.shape_b, contact.position);
+      const Vec3 slip =
+          shape_velocity(contact.shape_a, contact.position) - shape_velocity(contact.shape_b, contact.position);
       bending = std::max(bending, spin * (1.5 * spin * radius_[shape] + slip.norm()) / size);
     }
   return bending;
@@ -213,8 +212,8 @@ void BaseStep::observe_bounces(double remaining) {
     const double e = scenario_.pairs.find(pair.first, pair.second)->restitution;
     if (!bounces_.over(pair, e)) continue;
     ++record_.bounces_left_out;
-    const Motion &a = motions_[contact.shape_a], &b = motions_[contact.shape_b];
-    const Vec3 u = a.v + a.w.cross(contact.position - a.pose.p) - b.v - b.w.cross(contact.position - b.pose.p);
+    const Vec3 u = velocity_at(motions_[contact.shape_a], contact.position) -
+                   velocity_at(motions_[contact.shape_b], contact.position);
     const double speed = e * std::abs(contact.normal.dot(u));
     record_.bounce_speed = std::max(record_.bounce_speed, speed);
     record_.bounce_distance = std::max(record_.bounce_distance, speed * remaining);

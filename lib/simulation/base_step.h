@@ -146,7 +146,7 @@ class BaseStep {
   void kick(const Tree& tree, Lent& lent);
   double bending_of_links() const;     // m/s^2
   double bending_of_contacts() const;  // 1/s^2
-  Vec3 velocity_at(int shape, const Vec3& position) const;
+  Vec3 shape_velocity(int shape, const Vec3& position) const;
   bool keeps_pairs() const;
   void find_pairs(double horizon, double margin);
   void remove_overlap();

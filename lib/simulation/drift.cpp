@@ -56,11 +56,11 @@ void Drift::remove(const Scenario& scenario, std::vector<Motion>& motions, const
     const auto pair = std::pair(std::min(contact.shape_a, contact.shape_b), std::max(contact.shape_a, contact.shape_b));
     const auto at = std::lower_bound(pairs.begin(), pairs.end(), pair);
     if (at == pairs.end() || *at != pair) continue;
-    const Motion &a = motions[contact.shape_a], &b = motions[contact.shape_b];
-    const Vec3 v_a = a.v + a.w.cross(contact.position - a.pose.p), v_b = b.v + b.w.cross(contact.position - b.pose.p);
+    const Vec3 u = velocity_at(motions[contact.shape_a], contact.position) -
+                   velocity_at(motions[contact.shape_b], contact.position);
     const auto k = static_cast<std::size_t>(at - pairs.begin());
-    delta_[k] = std::min(delta_[k], contact.normal.dot(v_a - v_b));
-    slip_[k] = std::max(slip_[k], (v_a - v_b).norm());
+    delta_[k] = std::min(delta_[k], contact.normal.dot(u));
+    slip_[k] = std::max(slip_[k], u.norm());
   }
 
   // How far each shape ended from where steady motion would have taken it.
