@@ -27,7 +27,7 @@ struct ConeProgram {
   const std::vector<double>* weight = nullptr;  ///< nc, a typical diagonal entry of W_ii, 1/kg, > 0: scales tolerances
   bool bounded_below = false;                   ///< N v + w_n >= 0 enforced?
   const std::vector<double>* slack = nullptr;   ///< nc, m/s, >= 0: how far N v + w_n may fall below 0; null: 0
-  const std::vector<char>* fixed = nullptr;     ///< nc, N v + w_n = 0 enforced? null: nowhere
+  const std::vector<char>* fixed = nullptr;     ///< nc, with bounded_below: N v + w_n = 0 enforced? null: nowhere
   double kappa = std::numeric_limits<double>::infinity();  ///< N s, >= 0
   const std::vector<double>* share = nullptr;  ///< nc, d: 1 where r_n counts in the sum, else 0; null: all do
   /// N s: impulses beside which an answer's are not large; infinite: the velocities' scale is theirs. Where bodies
@@ -35,11 +35,12 @@ struct ConeProgram {
   double impulse_size = std::numeric_limits<double>::infinity();
   /// sqrt(J): what approached before; beside more an approach is not small. Infinite: the velocities' scale, J v0 + w.
   double before = std::numeric_limits<double>::infinity();
-  double gap = 1e-12;  ///< J, that an answer may have. Looser: fewer iterations, no polish
+  double gap =
+      1e-12;  ///< J, that an answer may have. Looser: fewer iterations of the dense method, answers that are less exact
 
   int nc() const { return J->bands(); }
   int nv() const { return M->order(); }
-  bool has_eta() const { return bounded_below || fixed != nullptr; }
+  bool has_eta() const { return bounded_below; }
   bool is_fixed(int c) const { return fixed != nullptr && (*fixed)[c]; }
   double slack_of(int c) const { return slack == nullptr ? 0 : (*slack)[c]; }
   double share_of(int c) const { return share == nullptr ? 1 : (*share)[c]; }
@@ -48,7 +49,6 @@ struct ConeProgram {
 
 /// From best to worst.
 enum class ConeStatus { solved, nonconverged, singular, not_finite };
-std::string_view name(ConeStatus status);
 
 struct ConeOptions {
   /// -: scaled infeasibility at which the iteration may stop.

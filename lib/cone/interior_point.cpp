@@ -234,6 +234,7 @@ class PrimalDual {
 bool answer_at_once(const ConeProgram& p, const ConeWorkspace& w, ConeSolution& x) {
   x.status = ConeStatus::nonconverged;
   x.iterations = 0;
+  x.gap = x.infeasibility = HUGE_VAL;
   x.r.assign(3 * p.nc(), 0.0);
   x.eta.assign(p.nc(), 0.0);
   x.s = 0;

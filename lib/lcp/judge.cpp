@@ -130,10 +130,10 @@ Judgement PathJudge::first_look(const ScaledLoad& load, const Eigen::VectorXd& z
   error_.resize(n);
   double worst = 0;
   for (int i = 0; i < n; ++i) {
-    error_[i] = std::abs(std::min(z[i] * load.root[i], w_[i] / load.root[i]));
-    if (!(error_[i] <= worst)) worst = error_[i];
+    error_[i] = std::abs(std::min(w_[i] / load.root[i], z[i] * load.root[i]));  // a NaN of w stays
+    if (!(error_[i] < HUGE_VAL)) return {};
+    worst = std::max(worst, error_[i]);
   }
-  if (!std::isfinite(worst)) return {};
   Judgement found{worst / load.judged, worst / load.judged};
   if (groups.of_pair.empty()) return found;
   size_ = groups.size;

@@ -46,6 +46,7 @@ bool condense(const LcpProblem& problem, LcpProblem& dense) {
   lu.compute(problem.A);
   if (lu.info() != Eigen::Success) return false;
   dense.expanded = false;
+  dense.size = problem.size;
   dense.M = problem.D;
   // Eigen points at the first of no columns.
   if (problem.B.cols() > 0) dense.M -= problem.C * lu.solve(Eigen::MatrixXd(problem.B));
@@ -76,7 +77,7 @@ double natural_residual(const LcpProblem& problem, const Eigen::VectorXd& z) {
   for (int i = 0; i < problem.n(); ++i) {
     const double root = std::sqrt(scales.rho[i]);
     scale = std::max(scale, std::abs(q[i]) / root);
-    const double e = std::abs(std::min(z[i] * root, w[i] / root));
+    const double e = std::abs(std::min(w[i] / root, z[i] * root));
     if (std::isnan(e)) return refused;
     worst = std::max(worst, e);
   }

@@ -66,7 +66,9 @@ void NormalMap::reach(Basis& basis, PivotCount& pivots) {
       before = waiting.size();
       for (const int i : waiting) {
         if (out_of_budget(basis, pivots)) return;
-        pivots.done += exchange_one(basis, i, smallest);
+        const int made = exchange_one(basis, i, smallest);
+        if (made > 0) blocks_ = 0;
+        pivots.done += made;
       }
       drop_done();
       if (smallest == smallest_pivots.front() && waiting.size() < before) continue;

@@ -202,7 +202,7 @@ void Path::proximal_step(const Rung& rung, double eps, unsigned seed) {
   near.eliminate();  // A is that of the problem
   near.restart();
   q_proximal_ = load_->q - eps * map_.z;
-  if (rung.crash) crash_.run(near, map_, q_proximal_, path_.pivots, INT_MAX);
+  crash_.run(near, map_, q_proximal_, path_.pivots, INT_MAX);
   path_search(near, q_proximal_, rung, seed);
   factorisations_ += near.factorisations();
 }

@@ -128,7 +128,7 @@ bool ScaledLoad::set(const LcpProblem& problem) {
   if (size == 0) size = 1;
   judged = std::max(size, problem.size);
   q = original.cwiseProduct(scales.rows) / size;
-  return std::isfinite(q.sum() + scales.rows.sum() + scales.columns.sum());
+  return std::isfinite(q.sum() + root.sum() + scales.rows.sum() + scales.columns.sum());
 }
 
 }  // namespace cb

@@ -107,6 +107,7 @@ bool BlockLdl::factor() {
 
 void BlockLdl::solve() {
   const int n = blocks();
+  s_.clear_padding(x_);
   for (int k = 0; k < n; ++k) {
     const int size = s_.size[k], rows = padded(size);
     double* x = x_.data() + s_.first[k];

@@ -25,7 +25,6 @@ void BlockLu::analyse(std::span<const int> sizes, const SymmetricPattern& graph)
   int most = 0;
   for (const int size : s_.size) most = std::max(most, padded(size) * padded(size));
   transposed_.assign(most, 0.0);
-  swapped_.assign(most, 0.0);
 }
 
 int BlockLu::sign() const {
@@ -36,8 +35,7 @@ int BlockLu::sign() const {
   return sign;
 }
 
-// L below the diagonal, U on and above it; and U^T, its columns divided by the pivots (for kernels that divide by a
-// unit triangle), in transposed_.
+// L below the diagonal, U on and above it; and U^T in transposed_.
 bool BlockLu::factor_diagonal(int k) {
   const int n = s_.size[k], rows = padded(n);
   double* A = lower_.data() + s_.diagonal[k];
@@ -61,8 +59,7 @@ bool BlockLu::factor_diagonal(int k) {
       for (int i = j + 1; i < n; ++i) other[i] -= column[i] * f;
     }
   }
-  // transposed_(j, l) = U(l, j) / U(l, l)... as a unit lower triangle: X U = B, column j: (B_j - sum_l X_l U_lj) /
-  // U_jj.
+  // X U = B, column j: (B_j - sum_l X_l U_lj) / U_jj.
   for (int l = 0; l < n; ++l)
     for (int j = l + 1; j < n; ++j) transposed_[l * rows + j] = A[j * rows + l];
   return true;
@@ -131,6 +128,7 @@ bool BlockLu::factor() {
 
 void BlockLu::solve() {
   const int n = s_.blocks();
+  s_.clear_padding(x_);
   for (int k = 0; k < n; ++k) {
     const int size = s_.size[k], rows = padded(size);
     double* x = x_.data() + s_.first[k];

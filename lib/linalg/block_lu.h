@@ -38,7 +38,7 @@ class BlockLu {
 
   BlockPattern s_;
   std::vector<double> lower_, upper_;
-  std::vector<double> inverse_pivots_, x_, swapped_;
+  std::vector<double> inverse_pivots_, x_;
   std::vector<int> pivot_;          // per row of x_: the row of its block that took its place
   std::vector<double> transposed_;  // the present diagonal block's U^T
 };

@@ -59,6 +59,11 @@ void BlockPattern::analyse(std::span<const int> sizes, const SymmetricPattern& g
   find_targets();
 }
 
+void BlockPattern::clear_padding(std::vector<double>& x) const {
+  for (std::size_t k = 0; k < size.size(); ++k)
+    std::fill(x.begin() + first[k] + size[k], x.begin() + first[k + 1], 0.0);
+}
+
 void BlockPattern::find_targets() {
   target.clear();
   for (int k = 0; k < blocks(); ++k)

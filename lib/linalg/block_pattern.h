@@ -40,6 +40,8 @@ struct BlockPattern {
   void analyse(std::span<const int> sizes, const SymmetricPattern& graph);
   Place place(int row, int col) const;
   int blocks() const { return static_cast<int>(x_at.size()); }
+  /// Zeros after the numbers of each block: what overflowed in a solve would stay there, and come back in the next.
+  void clear_padding(std::vector<double>& x) const;
 
  private:
   void find_targets();

@@ -48,7 +48,7 @@ bool ActiveSetStart::find(const LcpProblem& problem, const PolygonUnknowns& at, 
   if (!(worst < HUGE_VAL)) return false;
   const double size = size_of(problem, at, u.data(), scales_.rho);
   for (int i = 0; i < n; ++i) {
-    const double root = std::sqrt(scales_.rho[i]), e = std::abs(std::min(z[i] * root, w_[i] / root));
+    const double root = std::sqrt(scales_.rho[i]), e = std::abs(std::min(w_[i] / root, z[i] * root));
     if (!std::isfinite(e)) return false;  // a singular set
     worst = std::max(worst, e);
   }

@@ -249,3 +249,14 @@ TEST_CASE("A solver used again, and after a harder problem, repeats its answer t
   CHECK(first.pivots == again.pivots);
   CHECK(other.status == LcpStatus::solved);
 }
+
+TEST_CASE("an error that is no number is no answer, whichever pair it is of") {
+  // z = (0, 1) has w_0 = -1e200; rho_0 overflows.
+  const LcpProblem p = dense(Eigen::MatrixXd{{0, -1e200}, {1e200, 1}}, Eigen::VectorXd{{-1, -1}});
+  for (const char* solver : {"lemke", "path", "ynl"}) {
+    LcpSolution found;
+    find_lcp_solver(solver)->make({})(p, found);
+    INFO(solver << ": " << found.reason);
+    CHECK(found.status != LcpStatus::solved);
+  }
+}

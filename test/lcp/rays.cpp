@@ -77,3 +77,21 @@ TEST_CASE("of two answers the one that could be improved least is better, else t
   CHECK(better(miss, none, 1e-10));
   CHECK_FALSE(better(none, none, 1e-10));
 }
+
+TEST_CASE("a vertex whose w is no number is none") {
+  for (const int at : {0, 1}) {
+    LcpProblem problem;
+    problem.M = Eigen::MatrixXd::Identity(2, 2);
+    problem.q = Eigen::VectorXd::Ones(2);
+    ScaledLoad load;
+    load.scales.rho = load.scales.rows = load.scales.columns = Eigen::VectorXd::Ones(2);
+    load.original = problem.q;
+    REQUIRE(load.set(problem));
+    load.original[at] = NAN;
+    DenseBasis basis;
+    basis.start(problem, load.scales);
+    basis.restart();
+    Eigen::VectorXd z;
+    CHECK(PathJudge().vertex(basis, load, z).residual == HUGE_VAL);
+  }
+}

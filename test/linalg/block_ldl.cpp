@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numeric>
 #include <random>
 
 using namespace cb;
@@ -90,4 +91,22 @@ TEST_CASE("a block without an inverse, or with NaN, is no factorisation by block
     ldl.values()[stride + 1] = d;
     CHECK(ldl.factor() == (d == 5));
   }
+}
+
+TEST_CASE("a right-hand side that is not finite leaves nothing for the next", "[block_ldl]") {
+  BlockLdl ldl;
+  const Ring ring(1);
+  ldl.analyse(ring.sizes, ring.graph);
+  ring.put(ldl);
+  REQUIRE(ldl.factor());
+  const auto solve = [&](double first) {
+    for (int i = 0; i < ldl.blocks(); ++i) std::fill_n(ldl.part(i), ring.sizes[i], i == 0 ? first : 1.0);
+    ldl.solve();
+    double sum = 0;
+    for (int i = 0; i < ldl.blocks(); ++i) sum = std::accumulate(ldl.part(i), ldl.part(i) + ring.sizes[i], sum);
+    return sum;
+  };
+  const double before = solve(1);
+  CHECK_FALSE(std::isfinite(solve(HUGE_VAL)));
+  CHECK(solve(1) == before);
 }

@@ -100,3 +100,14 @@ TEST_CASE("a zero on the diagonal of a block needs an exchange of rows, and a bl
   blocks.put(lu);
   CHECK_FALSE(lu.factor());
 }
+
+TEST_CASE(
+    "a right-hand side that is not finite leaves nothing for the next, in factors of blocks that are not symmetric") {
+  const Blocks blocks({6, 6, 6}, {{1, 0}, {2, 1}}, 3);
+  BlockLu lu;
+  blocks.put(lu);
+  REQUIRE(lu.factor());
+  const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(18, -1, 2), x = solve(lu, blocks, b);
+  CHECK_FALSE(solve(lu, blocks, Eigen::VectorXd::Constant(18, HUGE_VAL)).allFinite());
+  CHECK(solve(lu, blocks, b) == x);
+}
