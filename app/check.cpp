@@ -6,6 +6,7 @@
 #include "bound_notes.h"
 #include "commands.h"
 #include "contact/feasibility.h"
+#include "evaluation/references.h"
 #include "flags.h"
 #include "geometry/broad_phase.h"
 #include "method_flags.h"
@@ -58,7 +59,7 @@ std::pair<std::size_t, int> contacts_at_start(const Scenario& scenario) {
   BroadPhase broad_phase;
   std::vector<ContactPoint> points;
   int pairs = 0;
-  const auto declared = [&](int i, int j) { return scenario.pairs.find(i, j) != nullptr; };
+  const auto declared = [&](int i, int j) { return scenario.can_touch(i, j); };
   for (const auto& [i, j] : broad_phase.pairs(scenario.shapes, motions, 1e-6, 0, declared)) {
     const Shape& a = scenario.shapes[static_cast<std::size_t>(i)];
     const Shape& b = scenario.shapes[static_cast<std::size_t>(j)];
@@ -273,6 +274,7 @@ int check(const CheckFlags& flags) {
     throw UsageError(fmt::format("--steps {}: says how long --method METHOD is tried; give that too", *trial_steps));
   const long steps = trial_steps ? whole_flag("steps", *trial_steps, 0, 1L << 60, "a whole number of steps") : 100;
   const Scenario scenario = load_scenario(find_scenario(name), overrides);
+  check_reference(scenario);
   if (files) return print_files(scenario);
   if (flags.json) return check_as_json(scenario, row.get(), steps);
 

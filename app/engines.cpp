@@ -166,7 +166,15 @@ nlohmann::json describe_engine(const fs::path& program, std::string& fault) {
   constexpr double patience = 20;  // s; it reads nothing and prints
   const Ended ended = run_program(program, {"--describe"}, patience, {});
   nlohmann::json said = nlohmann::json::parse(ended.answer, nullptr, false);
-  if (ended.code == 0 && said.is_object() && said.contains("variants") && said.contains("knobs")) return said;
+  const auto is_variant = [](const nlohmann::json& row) {
+    if (!row.is_object() || !row.contains("name") || !row["name"].is_string() || !row.contains("knobs")) return false;
+    return row["knobs"].is_object() && std::ranges::all_of(row["knobs"], [](const auto& x) { return x.is_number(); });
+  };
+  const auto word = [&](const char* key) { return !said.contains(key) || said[key].is_string(); };
+  if (ended.code == 0 && said.is_object() && said.contains("variants") && said.contains("knobs") &&
+      said["variants"].is_array() && !said["variants"].empty() && std::ranges::all_of(said["variants"], is_variant) &&
+      word("version") && word("precision") && word("package"))
+    return said;
   fault = fmt::format("{} does not say what it is{}{}", program.filename().string(),
                       ended.last_words.empty() ? "" : ": ", ended.last_words);
   return {};

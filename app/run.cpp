@@ -12,6 +12,7 @@
 #include "contact/islands.h"
 #include "contact/laws.h"
 #include "contact/problem_files.h"
+#include "evaluation/references.h"
 #include "evaluation/scene_errors.h"
 #include "flags.h"
 #include "folder_lock.h"
@@ -193,6 +194,9 @@ RunPlan make_plan(const RunFlags& flags) {
     plan.record_every = whole_flag("record-every", *flags.record_every, 0, 1L << 60,
                                    "a whole number of steps: 1 keeps every step, 0 none");
   if (flags.format) plan.npz = npz_flag(*flags.format, plan.record_every);
+  if (flags.setting) throw UsageError(fmt::format("--setting {}: belongs to --engine; give that too", *flags.setting));
+  if (!flags.knob.empty())
+    throw UsageError(fmt::format("--knob {}: belongs to --engine; give that too", flags.knob[0]));
   plan.record_contacts = flags.record_contacts;
   if (plan.record_contacts && plan.record_every == 0)
     throw UsageError("--record-contacts: --record-every 0 keeps no steps; leave one out");
@@ -234,6 +238,7 @@ RunPlan make_plan(const RunFlags& flags) {
   method_options(flags, *plan.method, {}, {});  // the flags by themselves
 
   plan.scenario = load_scenario(find_scenario(flags.scenario), overrides);
+  check_reference(plan.scenario);
   for (PairLaw& law : plan.scenario.pairs.laws) {
     if (plan.summary.friction) law.mu = *plan.summary.friction;
     if (plan.summary.restitution) law.restitution = *plan.summary.restitution;
@@ -341,7 +346,7 @@ std::string quoted(const std::string& word) {
 std::string solve_command(const RunPlan& plan, bool prune) {
   const MethodOptions& options = plan.options;
   std::string command = fmt::format("contactbench solve {} --kind contact --method {}",
-                                    (plan.out / hard_problem_file).string(), plan.method->name);
+                                    quoted((plan.out / hard_problem_file).string()), plan.method->name);
   if (!options.solver.empty()) command += " --solver " + options.solver;
   if (!options.variant.empty()) command += " --variant " + options.variant;
   for (const OptionRow& row : plan.method->options) {
@@ -459,8 +464,6 @@ void simulate(const RunPlan& plan, RunFiles& files, ContactFile& contacts, Limit
   long events = 0;
   std::optional<HardProblem> hard;
   bool stopped = false;
-  std::error_code nothing_there;
-  for (const char* earlier : {hard_problem_file, "trajectory.npz"}) fs::remove(plan.out / earlier, nothing_there);
   ConditioningEstimate estimate;
   simulation.on_event = [&](const EventRecord& event) {
     if (plan.conditioning) {
@@ -559,6 +562,11 @@ int execute(const RunPlan& plan) {
     refuse_directory(files.failed_path(), std::strerror(files.error()));
   }
   ContactFile contacts(plan.out, plan.scenario, plan.record_contacts, plan.record_every);
+  if (!contacts.ok() && !is_full(contacts.error())) {
+    fs::remove(summary_path, refused);
+    refuse_directory(contacts.failed_path(), std::strerror(contacts.error()));
+  }
+  for (const char* earlier : {hard_problem_file, "trajectory.npz"}) fs::remove(plan.out / earlier, refused);
 
   const bool polygon = std::any_of(plan.method->options.begin(), plan.method->options.end(),
                                    [](const OptionRow& row) { return row.flag == "k"; });
@@ -598,7 +606,8 @@ int execute(const RunPlan& plan) {
   if (int error = 0;
       plan.npz && files.ok() && !trajectory_as_npz(plan.out.string(), plan.scenario.model.bodies.size(), error))
     fail_writing(summary, (plan.out / "trajectory.npz").string(), error);
-  if (!contacts.ok() && files.ok() && summary_file.ok()) fail_writing(summary, contacts.path(), contacts.error());
+  if (!contacts.ok() && files.ok() && summary_file.ok())
+    fail_writing(summary, contacts.failed_path(), contacts.error());
   if (summary.finished) {
     code = finished;
     if (summary.tally.inaccurate_events > 0) {
@@ -633,12 +642,13 @@ int execute(const RunPlan& plan) {
 /// The flags of a run of an engine. Throws UsageError for those that only methods have.
 EngineRunFlags engine_flags(const RunFlags& flags) {
   const std::vector<std::pair<const char*, bool>> of_methods = {
-      {"method", !flags.method.empty()},        {"solver", flags.solver.has_value()},
-      {"prune", flags.prune.has_value()},       {"shuffle-contacts", flags.shuffle.has_value()},
-      {"order", flags.order.has_value()},       {"gyroscopic", flags.gyroscopic.has_value()},
-      {"stepping", flags.stepping.has_value()}, {"accuracy", flags.accuracy.has_value()},
-      {"conditioning", flags.conditioning},     {"record-interval", flags.record_interval.has_value()},
-      {"format", flags.format.has_value()}};
+      {"method", !flags.method.empty()},         {"solver", flags.solver.has_value()},
+      {"prune", flags.prune.has_value()},        {"shuffle-contacts", flags.shuffle.has_value()},
+      {"order", flags.order.has_value()},        {"gyroscopic", flags.gyroscopic.has_value()},
+      {"stepping", flags.stepping.has_value()},  {"accuracy", flags.accuracy.has_value()},
+      {"conditioning", flags.conditioning},      {"record-interval", flags.record_interval.has_value()},
+      {"format", flags.format.has_value()},      {"joint-forces", flags.joint_forces.has_value()},
+      {"record-contacts", flags.record_contacts}};
   const auto refuse = [&](std::string_view flag) {
     throw UsageError(fmt::format("--{}: belongs to methods; leave it or --engine {} out", flag, *flags.engine));
   };
@@ -646,6 +656,8 @@ EngineRunFlags engine_flags(const RunFlags& flags) {
     if (given) refuse(flag);
   for (const auto& [flag, value] : flags.own)
     if (value) refuse(flag);
+  if (flags.seed && !flags.perturb)
+    throw UsageError(fmt::format("--seed {}: belongs to --perturb SIZE; give that too", *flags.seed));
   return {flags.scenario,   *flags.engine,    flags.variant,      flags.setting,      flags.restitution,
           flags.friction,   flags.step,       flags.duration,     flags.record_every, flags.perturb,
           flags.seed,       flags.time_limit, flags.memory_limit, flags.out,          flags.save_problems,

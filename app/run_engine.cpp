@@ -11,6 +11,7 @@
 #include "commands.h"
 #include "contact/problem_files.h"
 #include "engines.h"
+#include "evaluation/references.h"
 #include "folder_lock.h"
 #include "limits.h"
 #include "output/number.h"
@@ -159,6 +160,7 @@ EnginePlan make_plan(const EngineRunFlags& flags) {
   request.knobs.insert(plan.chosen.use.knobs.begin(), plan.chosen.use.knobs.end());
 
   const Scenario scenario = load_scenario(find_scenario(flags.scenario), request.set);
+  check_reference(scenario);
   request.scene = scenario.file;
   request.step = flags.step ? positive_flag("step", *flags.step, seconds) : scenario.step;
   request.duration = flags.duration ? positive_flag("duration", *flags.duration, seconds) : scenario.duration;
@@ -192,7 +194,7 @@ Status status_of(const std::string& word) {
 }
 
 /// What the engine's program made of it, in the words of a summary.
-void take(const Ended& ended, const EnginePlan& plan, RunSummary& summary) {
+void take(const Ended& ended, const EnginePlan& plan, RunSummary& summary) try {
   RunTally& tally = summary.tally;
   tally.t_reached = ended.pulse.t;
   tally.steps = ended.pulse.steps;
@@ -222,9 +224,13 @@ void take(const Ended& ended, const EnginePlan& plan, RunSummary& summary) {
   tally.contacts_max = std::max(0, answer.value("contacts_max", 0));
   tally.penetration_max = answer.value("penetration_max", 0.0);
   summary.write_s = answer.value("write_s", 0.0);
-  for (const Json& error : answer["errors"])
-    if (error[1].is_number()) summary.errors.emplace_back(error[0], error[1]);
+  if (answer.contains("errors"))
+    for (const Json& error : answer["errors"])
+      if (error.at(1).is_number()) summary.errors.emplace_back(error[0], error[1]);
   summary.finished = summary.status == Status::ok;
+} catch (const Json::exception& error) {
+  summary.status = Status::crash;
+  summary.reason = fmt::format("the engine's program does not answer as docs/engines.md says: {}", error.what());
 }
 
 std::string lines_of(const RunSummary& summary) {
@@ -269,12 +275,13 @@ int run_engine(const EngineRunFlags& flags) {
   if (lock.taken())
     throw UsageError(
         fmt::format("--out {}: another run is writing into this folder; wait for it, or name another", out.string()));
+  prepare_problems(plan.request.save_problems);
   SummaryFile file(out / "summary.json", to_json(summary));
   if (!file.ok())
     throw UsageError(fmt::format("--out: {} cannot be written: {}", out.string(), std::strerror(file.error())));
-  for (const char* earlier : {"hard_problem.hdf5", "trajectory.csv", "steps.csv"}) fs::remove(out / earlier, refused);
-
-  prepare_problems(plan.request.save_problems);
+  for (const char* earlier : {"hard_problem.hdf5", "trajectory.csv", "trajectory.npz", "steps.csv", "joints.csv",
+                              "loads.csv", "stepping.csv", "contacts.csv", "shapes.csv", "hulls.csv"})
+    fs::remove(out / earlier, refused);
   if (plan.chosen.program.empty()) {
     summary.status = Status::unavailable;
     summary.reason = plan.chosen.missing;

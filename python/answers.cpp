@@ -121,6 +121,12 @@ double number_option(const char* name, const py::handle& value) {
   throw ArgumentError(fmt::format("{}: must be a finite number", name));
 }
 
+double positive_option(const char* name, const py::handle& value) {
+  const double x = number_option(name, value);
+  if (!(x > 0)) throw ArgumentError(fmt::format("{}: must be positive", name));
+  return x;
+}
+
 Chosen choose(const py::object& method, const py::object& law, const py::dict& options,
               const std::vector<std::string>& taken, std::optional<int> k, std::optional<bool> bound) {
   MethodFlags flags = flags_of(options, taken);
@@ -167,9 +173,9 @@ Answer solve(const Problem& problem, const py::object& method, const py::object&
   const ContactProblem& p = problem.get();
   const Chosen chosen = choose(method, law, options, {"law", "tolerance", "time_limit"}, {}, {});
   const double accepted =
-      tolerance.is_none() ? SimulationOptions().accepted_residual : number_option("tolerance", tolerance);
+      tolerance.is_none() ? SimulationOptions().accepted_residual : positive_option("tolerance", tolerance);
   std::optional<double> limit;
-  if (!time_limit.is_none()) limit = number_option("time_limit", time_limit);
+  if (!time_limit.is_none()) limit = positive_option("time_limit", time_limit);
   Answer answer;
   answer.nc = p.nc();
   answer.solved = true;
@@ -206,7 +212,7 @@ Answer judge(const Problem& problem, const py::object& impulses, const std::stri
   MethodFlags flags = flags_of(options, {"tolerance"});
   flags.own["law"] = law;
   const double accepted =
-      tolerance.is_none() ? SimulationOptions().accepted_residual : number_option("tolerance", tolerance);
+      tolerance.is_none() ? SimulationOptions().accepted_residual : positive_option("tolerance", tolerance);
   Answer answer;
   answer.nc = problem.get().nc();
   answer.solution.impulse = impulses_of(impulses, answer.nc);

@@ -30,8 +30,9 @@ struct Chosen {
 /// `taken`: names in `options` that are the caller's own. Throws ArgumentError, UsageError.
 Chosen choose(const py::object& method, const py::object& law, const py::dict& options,
               const std::vector<std::string>& taken, std::optional<int> k, std::optional<bool> bound);
-/// The options that there are, as an error message goes on.
+/// A finite number, and one that is more than 0. Throw ArgumentError.
 double number_option(const char* name, const py::handle& value);
+double positive_option(const char* name, const py::handle& value);
 
 void add_answers(py::module_& module);
 

@@ -12,6 +12,7 @@
 #include "../app/commands.h"
 #include "../app/versions.h"
 #include "answers.h"
+#include "evaluation/references.h"
 #include "evaluation/scene_errors.h"
 #include "interrupt.h"
 #include "linalg/stop.h"
@@ -53,6 +54,15 @@ std::optional<double> positive(const py::dict& options, const char* name) {
   return x;
 }
 
+/// A switch as Python or as the flags of the program have it.
+bool on_or_off(const char* name, const py::handle& value) {
+  if (py::isinstance<py::bool_>(value)) return value.cast<bool>();
+  const auto word = py::str(value).cast<std::string>();
+  if (word != "on" && word != "off")
+    throw ArgumentError(fmt::format("{}: is '{}'; it must be True or False", name, word));
+  return word == "on";
+}
+
 Overrides overrides_of(const py::dict& options) {
   Overrides out;
   if (!options.contains("set") || options["set"].is_none()) return out;
@@ -66,6 +76,7 @@ Overrides overrides_of(const py::dict& options) {
 Plan plan_of(const std::string& scene, const py::object& method, const py::dict& options) {
   Plan plan;
   plan.scenario = load_scenario(find_scenario(scene), overrides_of(options));
+  check_reference(plan.scenario);
   plan.friction = given(options, "friction", 0, HUGE_VAL);
   plan.restitution = given(options, "restitution", 0, 1);
   for (PairLaw& law : plan.scenario.pairs.laws) {
@@ -75,8 +86,13 @@ Plan plan_of(const std::string& scene, const py::object& method, const py::dict&
   plan.time_limit_s = positive(options, "time_limit");
   plan.simulation.step = positive(options, "step").value_or(plan.scenario.step);
   plan.simulation.duration = positive(options, "duration").value_or(plan.scenario.duration);
-  plan.record_every = std::lround(given(options, "record_every", 1, 1e15).value_or(1));
-  if (options.contains("prune")) plan.prune = py::bool_(options["prune"].cast<py::object>());
+  const double every = given(options, "record_every", 1, 1e15).value_or(1);
+  if (every != std::floor(every)) throw ArgumentError(fmt::format("record_every: is {:g}; it must be whole", every));
+  plan.record_every = std::lround(every);
+  if (options.contains("prune")) plan.prune = on_or_off("prune", options["prune"]);
+  if (plan.simulation.duration / plan.simulation.step > 1e12)
+    throw ArgumentError(fmt::format("step: is {:g} s; {:g} s would take more than 1e12 steps", plan.simulation.step,
+                                    plan.simulation.duration));
   if (options.contains("stepping") && !options["stepping"].is_none()) {
     const auto stepping = py::str(options["stepping"]).cast<std::string>();
     if (stepping != "events" && stepping != "steps")

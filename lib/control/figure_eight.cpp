@@ -26,7 +26,8 @@ FigureEight::Wanted FigureEight::at(double t) const {
   const double ax = -rate * rate * wanted.x, az = -4 * rate * rate * wanted.z;
   wanted.heading = std::atan2(-wanted.vx, -wanted.vz);
   // d atan2(y, x) = (x dy - y dx) / (x^2 + y^2)
-  wanted.turning = (wanted.vz * ax - wanted.vx * az) / (wanted.vx * wanted.vx + wanted.vz * wanted.vz);
+  const double square = wanted.vx * wanted.vx + wanted.vz * wanted.vz;
+  wanted.turning = square > 0 ? (wanted.vz * ax - wanted.vx * az) / square : 0;  // it stands still
   return wanted;
 }
 

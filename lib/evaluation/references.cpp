@@ -3,6 +3,8 @@
 
 #include <array>
 
+#include "scenario/near_name.h"
+
 namespace cb {
 
 std::span<const ReferenceRow> references() {
@@ -11,6 +13,17 @@ std::span<const ReferenceRow> references() {
       mobile_robot_row(),     grasp_row(),
   };
   return rows;
+}
+
+void check_reference(const Scenario& scenario) {
+  if (scenario.reference.kind != ReferenceKind::analytic) return;
+  std::vector<std::string> names;
+  for (const ReferenceRow& row : references()) {
+    if (row.name == scenario.reference.name) return;
+    names.emplace_back(row.name);
+  }
+  throw InputError(scenario.reference.where + ": there is no reference \"" + scenario.reference.name + "\"; " +
+                   suggest(scenario.reference.name, names, "there are"));
 }
 
 }  // namespace cb

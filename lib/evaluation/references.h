@@ -21,6 +21,8 @@ struct ReferenceRow {
   std::unique_ptr<Measure> (*make)(const Scenario& scenario, const SimulationOptions& options, int k);
 };
 std::span<const ReferenceRow> references();
+/// Throws InputError where the scene names a reference that there is none of.
+void check_reference(const Scenario& scenario);
 
 ReferenceRow impacting_sphere_row();
 ReferenceRow sliding_box_row();

@@ -36,7 +36,7 @@ double advance_until(double horizon, const LookAt& look) {
     const double rest = horizon - t;
     const Look now = look(t, rest, i == 0);
     if (now.arrived) return t;
-    if (now.step >= rest) return horizon;
+    if (!(now.step < rest)) return horizon;  // of what is not finite nobody knows where it goes
     t += now.step;
   }
   return t;

@@ -17,7 +17,8 @@ char* cells(char* out, const Vec3& v) {
   return out;
 }
 
-void write_shapes(const std::filesystem::path& path, const Scenario& scenario) {
+// errno of the first failure, or 0.
+int write_shapes(const std::filesystem::path& path, const Scenario& scenario) {
   RowFile file(path, shapes_header);
   for (const Shape& shape : scenario.shapes) {
     const std::string body =
@@ -34,10 +35,12 @@ void write_shapes(const std::filesystem::path& path, const Scenario& scenario) {
     out[-1] = '\n';
     file.end_row(out);
   }
+  file.flush();
+  return file.error();
 }
 
 // A row for each corner of each face, counter-clockwise seen from outside, in the shape's frame; no file without hulls.
-void write_hulls(const std::filesystem::path& path, const Scenario& scenario) {
+int write_hulls(const std::filesystem::path& path, const Scenario& scenario) {
   std::optional<RowFile> file;
   for (const Shape& shape : scenario.shapes) {
     if (shape.kind != ShapeKind::hull) continue;
@@ -54,6 +57,9 @@ void write_hulls(const std::filesystem::path& path, const Scenario& scenario) {
         file->end_row(out);
       }
   }
+  if (!file) return 0;
+  file->flush();
+  return file->error();
 }
 
 double largest(const std::vector<double>& numbers, std::size_t count) {
@@ -85,8 +91,11 @@ ContactFile::ContactFile(const std::filesystem::path& directory, const Scenario&
   }
   for (const Shape& shape : scenario.shapes) names_.push_back(csv_cell(shape.name));
   contacts_.emplace(contacts, contacts_header);
-  write_shapes(shapes, scenario);
-  write_hulls(hulls, scenario);
+  for (const auto& [path, write] : {std::pair(shapes, &write_shapes), std::pair(hulls, &write_hulls)}) {
+    if (error_ != 0) break;
+    failed_path_ = path.string();
+    error_ = write(path, scenario);
+  }
 }
 
 void ContactFile::event(const EventRecord& event) {

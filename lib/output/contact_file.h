@@ -36,8 +36,9 @@ class ContactFile {
 
   bool ok() const { return error() == 0; }
   /// errno of the first failure, 0 where there is none.
-  int error() const { return contacts_ ? contacts_->error() : 0; }
-  const std::string& path() const { return contacts_->path(); }
+  int error() const { return error_ != 0 ? error_ : contacts_ ? contacts_->error() : 0; }
+  /// Of the file of that failure.
+  const std::string& failed_path() const { return error_ != 0 ? failed_path_ : contacts_->path(); }
 
   /// An event of the step after the last one that was given to step().
   void event(const EventRecord& event);
@@ -52,6 +53,8 @@ class ContactFile {
   std::vector<std::string> names_;  // per shape, as a cell
   std::vector<double> u_before_, u_;
   std::optional<RowFile> contacts_;
+  int error_ = 0;            // errno of shapes.csv or hulls.csv
+  std::string failed_path_;  // which of them
 };
 
 }  // namespace cb

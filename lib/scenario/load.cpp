@@ -43,6 +43,7 @@ void read_reference(Reading& in, const XmlElement& element) {
     in.scenario.reference.kind = ReferenceKind::analytic;
     check_attributes(in.source, element, {"kind", "name"}, {});
     in.scenario.reference.name = name->value;
+    in.scenario.reference.where = in.source.where(name->value_at);
     if (!is_name(name->value))
       in.source.fail(name->value_at,
                      fmt::format("\"{}\" is no name of a reference; see `contactbench list references`", name->value));

@@ -34,7 +34,7 @@ std::string ending(const std::string& path) {
 std::string read_all(const std::string& path) {
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (error || !std::filesystem::is_regular_file(path))
+  if (error || !std::filesystem::is_regular_file(path, error))
     throw NoMesh(fmt::format("{} cannot be read; name an OBJ or STL file", path));
   if (size > size_limit) throw NoMesh(fmt::format("{} is longer than 64 MB; simplify the mesh", path));
   std::string text(size, '\0');

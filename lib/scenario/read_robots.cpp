@@ -147,7 +147,8 @@ void read_urdf_robot(Reading& in, const XmlElement& element) {
   if (prefix != nullptr && !is_name(prefix->value))
     in.source.fail(prefix->value_at, "a prefix is a letter, then letters, digits and underscores");
   const std::filesystem::path beside = std::filesystem::path(in.source.file).parent_path() / file.value;
-  if (file.value.empty() || !std::filesystem::is_regular_file(beside))
+  std::error_code unreadable;
+  if (file.value.empty() || !std::filesystem::is_regular_file(beside, unreadable))
     in.source.fail(file.value_at,
                    fmt::format("there is no file {}; urdf names one, from the scene's folder on", beside.string()));
   const SourceText source = read_text(beside.string());

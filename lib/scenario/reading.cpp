@@ -96,6 +96,10 @@ void Reading::declare_shape(Shape shape, std::size_t at, int array) {
   if (!is_new)
     source.fail(at, fmt::format("a second body named {} (first at {}); rename one", shape.name,
                                 source.where(declared[first->second].at)));
+  const Vec3 where = shape.body < 0 ? shape.local.p : Vec3(scenario.initial.pose[shape.body].p + shape.local.p);
+  if (!where.allFinite())
+    source.fail(at, fmt::format("{} would be at a place that is not finite; move it, or its array or robot, closer",
+                                shape.name));
   declared.push_back({shape.name, at, array});
   scenario.shapes.push_back(std::move(shape));
 }

@@ -57,7 +57,8 @@ struct PairLaws {
 enum class ReferenceKind { analytic, certified, missing };
 struct Reference {
   ReferenceKind kind = ReferenceKind::missing;
-  std::string name;  ///< analytic: which closed form (lib/evaluation), e.g. "sliding_box"
+  std::string name;   ///< analytic: which closed form (lib/evaluation), e.g. "sliding_box"
+  std::string where;  ///< and where that stands: "file:line:column"
 };
 
 /// What a scenario says of a parameter, for people: `check` prints it.
@@ -93,6 +94,12 @@ struct Scenario {
   std::vector<std::pair<std::string, std::string>> parameters;
   std::vector<std::string> left_out;           ///< of robots' files: what a simulation does not use, for people
   std::vector<ParameterNote> parameter_notes;  ///< one for each of `parameters`
+
+  /// Do these two shapes meet: is their pair declared, and do they move apart from each other?
+  bool can_touch(int i, int j) const {
+    const int body = shapes[static_cast<std::size_t>(i)].body;
+    return pairs.find(i, j) != nullptr && (body < 0 || body != shapes[static_cast<std::size_t>(j)].body);
+  }
 };
 
 /// Bad input: what() is the one message with file, line, column and remedy.

@@ -199,7 +199,8 @@ class Reader {
   std::string mesh_path(const std::string& filename) const {
     const std::string path = filename.starts_with("file://") ? filename.substr(7) : filename;
     const std::string beside = (std::filesystem::path(source_.file).parent_path() / path).string();
-    return is_mesh_name(path) && std::filesystem::is_regular_file(beside) ? beside : std::string();
+    std::error_code unreadable;
+    return is_mesh_name(path) && std::filesystem::is_regular_file(beside, unreadable) ? beside : std::string();
   }
 
   std::size_t link_at(const std::string& name) const {

@@ -359,10 +359,8 @@ bool BaseStep::keeps_pairs() const {
 
 void BaseStep::find_pairs(double horizon, double margin) {
   moved_ = 0;
-  pairs_ = &broad_phase_.pairs(scenario_.shapes, motions_, margin, horizon, [&](int i, int j) {
-    const int body = scenario_.shapes[i].body;
-    return scenario_.pairs.find(i, j) != nullptr && (body < 0 || body != scenario_.shapes[j].body);
-  });
+  pairs_ = &broad_phase_.pairs(scenario_.shapes, motions_, margin, horizon,
+                               [&](int i, int j) { return scenario_.can_touch(i, j); });
 }
 
 // All closed features at the present configuration.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -8,8 +9,9 @@
 
 namespace cb {
 
-/// The first of equal steps h (s) that starts at or after time t, s.
-inline long step_at(double t, double h) { return std::lround(std::ceil(t / h - 1e-9)); }
+/// The first of equal steps h (s) that starts at or after time t, s; one that no run comes to where that is further
+/// off.
+inline long step_at(double t, double h) { return std::lround(std::min(std::ceil(t / h - 1e-9), 1e18)); }
 
 /// What a step may leave out because the motion is the same without it.
 struct StepPruning {

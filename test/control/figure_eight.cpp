@@ -108,3 +108,14 @@ TEST_CASE("the controller drives by the point between the wheels, where that is 
   CHECK(tau[7] == Approx(kv * (wanted.right + 0.6)).epsilon(1e-12));
   for (int i = 0; i < 6; ++i) CHECK(tau[i] == 0);
 }
+
+TEST_CASE("a path without length, or at no rate, is a place to stand still at") {
+  for (const double rate : {0.0, 1.0}) {
+    FigureEight path;
+    path.rate = rate;
+    if (rate != 0) path.x_amplitude = path.z_amplitude = 0;
+    const auto [left, right] = path.wheel_speeds(0.3, 1, 2, 0.1, 0, 0, 0);
+    CHECK(std::isfinite(left));
+    CHECK(std::isfinite(right));
+  }
+}

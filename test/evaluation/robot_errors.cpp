@@ -19,7 +19,7 @@ constexpr double wheel_radius = 0.1, axle_length = 0.4;
 // A base on two wheels that faces -z, the middle of the axle `ahead` of the base's centre of mass.
 Scenario two_wheels(double ahead) {
   Scenario scenario;
-  scenario.reference = {ReferenceKind::analytic, "mobile_robot"};
+  scenario.reference = {ReferenceKind::analytic, "mobile_robot", {}};
   Tree tree;
   tree.name = "robot";
   tree.nv = 8;
@@ -250,7 +250,7 @@ TEST_CASE("A wheel that spins on the spot slips along, one that is pushed sidewa
 TEST_CASE("Creep of a grasp is what the held body moves in both fingers' frames, whatever the hand does") {
   // Two fingers on a joint each and a free cube of 0.2 m.
   Scenario scenario;
-  scenario.reference = {ReferenceKind::analytic, "grasp"};
+  scenario.reference = {ReferenceKind::analytic, "grasp", {}};
   Tree tree;
   tree.nv = 2;
   for (int i = 0; i < 2; ++i) {

@@ -19,7 +19,7 @@ using Errors = std::map<std::string, double>;
 // A body on a half-space, as the scenes have it.
 Scenario on_plane(const std::string& reference, ShapeKind kind, double mu, double tilt = 0) {
   Scenario scenario;
-  scenario.reference = {ReferenceKind::analytic, reference};
+  scenario.reference = {ReferenceKind::analytic, reference, {}};
   scenario.model.bodies = {{"body", 1.0, Vec3::Constant(1.0 / 6)}};
   Shape plane;
   plane.kind = ShapeKind::half_space;

@@ -173,3 +173,45 @@ TEST_CASE("each broken scenario gives one message with file and line", "[program
   CHECK(files >= 20);
   CHECK(messages.size() >= 20);
 }
+
+TEST_CASE("flags of an engine, or of a method, are refused beside the other", "[program]") {
+  refused(run_with({"--setting", "tuned"}), {"--setting tuned", "--engine"});
+  refused(run_with({"--knob", "a=1"}), {"--knob a=1", "--engine"});
+  const std::vector<std::string> by_engine = {"run", "sticking_box.xml", "--engine", "ode"};
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{"--joint-forces", "implicit"}, {"--record-contacts"}, {"--seed", "3"}}) {
+    std::vector<std::string> words = by_engine;
+    words.insert(words.end(), more.begin(), more.end());
+    refused(words, {more[0]});
+  }
+}
+
+TEST_CASE("a scene's reference is one that there is, its files are files, its places finite", "[program]") {
+  const TemporaryDirectory directory;
+  const auto scene = [&](const std::string& reference, const std::string& array, const std::string& robot) {
+    std::ofstream(directory.path() / "s.xml") << R"(<?xml version="1.0"?>
+<scenario title="t">
+  <simulation step="1e-3" duration="0.01"/>
+  )" << reference << R"(
+  <gravity constant="0 -9.8 0"/>
+  <bodies>
+    <half_space name="ground" point="0 0 0" normal="0 1 0"/>
+    <array count="3" offset=")" << array << R"( 0 0">
+      <sphere name="ball" radius="1" mass="1" position="1e308 1 0"/>
+    </array>
+    )" << robot << R"(
+  </bodies>
+  <contacts>
+    <pair a="*" b="ground" mu="0.5"/>
+  </contacts>
+</scenario>
+)";
+    return (directory.path() / "s.xml").string();
+  };
+  const std::string none = "<reference kind=\"missing\"/>";
+  refused({"check", scene("<reference kind=\"analytic\" name=\"slidng_box\"/>", "1", "")},
+          {"s.xml:4:", "slidng_box", "did you mean \"sliding_box\""});
+  refused({"check", scene(none, "1e308", "")}, {"s.xml:9:", "ball_2", "not finite"});
+  const std::string robots = "<robot name=\"r\" urdf=\"" + std::string(300, 'x') + "\"/>";
+  refused({"check", scene(none, "1", robots)}, {"s.xml:11:", "there is no file"});
+}

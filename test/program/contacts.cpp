@@ -76,3 +76,14 @@ TEST_CASE("contacts are kept in the steps that are, and not where none is", "[pr
   CHECK(none.err.find("--record-every 0") != std::string::npos);
   CHECK_FALSE(fs::exists(directory.path() / "s"));
 }
+
+TEST_CASE("shapes that cannot be written are refused before anything is", "[program]") {
+  const TemporaryDirectory directory;
+  std::ofstream(directory.path() / "slide.xml") << sliding;
+  fs::create_directories(directory.path() / "r/shapes.csv/in_the_way");
+  const Result result =
+      run(directory.path(), {"run", "slide.xml", "--method", "ap", "--record-contacts", "--out", "r", "--quiet"});
+  CHECK(result.code == 2);
+  CHECK(result.err.find("shapes.csv") != std::string::npos);
+  CHECK_FALSE(fs::exists(directory.path() / "r/summary.json"));
+}

@@ -111,6 +111,38 @@ TEST_CASE("an engine that is not here is unavailable and names its package", "[p
   CHECK(row["reason"].get<std::string>().find("libode-dev") != std::string::npos);
 }
 
+TEST_CASE("an engine that does not describe itself as it should is unavailable", "[program][engines]") {
+  const TemporaryDirectory directory;
+  static std::string folder;
+  folder = directory.path().string();
+  const fs::path program = directory.path() / "contactbench-engine-odd";
+  for (const std::string said :
+       {R"({"variants":[],"knobs":[]})", R"({"variants":[{"name":5,"knobs":{}}],"knobs":[]})",
+        R"({"variants":{"a":1},"knobs":[]})", R"({"variants":[{"name":"a","knobs":{}}],"knobs":[],"version":3})"}) {
+    std::ofstream(program) << "#!/bin/sh\nprintf '%s' '" << said << "' >&" << 3 << '\n';
+    fs::permissions(program, fs::perms::owner_all);
+    const Result result =
+        run(directory.path(), {"run", scenes + "fall.xml", "--engine", "odd", "--out", "out", "--quiet"},
+            [] { setenv("CONTACTBENCH_ENGINES", folder.c_str(), 1); });
+    INFO(said << ": " << result.err);
+    CHECK(result.code == 3);
+    CHECK(summary(directory.path() / "out")["status"] == "unavailable");
+  }
+}
+
+TEST_CASE("an engine's run leaves no file of an earlier one, and refuses before it does", "[program][engines]") {
+  const TemporaryDirectory directory;
+  fs::create_directories(directory.path() / "out");
+  for (const char* earlier : {"trajectory.npz", "contacts.csv", "shapes.csv"})
+    std::ofstream(directory.path() / "out" / earlier) << "old";
+  CHECK(fall(directory.path(), "falls").result.code == 0);
+  for (const char* earlier : {"trajectory.npz", "contacts.csv", "shapes.csv"})
+    CHECK_FALSE(fs::exists(directory.path() / "out" / earlier));
+  const std::string before = read_file(directory.path() / "out/summary.json");
+  CHECK(fall(directory.path(), "falls", {"--save-problems", "/proc/nope"}).result.code == 2);
+  CHECK(read_file(directory.path() / "out/summary.json") == before);
+}
+
 TEST_CASE("flags of engines that cannot be meant are refused", "[program][engines]") {
   refused({"run", "stack", "--engine", "od"}, {"--engine od", "did you mean", "ode"});
   refused({"run", "stack", "--engine", "ode", "--k", "8"}, {"--k", "methods"});

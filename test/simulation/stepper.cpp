@@ -361,3 +361,20 @@ TEST_CASE("contacts keep their friction and restitution in whatever order they a
     }
   }
 }
+
+TEST_CASE("a force that never ends acts, however far off its end is written") {
+  CHECK(step_at(0.25, 0.1) == 3);
+  for (const double never : {1e16, 1e30, 1e300}) {
+    Scenario s = test::empty_scene(1e-3, 0.01);
+    s.gravity.constant.setZero();
+    test::add_sphere(s, 0.1, 1, {0, 1, 0});
+    test::collide_all(s, 0);
+    s.forces.push_back({.body = 0, .force = {1, 0, 0}, .from = 0, .to = never});
+    SimulationOptions options;
+    options.step = s.step;
+    options.duration = s.duration;
+    Simulation simulation(s, options, find_method("newton")->make({}), newton_law());
+    while (simulation.step_index() < simulation.steps_total()) REQUIRE(simulation.step().status == Status::ok);
+    CHECK(simulation.state().v[0] == Approx(0.01));
+  }
+}
