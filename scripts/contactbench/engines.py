@@ -198,8 +198,9 @@ def said(folder):
         scenes.setdefault(f"{row['scene'].replace('_', ' ')} {row['parameters']}".strip(), []).append(row)
     own = {"own": isolated.own_answers(folder), "beside": isolated.BESIDE}
     return own | {
-        "scenes": scenes, "findings": program.read_json(folder / "findings.json")
-        or [], "columns": columns(some), "profile": results.profile, "preflight": [
+        "scenes": scenes, "findings": [
+            f | {"verdict": findings.verdict(f)} for f in program.read_json(folder / "findings.json") or []
+        ], "columns": columns(some), "profile": results.profile, "preflight": [
             c | {"fails": failing(c)} for c in checks], "tuned": tuned(), "ahead": {
                 name: [r["who"] + f", {r['setting']}" for r in of if r["front"] and r["engine"]]
                 for name, of in scenes.items()}}

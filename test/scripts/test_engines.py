@@ -98,6 +98,23 @@ class Findings(unittest.TestCase):
         self.assertEqual({(r["number"], r["status"]) for r in row["runs"]}, {(None, "crash")})
         self.assertFalse(row["comes_out"])
 
+    def test_runs_that_crash_or_hang_confirm_nothing_but_what_says_that_they_do(self):
+        crash = mock.Mock(stdout="", stderr="", returncode=-11)
+        hang = program.Late("contactbench", 1)
+        for end, said in ((crash, "exit code -11"), (hang, "did not come back")):
+            for finding in findings.FINDINGS:
+                with mock.patch.object(program, "call", side_effect=[end] * len(finding.cases)):
+                    row = findings.outcome("", finding, {"engines": [{"name": finding.engine, "unavailable": None}]})
+                self.assertEqual({r["status"] for r in row["runs"]}, {said})
+                self.assertIs(row["comes_out"], False if finding.lost else None, finding.says)
+                self.assertIn("contradicted" if finding.lost else "not measured (a run has no number)", findings.said(row))
+        self.assertEqual([f.engine for f in findings.FINDINGS if f.lost], ["ode", "bullet"])
+        # A run to the end whose number is missing is none either.
+        ended = mock.Mock(stdout='{"finished": true, "status": "ok", "errors": {}}', stderr="")
+        with mock.patch.object(program, "call", return_value=ended):
+            row = findings.outcome("", self.of("that creep"), {"engines": [{"name": "mujoco", "unavailable": None}]})
+        self.assertIsNone(row["comes_out"])
+
 
 class Report(unittest.TestCase):
     def test_lines_that_fail_are_named_with_their_numbers(self):
