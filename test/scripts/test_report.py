@@ -112,7 +112,9 @@ class Precision(unittest.TestCase):
         self.assertEqual(ended, {"fast": [1.0], "slow": [4.0], "dead": [math.inf]})
         # Ten times the least error is no right answer.
         self.assertEqual(right, {"fast": [math.inf], "slow": [1.0], "dead": [math.inf]})
-
+        # A problem that one of them was not run on is none of the profile.
+        more = [FakeCell(1e-3, time, name=name, knobs="step=1e-3") for time, name in ((1.0, "fast"), (2.0, "slow"))]
+        self.assertEqual(precision.profiles(FakeResults([fast, slow, dead, *more]))[0], ended)
 
     def test_an_order_needs_three_halvings(self):
         two = FakeResults([FakeCell(float(h), step=h) for h in ("1e-2", "5e-3", "2.5e-3")])
