@@ -159,7 +159,7 @@ def series(path: Path, *columns: str, of=None, most: int | None = None) -> np.nd
 
 class Runs:
     """A folder with runs.csv and manifest.json, and the folder of its runs. `table` holds the words of runs.csv as they
-    are, `ensemble` the rows of ensemble.csv."""
+    are, `ensemble` the rows of ensemble.csv. Runs lie in RESULTS/runs/PROFILE, of one scene in RESULTS/runs."""
     def __init__(self, results, runs=None):
         self.folder, self.whole, self.aside, self.factor = Path(results), True, 0, None
         self.lacking = False  # whether a file was read that others made and this member did not
@@ -168,7 +168,8 @@ class Runs:
         self.ensemble = table_of(file).to_dict("records") if file.exists() else []
         self.manifest = read_json(self.folder / "manifest.json") or {}
         self.profile = self.manifest.get("profile") or "default"
-        self.runs = Path(runs) if runs else self.folder / "runs" / self.profile
+        places = [Path(runs)] if runs else [self.folder / "runs" / self.profile, self.folder / "runs"]
+        self.runs = next((place for place in places if place.is_dir()), places[0])
 
     def cells(self, scene: str | None = None, sweep: str | None = "paper", **wanted: str) -> list[Cell]:
         """Cells in the order of the table: those of a scene (of all), of one sweep file (of all: None), with given
