@@ -238,6 +238,15 @@ class Recommend(unittest.TestCase):
         sections = json.loads((out / "report.json").read_text())["sections"]
         self.assertNotIn("claim_table", sections)
         self.assertEqual(len(sections["differences"]["data"]["rows"]["my"]), len({r["run"] for r in sections["differences"]["data"]["rows"]["my"]}))
+        # A run that ended without a summary says no step, and is a row like others.
+        for run in (out / "runs").glob("my__mirtich__h0.004*__r*"):
+            (run / "summary.json").unlink()
+            record = json.loads((run / "run.json").read_text())
+            (run / "run.json").write_text(json.dumps(record | {"status": "crash", "finished": False}))
+        ended = subprocess.run([sys.executable, "-B", ROOT / "scripts/compare.py", scene, "--program", self.program, "--out", out],
+                               capture_output=True, text=True, env=self.environment)
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        self.assertIn(["Mirtich", "crash"], [line.split() for line in ended.stdout.splitlines()])
 
 
 class References(unittest.TestCase):
