@@ -31,6 +31,20 @@ def available(listed):
 # Preflight.
 
 
+def checked(path, engine, setting):
+    """What `check` says of an engine; where it says nothing, each variant has that for a fault."""
+    try:
+        ended = program.call(path, "check", "--engine", engine["name"], "--setting", setting, "--json", timeout=900)
+        fault = (ended.stderr.strip().splitlines() or [f"exit code {ended.returncode}, without a word"])[-1]
+        return json.loads(ended.stdout)
+    except program.Late:
+        fault = "did not come back"
+    except ValueError:
+        pass
+    return [{"engine": engine["name"], "variant": variant["name"], "setting": setting, "fault": fault, "lines": []}
+            for variant in engine["variants"]]
+
+
 def preflight(path, listed):
     """Rows of every variant and setting of every engine that is here: lines, or a fault."""
     rows = []
@@ -40,8 +54,7 @@ def preflight(path, listed):
                 "engine": engine["name"], "variant": "", "fault": f"unavailable: {engine['unavailable']}", "lines": []})
             continue
         for setting in SETTINGS:
-            ended = program.call(path, "check", "--engine", engine["name"], "--setting", setting, "--json", timeout=900)
-            some = json.loads(ended.stdout)
+            some = checked(path, engine, setting)
             about = {"version": engine["version"], "precision": engine["precision"]}
             rows += [row | about for row in some if setting == "default" or known(engine["name"], row["variant"])]
     return rows

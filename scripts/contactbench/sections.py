@@ -56,8 +56,7 @@ def scene_name(scene, parameters):
 def lasts(results, scene):
     """The simulated time of a scene in error against run time."""
     durations = {
-        float(c["duration"])
-        for c in results.cells(scene[0], precision.SWEEP, parameters=scene[1]) if c["duration"]}
+        float(c["duration"]) for c in results.cells(scene[0], precision.SWEEP, parameters=scene[1]) if c["duration"]}
     return " or ".join(f"{d:g} s" for d in sorted(durations))
 
 
