@@ -10,8 +10,9 @@ import math
 VERDICTS = {
     "right": "within the case's bound", "model": "what the method's model says, for a reason that is named",
     "typed": "the program says itself that it has no accurate answer",
-    "engine": "an engine is off, which is its own and no fault of the program", "wrong": "off without a known reason",
-    "silent": "ok beside a checked residual above 1e-6", "defect": "crash, no return, NaN"}
+    "engine": "an engine is off, crashes, hangs or ends in NaN, which is its own and no fault of the program",
+    "wrong": "off without a known reason", "silent": "ok beside a checked residual above 1e-6",
+    "defect": "crash, no return, NaN"}
 BAD = ("wrong", "silent", "defect")
 BY_STEPS = ("painleve", "scene_error")  # measures that say something of runs by steps only
 NO_STEP = 1e9  # steps of a run that has none: a g h t / 2 is rounding
