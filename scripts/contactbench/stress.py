@@ -156,7 +156,7 @@ def do_run(job, case, options):
             "memory": summary["peak_memory_mb"], "nan": run.has_nan(), "wanted": options.accuracy,
             "estimate": summary.get("accuracy", {}).get("estimated_error_m", 0.0)}
         if cell["status"] in ("ok", "inaccurate") and not cell["nan"]:
-            error, note = getattr(measures, case["measure"])(run, case, job["row"])
+            error, note = getattr(measures, case["measure"])(run, case)
             cell["place" if isinstance(error, list) else "error"] = error
             cell["note"] = note or (cell["note"] if cell["status"] != "ok" else "")
     return cell
@@ -268,7 +268,7 @@ def do_critical(case, column, options):
             summary = program.read_json(Path(folder) / "summary.json")
             if summary is None:
                 return "crash", None, False
-            moved, _ = measures.displacement(measures.Run(summary, Path(folder)), case, {})
+            moved, _ = measures.displacement(measures.Run(summary, Path(folder)), case)
             return summary["status"], summary["residuals"]["max"], moved < 1e-9
 
         found = limits.bisect(arch if case["scene"] == "arch" else scene, case["from"], case["to"], case["bound"] / 10)

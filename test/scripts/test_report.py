@@ -13,6 +13,7 @@ from pathlib import Path
 import pandas as pd
 import standin
 from contactbench import claims, precision, sections, solve_all
+from contactbench import found as found_out
 from contactbench.runs import Runs
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -69,6 +70,18 @@ class Exact(unittest.TestCase):
         push, friction, seconds = 1.0, 0.1 * 9.8, 4.0
         speed = (push - friction) * seconds
         self.assertAlmostEqual(claims.EXACT_X, speed * seconds / 2 + speed**2 / (2 * friction), 14)
+
+
+class Bounds(unittest.TestCase):
+    def test_what_drives_and_what_holds_is_judged_by_the_claim_and_by_what_was_found_alike(self):
+        path = {"cross_track_rms_m": 0.2, "no_slip_cross_track_rms_m": 0.1}
+        self.assertTrue(claims.drives(FakeCell(errors=path)))
+        self.assertFalse(claims.drives(FakeCell(errors=path | {"cross_track_rms_m": 0.21})))
+        self.assertFalse(claims.drives(FakeCell(errors=path, finished=False)))
+        self.assertTrue(claims.holds(FakeCell(errors={"creep_linf_m": 5e-3})))
+        for errors in ({"creep_linf_m": 6e-3}, {"creep_linf_m": 1e-3, "dropped_s": 0.5}):
+            self.assertFalse(claims.holds(FakeCell(errors=errors)))
+        self.assertEqual((found_out.drives, found_out.holds), (claims.drives, claims.holds))
 
 
 class Fits(unittest.TestCase):

@@ -132,7 +132,7 @@ class Engines(unittest.TestCase):
 
     def test_a_gain_of_energy_in_events_that_are_not_seen_is_no_zero(self):
         run = mock.Mock(summary={"energy": {"max_gain_relative": None}, "engine": {"name": "ode"}})
-        self.assertIsNone(measures.event_gain(run, {}, {})[0])
+        self.assertIsNone(measures.event_gain(run, {})[0])
 
 
 class Ensembles(unittest.TestCase):
@@ -175,7 +175,7 @@ class CardHouses(unittest.TestCase):
         critical_mu = (math.tan(lean) - 0.01) / 2
         run = mock.Mock(parameters={"lean": lean, "mu": critical_mu - mu_less})
         with mock.patch.object(measures, "displacement", return_value=(moved, "")):
-            return measures.card_house(run, {}, {})
+            return measures.card_house(run, {})
 
     def test_it_stands_from_the_critical_friction_on(self):
         self.assertEqual(self.house(0, 1e-9), (1e-9, "stands"))
