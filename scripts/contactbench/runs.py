@@ -174,15 +174,18 @@ class Runs:
     def cells(self, scene: str | None = None, sweep: str | None = "paper", **wanted: str) -> list[Cell]:
         """Cells in the order of the table: those of a scene (of all), of one sweep file (of all: None), with given
         columns."""
-        chosen = self.table
-        for column, value in wanted.items() if scene is None else {"scene": scene, **wanted}.items():
-            chosen = chosen[chosen[column] == value]
-        if sweep is not None:
-            chosen = chosen[[sweep in words.split() for words in chosen["sweeps"]]]
+        wanted = wanted if scene is None else {"scene": scene, **wanted}
         groups = {}
-        for row in chosen.to_dict("records"):
-            groups.setdefault(tuple(row[c] for c in CELL), []).append(row)
+        for row in self.records:
+            if all(row[column] == value for column, value in wanted.items()) and (sweep is None
+                                                                                  or sweep in row["sweeps"].split()):
+                groups.setdefault(tuple(row[c] for c in CELL), []).append(row)
         return [Cell(rows, self.runs, self.members_of.get(key, ())) for key, rows in groups.items()]
+
+    @functools.cached_property
+    def records(self):
+        """The rows of the table; a report asks for some of them a thousand times."""
+        return self.table.to_dict("records")
 
     @functools.cached_property
     def members_of(self):
@@ -196,7 +199,8 @@ class Runs:
         """The same results with another table, without ensemble. `aside`: the member whose other files are taken where
         there are some; `factor`: what the times of a row are multiplied by."""
         other = copy.copy(self)
-        other.__dict__.pop("members_of", None)
+        for of_table in ("records", "members_of"):
+            other.__dict__.pop(of_table, None)
         other.table, other.ensemble, other.whole, other.aside, other.factor = table, [], False, aside, factor
         return other
 
