@@ -13,7 +13,7 @@ import tempfile
 import tomllib
 from pathlib import Path
 
-from . import findings, isolated, precision, program
+from . import findings, isolated, precision, program, worth
 from .gather import number
 from .runs import Runs
 
@@ -193,12 +193,13 @@ def fronts(some):
     return {scene: precision.pareto(list(filter(answers, of))) for scene, of in out.items()}
 
 
-def said(folder):
-    """What the report says: None where there is no sweep of engines."""
-    folder = Path(folder) / "engines"
+def said(world):
+    """What the report says: None where there is no sweep of engines. `world`: of the report's results."""
+    folder = world.folder / "engines"
     if not (folder / "runs.csv").exists():
         return None
-    results = Runs(folder)
+    results = worth.beside(Runs(folder), world)
+    world.lacking = True  # no member makes any of it
     checks = program.read_json(folder / "preflight.json") or []
     notes = {(c["engine"], c["variant"], c.get("setting", "")): failing(c) for c in checks}
     some = rows(results)

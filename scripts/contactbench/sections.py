@@ -380,7 +380,7 @@ def stiff_cases(results):
 
 def engines(results):
     """Engines beside the methods: their preflights, error and time on each scene, where one is ahead of us."""
-    said, title = engines_beside.said(results.folder), "Engines"
+    said, title = engines_beside.said(results), "Engines"
     if said is None:
         return Section(title, {"scenes": None})
     fixed = ("who", "setting", "precision", "step", "knobs", "measure", "status", "error", "fails")
