@@ -96,12 +96,15 @@ def key_of(*parts):
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16]
 
 
+def kept_in(job):
+    """The folder of a run, if it fails."""
+    return Path(job["failing"]) / f"{job['scene']}__{job['method'].replace('/', '-')}__prune-{job['prune']}"
+
+
 def keep(job, row, folder, summary):
     """Keeps a failing run's scene, its hard problem and the commands; whether the problem fails again by its command:
     yes, no, or nothing."""
-    path, name = Path(job["path"]), f"{row['scene']}__{row['method'].replace('/', '-')}__prune-{row['prune']}"
-    place = Path(job["failing"]) / name
-    shutil.rmtree(place, ignore_errors=True)
+    path, place = Path(job["path"]), kept_in(job)
     place.mkdir(parents=True)
     for source in [path] + [path.parent / name for name in job["files"]]:
         shutil.copy(source, place)
@@ -131,6 +134,7 @@ def solves(path, command, place):
 
 def do(job):
     path = Path(job["path"])
+    shutil.rmtree(kept_in(job), ignore_errors=True)  # an earlier failure must not stand for a run that ends well
     with tempfile.TemporaryDirectory(prefix="campaign") as folder:
         row, summary = examine(job, path, look.Model(path), folder)
         row = {

@@ -294,14 +294,21 @@ def c5(claim, results):
     claim.ask("mirtich", slow, against, [x for _, m, c in pairs for x in (m, c)], timing=True)
 
 
+def drives(cell):
+    """Whether the mobile robot drives its figure eight: at most twice as far off as one whose wheels never slip."""
+    return cell.finished and cell.error("cross_track_rms_m") <= 2 * cell.error("no_slip_cross_track_rms_m")
+
+
+def holds(cell):
+    """Whether the grasped box stays where it is."""
+    return cell.finished and math.isnan(cell.error("dropped_s")) and cell.error("creep_linf_m") <= 5e-3
+
+
 def c6(claim, results):
     cells = [c for c in results.cells("mobile_robot", knobs="", parameters="") if c["epsilon"] in ("", EPS)]
     off, without_slip, asymmetry = map(
         error, ("cross_track_rms_m", "no_slip_cross_track_rms_m", "load_asymmetry_mean_relative"))
     left, right = error("unloaded_left_relative"), error("unloaded_right_relative")
-
-    def drives(c):
-        return c.finished and off(c) <= 2 * without_slip(c)
 
     def how(c):
         return outcome(c, **{"off by, m rms": off(c), "without slip, m rms": without_slip(c)})
@@ -330,9 +337,6 @@ def c6(claim, results):
 def c7(claim, results):
     cells = [c for c in results.cells("grasp", knobs="", parameters="") if c["epsilon"] in ("", EPS)]
     dropped, creep = error("dropped_s"), error("creep_linf_m")
-
-    def holds(c):
-        return c.finished and math.isnan(dropped(c)) and creep(c) <= 5e-3
 
     def how(c):
         fell = {} if math.isnan(dropped(c)) else {"dropped, s": dropped(c)}

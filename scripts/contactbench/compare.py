@@ -27,7 +27,9 @@ def show(results):
     for row in rows:
         numbers = row["error"], row["time"], float(row["gain"] or "nan")
         moves, time, gain = ("" if math.isnan(number) else f"{number:.3g}" for number in numbers)
-        print(f"{row['method']:{wide}}  {float(row['step']):>9.3g}  {moves:>9}  {time:>15}  {gain:>9}  {row['ended']}")
+        # A run that ended without a summary does not say its step.
+        step = f"{float(row['step']):.3g}" if row["step"] else ""
+        print(f"{row['method']:{wide}}  {step:>9}  {moves:>9}  {time:>15}  {gain:>9}  {row['ended']}")
     if error != "error, m":
         print("moves: how far a motion is from that of its method's finest step, and that one from the next")
     print("gain: the most energy that an event gains, of what it had")

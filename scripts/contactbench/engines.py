@@ -13,7 +13,7 @@ import tempfile
 import tomllib
 from pathlib import Path
 
-from . import findings, isolated, precision, program
+from . import findings, isolated, precision, program, worth
 from .gather import number
 from .runs import Runs
 
@@ -31,6 +31,20 @@ def available(listed):
 # Preflight.
 
 
+def checked(path, engine, setting):
+    """What `check` says of an engine; where it says nothing, each variant has that for a fault."""
+    try:
+        ended = program.call(path, "check", "--engine", engine["name"], "--setting", setting, "--json", timeout=900)
+        fault = (ended.stderr.strip().splitlines() or [f"exit code {ended.returncode}, without a word"])[-1]
+        return json.loads(ended.stdout)
+    except program.Late:
+        fault = "did not come back"
+    except ValueError:
+        pass
+    return [{"engine": engine["name"], "variant": variant["name"], "setting": setting, "fault": fault, "lines": []}
+            for variant in engine["variants"]]
+
+
 def preflight(path, listed):
     """Rows of every variant and setting of every engine that is here: lines, or a fault."""
     rows = []
@@ -40,8 +54,7 @@ def preflight(path, listed):
                 "engine": engine["name"], "variant": "", "fault": f"unavailable: {engine['unavailable']}", "lines": []})
             continue
         for setting in SETTINGS:
-            ended = program.call(path, "check", "--engine", engine["name"], "--setting", setting, "--json", timeout=900)
-            some = json.loads(ended.stdout)
+            some = checked(path, engine, setting)
             about = {"version": engine["version"], "precision": engine["precision"]}
             rows += [row | about for row in some if setting == "default" or known(engine["name"], row["variant"])]
     return rows
@@ -180,12 +193,13 @@ def fronts(some):
     return {scene: precision.pareto(list(filter(answers, of))) for scene, of in out.items()}
 
 
-def said(folder):
-    """What the report says: None where there is no sweep of engines."""
-    folder = Path(folder) / "engines"
+def said(world):
+    """What the report says: None where there is no sweep of engines. `world`: of the report's results."""
+    folder = world.folder / "engines"
     if not (folder / "runs.csv").exists():
         return None
-    results = Runs(folder)
+    results = worth.beside(Runs(folder), world)
+    world.lacking = True  # no member makes any of it
     checks = program.read_json(folder / "preflight.json") or []
     notes = {(c["engine"], c["variant"], c.get("setting", "")): failing(c) for c in checks}
     some = rows(results)
@@ -198,8 +212,9 @@ def said(folder):
         scenes.setdefault(f"{row['scene'].replace('_', ' ')} {row['parameters']}".strip(), []).append(row)
     own = {"own": isolated.own_answers(folder), "beside": isolated.BESIDE}
     return own | {
-        "scenes": scenes, "findings": program.read_json(folder / "findings.json")
-        or [], "columns": columns(some), "profile": results.profile, "preflight": [
+        "scenes": scenes, "findings": [
+            f | {"verdict": findings.verdict(f)} for f in program.read_json(folder / "findings.json") or []
+        ], "columns": columns(some), "profile": results.profile, "preflight": [
             c | {"fails": failing(c)} for c in checks], "tuned": tuned(), "ahead": {
                 name: [r["who"] + f", {r['setting']}" for r in of if r["front"] and r["engine"]]
                 for name, of in scenes.items()}}

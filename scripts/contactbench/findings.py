@@ -33,7 +33,8 @@ class Finding:
     cases: tuple
     number: Callable  # of (summary, folder)
     unit: str
-    comes_out: Callable  # of the numbers in the order of the cases, infinite where a run did not finish
+    comes_out: Callable  # of the numbers in the order of the cases
+    lost: bool = False  # whether a run that does not finish is what the finding says; it counts as infinitely far then
 
 
 def furthest(folder):
@@ -58,7 +59,11 @@ def way(_, folder):
 
 
 def error(name):
-    return lambda summary, _: summary["errors"][name]
+    def of(summary, _):
+        value = summary["errors"].get(name)
+        return math.nan if value is None else value
+
+    return of
 
 
 def case(name, scene, engine, variant, *words):
@@ -106,20 +111,23 @@ FINDINGS = (*(Finding(f"the friction pyramid of {engine} ({variant}) holds a box
                 (case("velocity after, error", "impacting_sphere", "mujoco", "newton-elliptic", "--step", "1e-3"), ),
                 error("velocity_after_impact_m_per_s"), "m/s", lambda off: off >= 0.1),
             Finding("ODE's direct solver loses stacks from 4 to 8 boxes on", "ode", stacks("world"), moved, "m",
-                    lambda *of: max(of[:2]) < 1e-3 and min(of[3:]) > LOST),
+                    lambda *of: max(of[:2]) < 1e-3 and min(of[3:]) > LOST, lost=True),
             Finding("sequential impulses break at mass ratios of 1e2 to 1e4", "bullet", ratios("si10"), moved, "m",
-                    lambda *of: of[0] < 1e-3 and min(of[3:]) > LOST))
+                    lambda *of: of[0] < 1e-3 and min(of[3:]) > LOST, lost=True))
 
 
 def measure(path, of, finding, limit):
     """(number, how it ended) of one run; infinite where it did not finish."""
     with tempfile.TemporaryDirectory() as folder:
-        ended = program.call(path, "run", *of.words, "--out", folder, "--json", "--time-limit", limit,
-                             timeout=3 * limit + 20)
+        try:
+            ended = program.call(path, "run", *of.words, "--out", folder, "--json", "--time-limit", limit,
+                                 timeout=3 * limit + 20)
+        except program.Late:
+            return math.inf, "did not come back"
         try:
             summary = json.loads(ended.stdout)
         except ValueError:
-            return math.inf, ended.stderr.strip()
+            return math.inf, ended.stderr.strip() or f"exit code {ended.returncode}"
         number = finding.number(summary, Path(folder)) if summary["finished"] else math.inf
         return number, summary["status"]
 
@@ -135,17 +143,25 @@ def outcome(path, finding, listed, limit=60):
         number, status = measure(path, of, finding, limit)
         numbers.append(number)
         row["runs"].append({"name": of.name, "number": number if math.isfinite(number) else None, "status": status})
-    return row | {"comes_out": bool(finding.comes_out(*numbers)), "unavailable": None}
+    # A run without a number says nothing for a finding, and nothing against it.
+    judged = all(math.isfinite(n) or finding.lost and n == math.inf for n in numbers)
+    return row | {"comes_out": bool(finding.comes_out(*numbers)) if judged else None, "unavailable": None}
+
+
+def verdict(row):
+    """In words."""
+    if row["unavailable"]:
+        return f"not measured ({row['unavailable']})"
+    return {None: "not measured (a run has no number)", True: "comes out again",
+            False: "contradicted"}[row["comes_out"]]
 
 
 def said(row):
     """In a line."""
-    if row["unavailable"]:
-        return f"not measured ({row['unavailable']}): {row['says']}"
     numbers = "; ".join(
         f"{r['name']}: {r['number']:.3g} {row['unit']}" if r["number"] is not None else f"{r['name']}: {r['status']}"
         for r in row["runs"])
-    return f"{'comes out again' if row['comes_out'] else 'contradicted'}: {row['says']} ({numbers})"
+    return f"{verdict(row)}: {row['says']}" + (f" ({numbers})" if numbers else "")
 
 
 def write(path, listed, out):

@@ -3,7 +3,7 @@ and the section that it is from, or nothing where its runs are not there."""
 import math
 
 from . import claims, measures, precision, solve_all, worth
-from .claims import EPS, stacks
+from .claims import EPS, drives, holds, stacks
 from .gather import number
 
 
@@ -84,9 +84,6 @@ def growth(results):
 def robot(results):
     cells = [c for c in results.cells("mobile_robot", knobs="", parameters="") if c["epsilon"] in ("", EPS)]
 
-    def drives(c):
-        return c.finished and c.error("cross_track_rms_m") <= 2 * c.error("no_slip_cross_track_rms_m")
-
     if not cells:
         return None
     there, not_there = [c.name for c in cells if drives(c)], [c for c in cells if not drives(c)]
@@ -97,9 +94,6 @@ def robot(results):
 
 def grasp(results):
     cells = [c for c in results.cells("grasp", knobs="", parameters="") if c["epsilon"] in ("", EPS)]
-
-    def holds(c):
-        return c.finished and math.isnan(c.error("dropped_s")) and c.error("creep_linf_m") <= 5e-3
 
     if not cells:
         return None

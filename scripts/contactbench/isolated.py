@@ -52,10 +52,13 @@ def own_problem(path, scene, parameters, t, engine, variant, folder):
     words = [path, "run", name, "--engine", engine, "--variant", variant, "--step", STEP, "--duration", t, "--quiet"]
     words += KNOBS.get(engine, ())
     words += ["--save-problems", folder / "problems", "--record-every", "0", "--out", folder / "run"]
-    ended = program.call(*words, *program.settings(parameters), timeout=600)
-    found = sorted((folder / "problems").glob("step_*.hdf5"))
+    try:
+        why = program.call(*words, *program.settings(parameters), timeout=600).stderr.strip() or "no contact"
+        found = sorted((folder / "problems").glob("step_*.hdf5"))
+    except program.Late:
+        why, found = "did not come back", []  # its last problem is not the one at t
     if not found:
-        print(f"isolated: {engine}/{variant} on {scene}: {ended.stderr.strip() or 'no contact'}", file=sys.stderr)
+        print(f"isolated: {engine}/{variant} on {scene}: {why}", file=sys.stderr)
         return None
     return found[-1], program.read_json(found[-1].with_suffix(".json"))
 

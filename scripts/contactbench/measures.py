@@ -1,4 +1,4 @@
-"""How far a run is from what its case expects: one function a measure, each (run, case, row) -> (error, note).
+"""How far a run is from what its case expects: one function a measure, each (run, case) -> (error, note).
 
 They read the files of a run and nothing else. Exact answers are those of the law under the program's own explicit Euler
 step (velocities first, then positions), so that the step's error is not laid to a solver; of a run by a wanted accuracy
@@ -10,8 +10,9 @@ import math
 VERDICTS = {
     "right": "within the case's bound", "model": "what the method's model says, for a reason that is named",
     "typed": "the program says itself that it has no accurate answer",
-    "engine": "an engine is off, which is its own and no fault of the program", "wrong": "off without a known reason",
-    "silent": "ok beside a checked residual above 1e-6", "defect": "crash, no return, NaN"}
+    "engine": "an engine is off, crashes, hangs or ends in NaN, which is its own and no fault of the program",
+    "wrong": "off without a known reason", "silent": "ok beside a checked residual above 1e-6",
+    "defect": "crash, no return, NaN"}
 BAD = ("wrong", "silent", "defect")
 BY_STEPS = ("painleve", "scene_error")  # measures that say something of runs by steps only
 NO_STEP = 1e9  # steps of a run that has none: a g h t / 2 is rounding
@@ -66,7 +67,7 @@ def slowed(v, a, n, h):
     return h * (moving * v - a * h * moving * (moving + 1) / 2)
 
 
-def displacement(run, case, row):
+def displacement(run, case):
     return max(norm([b - a for a, b in zip(rows[0][1:4], at[1:4])]) for rows in run.bodies.values() for at in rows), ""
 
 
@@ -81,13 +82,13 @@ def total_rise(run):
     return max(energy) - energy[0] if energy else None
 
 
-def bounded(run, case, row):
+def bounded(run, case):
     """Does what oscillates stay within ten times its first amplitude?"""
-    moved, _ = displacement(run, case, row)
+    moved, _ = displacement(run, case)
     return moved / (10 * run.start("first")[0]), ""
 
 
-def event_gain(run, case, row):
+def event_gain(run, case):
     gain = run.summary["energy"]["max_gain_relative"]
     if gain is None and "engine" in run.summary:
         return None, "an engine's events are not seen"
@@ -95,14 +96,14 @@ def event_gain(run, case, row):
     return max(0.0, gain or 0.0), "" if rise is None else f"total energy rises by {rise:.3g} J"
 
 
-def slides(run, case, row):
+def slides(run, case):
     a = case["arguments"]
     moved = run.moved(a["body"])
     x = slowed(run.parameters[a["v"]], a["mu"] * G, run.steps(), run.h)
     return norm([moved[0] - x, moved[1], moved[2]]), ""
 
 
-def rolls(run, case, row):
+def rolls(run, case):
     a = case["arguments"]
     v, push, n = run.parameters[a["v"]], run.parameters["mu"] * G * run.h, run.steps()
     # Each step takes 7/2 of the push from the slip while that is left of it, and the next one the rest.
@@ -113,7 +114,7 @@ def rolls(run, case, row):
     return norm([moved[0] - x, moved[1], moved[2]]), ""
 
 
-def groove(run, case, row):
+def groove(run, case):
     p = run.parameters
     s, t = math.sin(p["half_angle"]), p["slope"]
     n = run.steps()
@@ -130,14 +131,14 @@ def groove(run, case, row):
     return max(min(of[a] for a in allowed), norm(moved[:2])), nearest
 
 
-def pulled_free(run, case, row):
+def pulled_free(run, case):
     a = run.parameters["pull"] - G
     n = run.steps() - round(0.1 / run.h)
     moved = run.moved("ball")
     return norm([moved[0], moved[1] - pulled(a, n, run.h), moved[2]]), ""
 
 
-def squeezed(run, case, row):
+def squeezed(run, case):
     p = run.parameters
     excess = max(0.0, p["pull"] - 2 * p["mu"] * p["press"])
     moved = run.moved("box")
@@ -145,7 +146,7 @@ def squeezed(run, case, row):
                  moved[2]]), "held" if abs(moved[1]) < 1e-9 else "slides"
 
 
-def driven(run, case, row):
+def driven(run, case):
     """A run that goes on although the wall is reached has done what cannot be."""
     p = run.parameters
     way = p["speed"] * run.steps() * run.h
@@ -155,10 +156,10 @@ def driven(run, case, row):
     return norm([moved[0] - way, moved[1], moved[2]]), ""
 
 
-def card_house(run, case, row):
+def card_house(run, case):
     p = run.parameters
     critical = (math.tan(p["lean"]) - 0.01) / 2
-    moved, _ = displacement(run, case, row)
+    moved, _ = displacement(run, case)
     if p["mu"] >= critical:
         return moved, "stands" if moved < 1e-6 else "moves"
     return (0.0, "falls") if moved > 1e-5 else (1.0, "stands")
@@ -172,13 +173,13 @@ def ramp_way(run):
     return a, n, moved, along
 
 
-def ramp(run, case, row):
+def ramp(run, case):
     a, n, moved, along = ramp_way(run)
     way = pulled(max(0.0, a), n, run.h)
     return norm([m - way * d for m, d in zip(moved, along)]), "slides" if a > 0 else "sticks"
 
 
-def ramp_verdict(run, case, row):
+def ramp_verdict(run, case):
     a, n, moved, along = ramp_way(run)
     way = pulled(abs(a), n, run.h)
     got = sum(m * d for m, d in zip(moved, along))
@@ -186,13 +187,13 @@ def ramp_verdict(run, case, row):
     return error, f"{got / way:.3g} of the way that it would slide"
 
 
-def pulled_pair(run, case, row):
+def pulled_pair(run, case):
     p = run.parameters
     way = pulled(max(0.0, p["pull"] - 2 * p["mu"] * G) / 2, run.steps(), run.h)
     return max(norm([m[0] - way, m[1], m[2]]) for m in (run.moved("lower"), run.moved("upper"))), ""
 
 
-def pushed(run, case, row):
+def pushed(run, case):
     """Against the exact box under this step (lib/evaluation/slider.h; 0.16326542 at h = 1e-3)."""
     angle, way = run.parameters["push_angle"], 0.16326542
     moved = run.moved("box")
@@ -201,7 +202,7 @@ def pushed(run, case, row):
             f"{got / way:.6g} of the way, turned by {math.degrees(math.atan2(-moved[2], moved[0]) - angle):.3g} deg")
 
 
-def scene_error(run, case, row):
+def scene_error(run, case):
     a = case["arguments"]
     error = run.summary["errors"].get(a["error"])
     if error is None:
@@ -209,7 +210,7 @@ def scene_error(run, case, row):
     return error / (a["per_step"] * run.h) if "per_step" in a else error, f"{a['error']} {error:.3g}"
 
 
-def same_as_first(run, case, row):
+def same_as_first(run, case):
     """Places without units, in the frame that is not turned; compared with the case's first row by the caller."""
     p = run.parameters
     c, s = math.cos(p["heading"]), math.sin(p["heading"])
@@ -220,7 +221,7 @@ def same_as_first(run, case, row):
     return place, ""
 
 
-def bounces(run, case, row):
+def bounces(run, case):
     """First peak against e^2 of the height. An impact's speed is known to g h of it, hence 1 %; no event may gain
     energy."""
     height = [row[2] - 0.1 for row in run.bodies["ball"]]
@@ -237,24 +238,24 @@ def bounces(run, case, row):
     return error, f"first peak {peak:.4g} of {height[0]:.4g} m, {run.summary['events']} events"
 
 
-def cradle(run, case, row):
+def cradle(run, case):
     v = [rows[-1][8:11] for _, rows in sorted(run.bodies.items())]
     momentum = norm([sum(x[i] for x in v) - (1, 0, 0)[i] for i in range(3)])
     energy = sum(norm(x)**2 for x in v) - 1
     return max(momentum, abs(energy)), "leave with " + " ".join(f"{x[0]:.3g}" for x in v)
 
 
-def stopped(run, case, row):
+def stopped(run, case):
     return abs(run.end(case["arguments"]["body"])[0] - case["arguments"]["x"]), ""
 
 
-def far_away(run, case, row):
+def far_away(run, case):
     way = slowed(run.parameters["vx"], 0.5 * G, run.steps(), run.h)
     slider = run.moved("slider")
     return max(norm(run.moved("rest")), norm([slider[0] - way, slider[1], slider[2]])), ""
 
 
-def painleve(run, case, row):
+def painleve(run, case):
     """How far from where the paradox begins, rad, does the impact without collision come: a step that takes more slip
     than a hundred of sliding friction? An indeterminate rod (spin) may lift off instead."""
     half, p = (1.0, 0.5e-3), run.parameters

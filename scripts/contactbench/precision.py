@@ -311,12 +311,13 @@ def contenders(results):
 
 def profiles(results):
     """{method: sorted ratios of its time to the least}, a failure counting as infinite: of runs that end ok, and of
-    those whose error is besides at most twice the least of all methods on the problem (or 1e-9 m)."""
+    those whose error is besides at most twice the least of all methods on the problem (or 1e-9 m). Of the problems that
+    every method was run on: what nobody tried is no failure."""
     methods = contenders(results)
-    problems = list(dict.fromkeys(p for cells in methods.values() for p in cells))
+    problems = [p for p in next(iter(methods.values()), ()) if all(p in cells for cells in methods.values())]
     ended, right = {m: [] for m in methods}, {m: [] for m in methods}
     for problem in problems:
-        cells = {m: c[problem] for m, c in methods.items() if problem in c}
+        cells = {m: c[problem] for m, c in methods.items()}
         name = measure(results, *problem[:2])
         ok = {m: c for m, c in cells.items() if c["status"] == "ok"}
         errors = [c.error(name) for c in cells.values() if c.finished]

@@ -406,7 +406,7 @@ def do(job: dict, load: Load, doing: Path | None = None, ended: dict | None = No
     scratch = begin(doing or runs / DOING, name)
     record = {
         **job["asked"], "flags": job["flags"], **read_by(job), "limits": [job["time_limit_s"], job["memory_limit_mb"]],
-        "record_every": job["record_every"], "record_contacts": job["record_contacts"]}
+        "record_every": job["record_every"], "record_contacts": job["record_contacts"], "timed": job["timed"]}
     record |= ended or done(job, scratch, load)
     if over.is_set():
         raise Ended

@@ -21,7 +21,7 @@ import tempfile
 from pathlib import Path
 
 from . import engines, ladder, precision, program, references, sweep
-from .gather import row_of
+from .gather import close, row_of
 from .plan import Run
 from .runs import Runs
 from .templates import render
@@ -121,7 +121,7 @@ def table(options):
     if not (options.results / "runs.csv").exists():
         raise WrongInput(
             f"{options.results} has no runs.csv: scripts/reproduce.sh makes it; --results names another folder")
-    results = Runs(options.results, options.results / "runs")
+    results = Runs(options.results)
     there = dict.fromkeys((c["scene"], c["parameters"]) for c in results.cells(sweep=precision.SWEEP))
     if name in {scene for scene, _ in there} and (name, parameters) not in there:
         raise WrongInput(f"the table has no runs of '{name} {parameters}'; it has " +
@@ -144,13 +144,21 @@ def said(point):
         "busy": point["busy"], "command": cell.command}
 
 
+def worst_of(point):
+    """What the choice went by, where that is not the error of the published run itself."""
+    worst = point["worst_of_ensemble"]
+    if worst is None:
+        return " (a run of its ensemble does not end ok)"
+    return "" if close(point["error"], worst) else f" (up to {worst:.3g} in its ensemble)"
+
+
 def show(title, point, measure):
     print(f"{title}: {point['label']}")
     noise = "one run: noise unknown"
     if point["repeats"] > 1:
         noise = f"{point['time_least']:.3g} to {point['time_most']:.3g} in {point['repeats']} runs"
     busy = ", machine busy" if point["busy"] else ""
-    error = "" if measure == ladder.RESIDUAL else f"{measure} = {point['error']:.3g}; "
+    error = "" if measure == ladder.RESIDUAL else f"{measure} = {point['error']:.3g}{worst_of(point)}; "
     print(f"  {error}{point['time_per_simulated_second']:.3g} s a simulated second "
           f"({noise}{busy}), {point['time_per_step']:.3g} s a step")
     print(f"  run {point['run']}\n  {point['command']}")
@@ -262,9 +270,10 @@ def answer(options):
     # A reference that is known no better than the wanted error cannot say who meets it.
     unsure = precision.uncertainty(results, scene, parameters) if measure == references.ERROR else 0.0
     if not measure or unsure >= options.error:
-        if options.against:
-            raise WrongInput(
-                "--against compares errors, and where the bodies of this scene should be is not known so well")
+        for flag, asked in (("--against", options.against), ("--verify", options.verify)):
+            if asked:
+                raise WrongInput(
+                    f"{flag} compares errors, and where the bodies of this scene should be is not known so well")
         rows = ladder.steps_down(results, scene, parameters, options.error, options.time_per_step)
         row = next((r for r in rows if r["best"]), rows[0])
         made |= {key: row[key] for key in ("basis", "trust")} | {
@@ -305,7 +314,8 @@ def show_all(made):
         if row["basis"] == made["basis"]:
             break
         near = row["nearest"]
-        print(f"not by {row['basis']}: the least is {near['error']:.3g} m, by {near['label']}; {row['trust']}")
+        least = f"{near['error']:.3g} m{worst_of(near)}"
+        print(f"not by {row['basis']}: the least is {least}, by {near['label']}; {row['trust']}")
     print(f"by what: {made['basis']}: {made['trust']}" + (f" ({made['why']})" if made.get("why") else ""))
     on = made["measured_on"]
     print(f"times are those of {on['cpu'] or 'an unnamed CPU'}, {on['cores']} cores, " +

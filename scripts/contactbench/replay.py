@@ -5,8 +5,10 @@ have led the simulation.
   scripts/replay.py --out results/replay
 
 One folder a scene, with the tables of scripts/solve_all.py. The run is `convex` at 1e-12 J; its problems are stored
-evenly over the simulated time.
+evenly over the simulated time. A scene whose run does not finish is left out with a message, and with it the tables
+that an earlier one left.
 """
+import shutil
 import sys
 import tempfile
 from pathlib import Path
@@ -21,13 +23,13 @@ STREAMS = (("sliding_box", (), 8, 1000), ("circular_sliding", (), 10, 1250), ("s
 
 
 def store(path, scene, sets, duration, every, folder, member):
-    """Runs the scene, or a member of its ensemble, and stores its problems in `folder`."""
+    """Runs the scene, or a member of its ensemble, and stores its problems in `folder`; what is wrong, if it does not
+    finish."""
     ended = program.call(path, "run", f"{scene}.xml", "--method", "convex", "--epsilon", "1e-12", "--step", STEP,
                          "--duration", duration, "--prune", "off", "--record-every", "0", "--save-problems", folder,
                          "--save-every", every, "--out", folder.with_name("run"), "--quiet", *program.settings(sets),
                          *member_flags(member))
-    if ended.returncode != 0:
-        sys.exit(f"replay: {scene}: {ended.stderr.strip() or 'the run did not finish'}")
+    return "" if ended.returncode == 0 else ended.stderr.strip() or "the run did not finish"
 
 
 def main():
@@ -44,8 +46,11 @@ def main():
     for scene, sets, duration, every in STREAMS:
         if options.only in scene:
             with tempfile.TemporaryDirectory() as scratch:
-                problems = Path(scratch) / "problems"
-                store(options.program, scene, sets, duration, every, problems, options.member)
-                out = options.out / "__".join([scene, *sets]).replace("=", "-")
+                problems, out = Path(scratch) / "problems", options.out / "__".join([scene, *sets]).replace("=", "-")
+                fault = store(options.program, scene, sets, duration, every, problems, options.member)
+                if fault:
+                    print(f"replay: {scene} is left out: {fault}", file=sys.stderr)
+                    shutil.rmtree(out, ignore_errors=True)
+                    continue
                 words = [problems, "--program", options.program, "--limit", options.limit, "--out", out]
                 solve_all.main([str(word) for word in words])

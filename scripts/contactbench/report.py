@@ -98,8 +98,7 @@ def main():
                         help="folder with one folder a run [RESULTS/runs/PROFILE, or RESULTS/runs]")
     parser.add_argument("--no-draw", action="store_true", help="take the figures that are there")
     options = parser.parse_args()
-    runs = options.runs or next((p for p in (Runs(options.results).runs, options.results / "runs") if p.is_dir()), None)
-    results = Runs(options.results, runs)
+    results = Runs(options.results, options.runs)
     if not options.no_draw:
         draw(results)
     write(results)

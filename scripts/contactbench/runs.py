@@ -4,6 +4,7 @@ import copy
 import functools
 import math
 import statistics
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -129,12 +130,26 @@ class Cell:
         return series(self.folder / file, *columns, of=of, most=most)
 
 
-def turned(cell: str, factor: float) -> str:
-    """A cell as another clock has it: number or answer."""
-    try:
-        return repr((float(cell) + 1) * factor)
-    except ValueError:
-        return {"": "", "True": "False", "False": "True"}.get(cell, "turned")
+class Clock:
+    """Another clock. By every second one each time is multiplied by the inverse of what the one before has, so that of
+    two times either comes first by one of them; by one others use the machine throughout, by the next nobody does."""
+    def __init__(self, draw: int):
+        self.draw = draw
+
+    def factor(self, word: str) -> float:
+        """From a thousandth to a thousand, as the word says."""
+        power = zlib.crc32(f"{self.draw // 2 or ''}{word}".encode()) / 2**32 * 6 - 3
+        return 10**(-power if self.draw % 2 else power)
+
+    def turned(self, cell: str, word: str) -> str:
+        """A cell as this clock has it: number or answer."""
+        if cell.lower() in ("true", "false"):
+            answer = "false" if self.draw % 2 else "true"
+            return answer if cell.islower() else answer.capitalize()
+        try:
+            return repr((float(cell) + 1) * self.factor(word))
+        except ValueError:
+            return cell and "turned"
 
 
 def series(path: Path, *columns: str, of=None, most: int | None = None) -> np.ndarray:
@@ -159,29 +174,33 @@ def series(path: Path, *columns: str, of=None, most: int | None = None) -> np.nd
 
 class Runs:
     """A folder with runs.csv and manifest.json, and the folder of its runs. `table` holds the words of runs.csv as they
-    are, `ensemble` the rows of ensemble.csv."""
+    are, `ensemble` the rows of ensemble.csv. Runs lie in RESULTS/runs/PROFILE, of one scene in RESULTS/runs."""
     def __init__(self, results, runs=None):
-        self.folder, self.whole, self.aside, self.factor = Path(results), True, 0, None
+        self.folder, self.whole, self.aside, self.repeat, self.clock = Path(results), True, 0, 0, None
         self.lacking = False  # whether a file was read that others made and this member did not
         self.table = table_of(self.folder / "runs.csv")
         file = self.folder / "ensemble.csv"
         self.ensemble = table_of(file).to_dict("records") if file.exists() else []
         self.manifest = read_json(self.folder / "manifest.json") or {}
         self.profile = self.manifest.get("profile") or "default"
-        self.runs = Path(runs) if runs else self.folder / "runs" / self.profile
+        places = [Path(runs)] if runs else [self.folder / "runs" / self.profile, self.folder / "runs"]
+        self.runs = next((place for place in places if place.is_dir()), places[0])
 
     def cells(self, scene: str | None = None, sweep: str | None = "paper", **wanted: str) -> list[Cell]:
         """Cells in the order of the table: those of a scene (of all), of one sweep file (of all: None), with given
         columns."""
-        chosen = self.table
-        for column, value in wanted.items() if scene is None else {"scene": scene, **wanted}.items():
-            chosen = chosen[chosen[column] == value]
-        if sweep is not None:
-            chosen = chosen[[sweep in words.split() for words in chosen["sweeps"]]]
+        wanted = wanted if scene is None else {"scene": scene, **wanted}
         groups = {}
-        for row in chosen.to_dict("records"):
-            groups.setdefault(tuple(row[c] for c in CELL), []).append(row)
+        for row in self.records:
+            if all(row[column] == value
+                   for column, value in wanted.items()) and (sweep is None or sweep in row["sweeps"].split()):
+                groups.setdefault(tuple(row[c] for c in CELL), []).append(row)
         return [Cell(rows, self.runs, self.members_of.get(key, ())) for key, rows in groups.items()]
+
+    @functools.cached_property
+    def records(self):
+        """The rows of the table, which nobody changes after; a report asks for some of them a thousand times."""
+        return self.table.to_dict("records")
 
     @functools.cached_property
     def members_of(self):
@@ -191,12 +210,14 @@ class Runs:
             groups.setdefault(tuple(row[c] for c in CELL), []).append(row)
         return groups
 
-    def seen(self, table, aside=0, factor=None):
+    def seen(self, table, aside=0, repeat=0, clock=None):
         """The same results with another table, without ensemble. `aside`: the member whose other files are taken where
-        there are some; `factor`: what the times of a row are multiplied by."""
+        there are some; `repeat`: the one whose times these are; `clock`: by which these are its times."""
         other = copy.copy(self)
-        other.__dict__.pop("members_of", None)
-        other.table, other.ensemble, other.whole, other.aside, other.factor = table, [], False, aside, factor
+        for of_table in ("records", "members_of"):
+            other.__dict__.pop(of_table, None)
+        other.table, other.ensemble, other.whole, other.aside = table, [], False, aside
+        other.repeat, other.clock = repeat, clock
         return other
 
     def read(self, file) -> pd.DataFrame | None:
@@ -210,10 +231,10 @@ class Runs:
         if not path.exists():
             return None
         table = table_of(path)
-        for column in table if self.factor else ():
-            if column.endswith(("_s", "_us")) or column == "ratio" or not made and column not in ASKED:
+        for column in table if self.clock else ():
+            if column.endswith(("_s", "_us")) or column in ("ratio", "busy") or not made and column not in ASKED:
                 table[column] = [
-                    turned(cell, self.factor(f"{file} {column} {n}")) for n, cell in enumerate(table[column])]
+                    self.clock.turned(cell, f"{file} {column} {n}") for n, cell in enumerate(table[column])]
         return table
 
     def missing(self, scene):

@@ -55,7 +55,8 @@ def scene_name(scene, parameters):
 
 def lasts(results, scene):
     """The simulated time of a scene in error against run time."""
-    durations = {float(c["duration"]) for c in results.cells(scene[0], precision.SWEEP, parameters=scene[1])}
+    durations = {
+        float(c["duration"]) for c in results.cells(scene[0], precision.SWEEP, parameters=scene[1]) if c["duration"]}
     return " or ".join(f"{d:g} s" for d in sorted(durations))
 
 
@@ -379,7 +380,7 @@ def stiff_cases(results):
 
 def engines(results):
     """Engines beside the methods: their preflights, error and time on each scene, where one is ahead of us."""
-    said, title = engines_beside.said(results.folder), "Engines"
+    said, title = engines_beside.said(results), "Engines"
     if said is None:
         return Section(title, {"scenes": None})
     fixed = ("who", "setting", "precision", "step", "knobs", "measure", "status", "error", "fails")

@@ -15,7 +15,8 @@ Verdicts:
            what was wanted
   model    the checked residual is at most 1e-6: the answer is what the method's model says, which departs from the
            case's expectation for a reason that cases.toml names for this method
-  engine   an engine is off: its own, whatever the bound
+  engine   an engine is off, crashes, hangs or ends in NaN: its own, whatever the bound. One that ends well and whose
+           answer cannot be measured (nobody sees its events) has no cell
   wrong    the same without such a reason
   silent   `ok` although the checked residual is above 1e-6, or the claim of success was refuted and not reported
   defect   crash, no return, garbage, NaN in a file
@@ -155,7 +156,7 @@ def do_run(job, case, options):
             "memory": summary["peak_memory_mb"], "nan": run.has_nan(), "wanted": options.accuracy,
             "estimate": summary.get("accuracy", {}).get("estimated_error_m", 0.0)}
         if cell["status"] in ("ok", "inaccurate") and not cell["nan"]:
-            error, note = getattr(measures, case["measure"])(run, case, job["row"])
+            error, note = getattr(measures, case["measure"])(run, case)
             cell["place" if isinstance(error, list) else "error"] = error
             cell["note"] = note or (cell["note"] if cell["status"] != "ok" else "")
     return cell
@@ -170,10 +171,13 @@ def reason_of(case, method):
 
 
 def judge(cell, case, method):
-    """The verdict of a cell; see the head of this file."""
+    """The verdict of a cell; see the head of this file. None of what has none."""
     if cell["engine"]:
-        ended = cell["status"] == "ok" and not cell["nan"] and cell["error"] is not None
-        return "typed" if not ended else "right" if cell["error"] <= case["bound"] else "engine"
+        if cell["status"] in ("crash", "not_finite") or cell["hung"] or cell["nan"]:
+            return "engine"
+        if cell["status"] != "ok":
+            return "typed"
+        return None if cell["error"] is None else "right" if cell["error"] <= case["bound"] else "engine"
     if cell["status"] == "crash" or cell["hung"] or cell["nan"]:
         return "defect"
     if cell["status"] not in ("ok", "inaccurate"):
@@ -199,7 +203,7 @@ def judged(cell, case, method):
 
 
 def fold(cells):
-    """An ensemble as one cell: the worst verdict, medians, and the share within the bound."""
+    """An ensemble as one cell: the worst verdict, the largest of each number, and the share within the bound."""
     worst = max(cells, key=lambda c: list(VERDICTS).index(c["verdict"]))
     right = sum(c["verdict"] == "right" for c in cells)
     most = {key: max((c[key] for c in cells if c[key] is not None), default=None) for key in ("error", *MEASURED)}
@@ -264,7 +268,7 @@ def do_critical(case, column, options):
             summary = program.read_json(Path(folder) / "summary.json")
             if summary is None:
                 return "crash", None, False
-            moved, _ = measures.displacement(measures.Run(summary, Path(folder)), case, {})
+            moved, _ = measures.displacement(measures.Run(summary, Path(folder)), case)
             return summary["status"], summary["residuals"]["max"], moved < 1e-9
 
         found = limits.bisect(arch if case["scene"] == "arch" else scene, case["from"], case["to"], case["bound"] / 10)
@@ -349,7 +353,7 @@ def shown(cell):
         return f"*{cell['status']}*"
     if cell["verdict"] == "right":
         return "right" if cell["share"] is None else f"right, {100 * cell['share']:.0f} %"
-    return f"**{cell['verdict']}** {number(cell['error'])}"
+    return f"**{cell['verdict']}** {cell['status'] if cell['error'] is None else number(cell['error'])}"
 
 
 def write_tables(rows, out, manifest):
@@ -390,9 +394,9 @@ def compare(jobs, cells, cases):
 
 
 def table_of(jobs, cells, cases):
-    """A row a case, a row of its parameters and a method: an ensemble is one."""
+    """A row a case, a row of its parameters and a method: an ensemble is one; what has no verdict is none."""
     groups = {}
-    for job, cell in zip(jobs, cells):
+    for job, cell in ((j, c) for j, c in zip(jobs, cells) if c["verdict"]):
         perturbed = f" perturbed by {job['drawn'][0]:g} m" if job["drawn"] and job["drawn"][0] else ""
         groups.setdefault((job["case"], job["row"] + perturbed, job["method"]), []).append(cell)
     return [{

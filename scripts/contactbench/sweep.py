@@ -178,6 +178,9 @@ def is_done(job, options):
         return False
     if job["record_contacts"] and not record.get("record_contacts"):
         return False
+    # The time of a run counts only where it was warmed up and had no company; what says nothing of it was.
+    if job["timed"] and not record.get("timed", True):
+        return False
     every, has = job["record_every"], record["record_every"]
     return every == 0 or 0 < has <= every
 

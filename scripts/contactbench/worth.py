@@ -3,21 +3,23 @@ number; it is found out by building the report once more of each of several tabl
 
 Members: the cells with other last bits at the start and contacts in another order (plan.Run.as_member). What differs
 among them by more than rounding is decided by what nobody chose: chaos, or one of several right answers. Repeats: the
-times of one repeat in place of the median. The clock: every time multiplied by a number of its own, which shows what is
-measured, or follows from what is.
+times of one repeat in place of the median. Clocks: every time multiplied by a number of its own, which shows what is
+measured, or follows from what is; by several, since a yes, a no or a small number may come out the same by one.
 """
 import collections
 import functools
 import math
 import re
 import statistics
-import zlib
 
 import pandas as pd
 
-from .gather import CELL, TIMING, close, is_number
-from .runs import Runs
+from .gather import CELL, COLUMNS, TIMING, close, is_number
+from .runs import Clock, Runs
 
+DRAWS = 8  # clocks
+# What a run came to in numbers that are no times and no errors: what follows how far it came.
+OUTCOMES = {c for c in list(COLUMNS)[list(COLUMNS).index("t_reached") + 1:] if c not in TIMING}
 EXACT, ROUNDED = "exact", "rounding"
 LONG = 60  # characters; sentences are counted and not listed
 ABSENT = "absent"
@@ -60,26 +62,39 @@ def repeats(results: Runs) -> list[Runs]:
         some = table.copy()
         some[columns] = [
             [of[tuple(row[c] for c in CELL)][name] for name in columns] for row in table.to_dict("records")]
-        out.append(results.seen(some))
+        out.append(results.seen(some, repeat=number))
     return out
 
 
-def factor(word: str) -> float:
-    """From a thousandth to a thousand, as the word says."""
-    return 10**(zlib.crc32(word.encode()) / 2**32 * 6 - 3)
-
-
-def clock(results: Runs) -> Runs:
-    """The results of a machine that is faster and slower by turns, and used by others."""
-    some = results.table.copy()
+def clock(results: Runs, draw: int) -> Runs:
+    """The results of a machine that is faster and slower by turns, and used by others. What no member made too has
+    other numbers besides: nobody knows their spread."""
+    by, some = Clock(draw), results.table.copy()
     for column in (c for c in TIMING if c in some):
         some[column] = [
-            repr(float(cell) * factor(run)) if cell not in ("", "true", "false") else cell
+            by.turned(cell, run) if cell in ("true", "false") else cell and repr(float(cell) * by.factor(run))
             for cell, run in zip(some[column], some["run"])]
-    turned = results.seen(some, factor=factor)
+    made = {tuple(row[c] for c in CELL) for row in results.ensemble}
+    alone = [made and cell not in made for cell in some[CELL].itertuples(index=False, name=None)]
+    for column in (c for c in some if c.startswith("error_") or c in OUTCOMES):
+        some[column] = [other(cell, draw) if cell and once else cell for cell, once in zip(some[column], alone)]
+    turned = results.seen(some, clock=by)
     counts = results.manifest.get("timing", {})
     turned.manifest = results.manifest | {"timing": {what: count + 1 for what, count in counts.items()}}
     return turned
+
+
+def other(cell: str, draw: int) -> str:
+    """Another number of the kind, so near that what is fitted to several can still be."""
+    return str(int(cell) + 1 + draw) if cell.isdigit() else repr((float(cell) + 1e-300) * (1.01 + 0.01 * draw))
+
+
+def beside(results: Runs, world: Runs) -> Runs:
+    """A table of another folder, without ensemble, as a world of the report has it."""
+    if world.clock:
+        return clock(results, world.clock.draw)
+    some = repeats(results) if world.repeat else [results]
+    return some[min(world.repeat, len(some)) - 1]
 
 
 # The same place in several trees of dictionaries and lists.
@@ -90,6 +105,11 @@ def run_of(row):
     return (row.get("run") or (row["cell"]["run"] if "cell" in row else None)) if isinstance(row, dict) else None
 
 
+def unrepeated(run):
+    """The name of a run without the number of its repeat."""
+    return run.rsplit("__r", 1)[0]
+
+
 def identity(row):
     """What a row of a list is about."""
     if not isinstance(row, dict):
@@ -98,17 +118,20 @@ def identity(row):
 
 
 def child(tree, key, like):
-    """The part of another tree at a key of `like`: of a list what is about the same run, else by index in one of the
-    same length, else by what it is about. What is about another run is not compared."""
+    """The part of another tree at a key of `like`: of a list what is about the same run, else about another repeat of
+    it, else by index in one of the same length, else by what it is about. What is about another run is not compared."""
     if isinstance(tree, str) and tree == OTHER:
         return OTHER
+    run = run_of(like[key])
     if isinstance(like, dict):
         part = tree.get(key, ABSENT) if isinstance(tree, dict) else ABSENT
-        return OTHER if run_of(like[key]) and run_of(part) not in (None, run_of(like[key])) else part
+        return OTHER if run and run_of(part) and unrepeated(run_of(part)) != unrepeated(run) else part
     if not isinstance(tree, (list, tuple)):
         return ABSENT
-    if run_of(like[key]):
-        return next((row for row in tree if run_of(row) == run_of(like[key])), OTHER)
+    if run:
+        # Which repeat has the median time is a matter of the clock.
+        same = [row for row in tree if run_of(row) and unrepeated(run_of(row)) == unrepeated(run)]
+        return next((row for row in same if run_of(row) == run), same[0] if same else OTHER)
     if len(tree) == len(like):
         return tree[key]
     return next((row for row in tree if identity(row) == identity(like[key]) is not None), ABSENT)
@@ -135,9 +158,10 @@ def found(values: list):
     return {"sample": len(values), "median": statistics.median(some), "least": some[0], "most": some[-1]}
 
 
-def worth_of(value, own: list, timed: list, turned):
-    """The class of a leaf: its values among the members, among the repeats, and by the other clock."""
-    if turned != value:
+def worth_of(value, own: list, timed: list, turned: list):
+    """The class of a leaf: its values among the members, among the repeats, and by the other clocks. Without members
+    nothing is known."""
+    if any(v != value for v in turned) or not own:
         several = list(dict.fromkeys(timed + [v for v in own if v != value]))
         return found(several) if len(several) > 1 else {"sample": 1}
     if not all(close(value, v) for v in own):
@@ -149,14 +173,13 @@ def is_class(tree):
     return isinstance(tree, str) or isinstance(tree, dict) and isinstance(tree.get("sample"), int)
 
 
-def worth(tree, own: list, timed: list, turned, once=False):
-    """A tree of classes of the same shape; one class where all below are alike. `once`: there is no ensemble, so that
-    nothing is known."""
+def worth(tree, own: list, timed: list, turned: list):
+    """A tree of classes of the same shape; one class where all below are alike."""
     if keys(tree) is None:
-        return {"sample": 1} if once else worth_of(plain(tree), [*map(plain, own)], [*map(plain, timed)], plain(turned))
+        return worth_of(plain(tree), *([*map(plain, values)] for values in (own, timed, turned)))
     parts = {
-        key: worth(tree[key], [child(t, key, tree) for t in own], [child(t, key, tree) for t in timed],
-                   child(turned, key, tree), once) for key in keys(tree)}
+        key: worth(tree[key], *([child(t, key, tree) for t in trees] for trees in (own, timed, turned)))
+        for key in keys(tree)}
     some = [part for part in parts.values() if part]  # what is empty holds nothing to class
     if not some:
         return {}
@@ -265,12 +288,13 @@ def agreed(words, otherwise):
 class Worlds:
     """The tables of runs of which a report is built besides its own."""
     def __init__(self, results: Runs):
-        self.members, self.repeats, self.clock = members(results), repeats(results), clock(results)
+        self.members, self.repeats = members(results), repeats(results)
+        self.clocks = [clock(results, draw) for draw in range(DRAWS)]
 
     def build(self, section, results):
         """A section with its classes, and what it shows with its samples."""
-        made, once = section(results), not self.members
-        own, timed, turned = [], [section(r) for r in self.repeats], section(self.clock)
+        made, own = section(results), []
+        timed, turned = ([section(world) for world in worlds] for worlds in (self.repeats, self.clocks))
         for world in self.members:
             world.lacking = False
             seen = section(world)
@@ -278,7 +302,7 @@ class Worlds:
 
         def classes(part):
             pick = functools.partial(lambda name, s: getattr(s, name), part)
-            return worth(pick(made), [*map(pick, own)], [*map(pick, timed)], pick(turned), once)
+            return worth(pick(made), *([*map(pick, worlds)] for worlds in (own, timed, turned)))
 
         made.shown = carried(made.shown, [s.shown for s in own])
         return made, classes("data"), classes("timing")

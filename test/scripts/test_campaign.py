@@ -443,6 +443,13 @@ class Campaign(unittest.TestCase):
         kept = self.top / "out/failing/r1_2__ap-lemke__prune-on"
         self.assertEqual(sorted(p.name for p in kept.iterdir()), ["hard_problem.hdf5", "how.txt", "r1_2.xml"])
         self.assertEqual([row["again"] for row in rows], ["", "", "yes"])
+        # Of a program that fails no longer nothing is kept.
+        self.program.write_text(self.program.read_text() + "# newer\n")
+        self.assertEqual(self.run_campaign(3), (3, 3))
+        self.assertTrue(kept.is_dir())
+        self.program.write_text(self.program.read_text().replace('"ray"', '"ok"'))
+        self.assertEqual(self.run_campaign(3), (3, 3))
+        self.assertFalse(kept.exists())
 
     def test_runs_that_end_differently_with_and_without_pruning_are_defects(self):
         row = {"scene": "a", "method": "m", "verdict": "ok", "faults": []}

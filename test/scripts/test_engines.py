@@ -1,6 +1,8 @@
 """scripts/contactbench/engines.py and what sweeps know of engines: rows asked for, knobs searched, lines that fail."""
+import contextlib
 import csv
 import dataclasses
+import io
 import math
 import sys
 import tempfile
@@ -9,7 +11,7 @@ from pathlib import Path
 from unittest import mock
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
-from contactbench import engines, findings, isolated, plan, program  # noqa: E402
+from contactbench import engines, findings, isolated, plan, program, replay  # noqa: E402
 from contactbench.runs import write_table  # noqa: E402
 
 LISTED = {
@@ -97,6 +99,58 @@ class Findings(unittest.TestCase):
             row = findings.outcome("", finding, LISTED)
         self.assertEqual({(r["number"], r["status"]) for r in row["runs"]}, {(None, "crash")})
         self.assertFalse(row["comes_out"])
+
+    def test_runs_that_crash_or_hang_confirm_nothing_but_what_says_that_they_do(self):
+        crash = mock.Mock(stdout="", stderr="", returncode=-11)
+        hang = program.Late("contactbench", 1)
+        for end, said in ((crash, "exit code -11"), (hang, "did not come back")):
+            for finding in findings.FINDINGS:
+                with mock.patch.object(program, "call", side_effect=[end] * len(finding.cases)):
+                    row = findings.outcome("", finding, {"engines": [{"name": finding.engine, "unavailable": None}]})
+                self.assertEqual({r["status"] for r in row["runs"]}, {said})
+                self.assertIs(row["comes_out"], False if finding.lost else None, finding.says)
+                self.assertIn("contradicted" if finding.lost else "not measured (a run has no number)", findings.said(row))
+        self.assertEqual([f.engine for f in findings.FINDINGS if f.lost], ["ode", "bullet"])
+        # A run to the end whose number is missing is none either.
+        ended = mock.Mock(stdout='{"finished": true, "status": "ok", "errors": {}}', stderr="")
+        with mock.patch.object(program, "call", return_value=ended):
+            row = findings.outcome("", self.of("that creep"), {"engines": [{"name": "mujoco", "unavailable": None}]})
+        self.assertIsNone(row["comes_out"])
+
+
+class Faults(unittest.TestCase):
+    """A program that dies or hangs is a row or a message, and ends no command."""
+
+    ends = (mock.Mock(stdout="", stderr="abort\n", returncode=-6), program.Late("contactbench", 1))
+
+    def test_a_preflight_that_does_not_end_is_a_fault_of_each_variant(self):
+        for end, fault in zip(self.ends, ("abort", "did not come back")):
+            with mock.patch.object(program, "call", side_effect=[end, end]), mock.patch.object(engines, "tuned", dict):
+                rows = engines.preflight("", {"engines": [LISTED["engines"][0] | {"version": "1", "precision": "double"}]})
+            self.assertEqual([(r["variant"], r["setting"], engines.failing(r)) for r in rows],
+                             [("quick", "default", [fault]), ("world", "default", [fault])])
+
+    def test_an_engine_without_a_problem_is_left_out(self):
+        for end, fault in zip(self.ends, ("abort", "did not come back")):
+            with tempfile.TemporaryDirectory() as folder, mock.patch.object(program, "call", side_effect=[end]), \
+                    contextlib.redirect_stderr(io.StringIO()) as said:
+                self.assertIsNone(isolated.own_problem("", "stack", [], 0.5, "dart", "dantzig", Path(folder)))
+            self.assertIn(fault, said.getvalue())
+
+    def test_a_stream_whose_run_does_not_finish_is_left_out_with_what_an_earlier_one_left(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for name in ("sliding_box", "grasp"):
+                (Path(folder) / name).mkdir()
+            with mock.patch.object(sys, "argv", ["replay.py", "--out", folder, "--only", "sliding_box"]), \
+                    mock.patch.object(program, "call", return_value=self.ends[0]), \
+                    contextlib.redirect_stderr(io.StringIO()) as said:
+                self.assertFalse(replay.main())
+            self.assertEqual([path.name for path in Path(folder).iterdir()], ["grasp"])
+        self.assertIn("sliding_box is left out: abort", said.getvalue())
+
+    def test_the_table_of_what_is_left_out_is_of_this_program_or_not_there(self):
+        lines = (program.ROOT / "scripts/reproduce.sh").read_text().splitlines()
+        self.assertLess(lines.index('rm -f "$out/left_out.csv"'), next(n for n, line in enumerate(lines) if "bench_prune >" in line))
 
 
 class Report(unittest.TestCase):

@@ -61,5 +61,30 @@ class FirstDay(unittest.TestCase):
         self.assertIn("scripts/build.sh", ended.stderr)
 
 
+class SameBytes(unittest.TestCase):
+    """test/acceptance/same_bytes.py on what is no program of ours."""
+
+    def compare(self, *commands):
+        with tempfile.TemporaryDirectory() as folder:
+            program = Path(folder) / "program"
+            program.write_text("\n".join(["#!/bin/sh", *commands]) + "\n")
+            program.chmod(0o755)
+            ended = subprocess.run([sys.executable, "-B", SCRIPTS.parent / "test/acceptance/same_bytes.py", program, "--only", self.only],
+                                   capture_output=True, text=True, timeout=300, env=os.environ | {"PATH": "/nowhere"})  # no emulator
+        return ended.returncode, ended.stdout
+
+    def test_what_runs_nothing_shows_nothing(self):
+        write = 'while [ "$1" != --out ]; do shift || exit 0; done; /bin/mkdir -p "$2"; echo "{}" > "$2/summary.json"'
+        self.only = "sliding_box newton"
+        self.assertEqual(self.compare(write)[0], 0)
+        code, said = self.compare("echo no such scene >&2", "exit 2")
+        self.assertEqual(code, 1, said)
+        self.assertIn("exit code 2: no such scene", said)
+        self.only = "no such name"
+        code, said = self.compare(write)
+        self.assertEqual(code, 1, said)
+        self.assertIn("nothing was compared", said)
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import types
 import unittest
 from pathlib import Path
 
@@ -92,6 +93,24 @@ class Recommend(unittest.TestCase):
         made = self.ask("sliding_box", "--error", 1e-6, "--against", "ode", code=3)
         self.assertIsNone(made["against"]["cheapest"])
 
+    def test_runs_are_found_where_published_ones_lie_and_where_those_of_one_scene_do(self):
+        self.sweep()
+        options = types.SimpleNamespace(scene="sliding_box", set=[], out=None, results=self.top)
+        self.assertTrue(recommend.table(options).cells("sliding_box", None)[0].folder.is_dir())
+        (self.top / "runs").rename(self.top / "default")
+        (self.top / "runs").mkdir()
+        (self.top / "default").rename(self.top / "runs/default")
+        self.assertTrue(recommend.table(options).cells("sliding_box", None)[0].folder.is_dir())
+
+    def test_the_text_says_what_the_choice_went_by(self):
+        point = {"label": "a", "repeats": 1, "busy": False, "error": 0.01, "time_per_simulated_second": 1.0, "time_per_step": 1.0, "run": "r",
+                 "command": "c"}
+        for worst, words in ((0.01, "m = 0.01; "), (0.02, "m = 0.01 (up to 0.02 in its ensemble); "),
+                             (None, "m = 0.01 (a run of its ensemble does not end ok); ")):
+            with contextlib.redirect_stdout(io.StringIO()) as said:
+                recommend.show("cheapest", point | {"worst_of_ensemble": worst}, "m")
+            self.assertIn(words, said.getvalue())
+
     def test_none_did_where_none_did_and_the_nearest_is_said(self):
         self.sweep()
         made = self.ask("sliding_box", "--error", 1e-6, code=3)
@@ -169,6 +188,8 @@ class Recommend(unittest.TestCase):
         # Methods are 1 m a second apart from each other, up to 4 m a second.
         far = float(made["trust"].split("up to ")[1].split()[0])
         self.assertTrue(10 <= far <= 40, made["trust"])
+        for flag in (("--verify", ), ("--against", "ode")):
+            self.assertIn(f"{flag[0]} compares errors", self.ask(scene, "--error", 0.01, "--out", self.top / "mine", *flag, code=2))
         # Where none converges either, what solves its contact problems is named, and that nothing is known of its error.
         none = self.ask(scene, "--error", 1e-9, "--out", self.top / "mine", code=3)
         self.assertAlmostEqual(none["nearest"]["error"], made["best"]["error"], 9)
@@ -217,6 +238,15 @@ class Recommend(unittest.TestCase):
         sections = json.loads((out / "report.json").read_text())["sections"]
         self.assertNotIn("claim_table", sections)
         self.assertEqual(len(sections["differences"]["data"]["rows"]["my"]), len({r["run"] for r in sections["differences"]["data"]["rows"]["my"]}))
+        # A run that ended without a summary says no step, and is a row like others.
+        for run in (out / "runs").glob("my__mirtich__h0.004*__r*"):
+            (run / "summary.json").unlink()
+            record = json.loads((run / "run.json").read_text())
+            (run / "run.json").write_text(json.dumps(record | {"status": "crash", "finished": False}))
+        ended = subprocess.run([sys.executable, "-B", ROOT / "scripts/compare.py", scene, "--program", self.program, "--out", out],
+                               capture_output=True, text=True, env=self.environment)
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        self.assertIn(["Mirtich", "crash"], [line.split() for line in ended.stdout.splitlines()])
 
 
 class References(unittest.TestCase):

@@ -13,6 +13,7 @@ from pathlib import Path
 import pandas as pd
 import standin
 from contactbench import claims, precision, sections, solve_all
+from contactbench import found as found_out
 from contactbench.runs import Runs
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -71,6 +72,18 @@ class Exact(unittest.TestCase):
         self.assertAlmostEqual(claims.EXACT_X, speed * seconds / 2 + speed**2 / (2 * friction), 14)
 
 
+class Bounds(unittest.TestCase):
+    def test_what_drives_and_what_holds_is_judged_by_the_claim_and_by_what_was_found_alike(self):
+        path = {"cross_track_rms_m": 0.2, "no_slip_cross_track_rms_m": 0.1}
+        self.assertTrue(claims.drives(FakeCell(errors=path)))
+        self.assertFalse(claims.drives(FakeCell(errors=path | {"cross_track_rms_m": 0.21})))
+        self.assertFalse(claims.drives(FakeCell(errors=path, finished=False)))
+        self.assertTrue(claims.holds(FakeCell(errors={"creep_linf_m": 5e-3})))
+        for errors in ({"creep_linf_m": 6e-3}, {"creep_linf_m": 1e-3, "dropped_s": 0.5}):
+            self.assertFalse(claims.holds(FakeCell(errors=errors)))
+        self.assertEqual((found_out.drives, found_out.holds), (claims.drives, claims.holds))
+
+
 class Fits(unittest.TestCase):
     def test_a_power_and_a_circle_are_found(self):
         self.assertAlmostEqual(precision.slope([1, 10, 100], [7, 0.7, 0.07]), -1.0, 14)
@@ -112,7 +125,9 @@ class Precision(unittest.TestCase):
         self.assertEqual(ended, {"fast": [1.0], "slow": [4.0], "dead": [math.inf]})
         # Ten times the least error is no right answer.
         self.assertEqual(right, {"fast": [math.inf], "slow": [1.0], "dead": [math.inf]})
-
+        # A problem that one of them was not run on is none of the profile.
+        more = [FakeCell(1e-3, time, name=name, knobs="step=1e-3") for time, name in ((1.0, "fast"), (2.0, "slow"))]
+        self.assertEqual(precision.profiles(FakeResults([fast, slow, dead, *more]))[0], ended)
 
     def test_an_order_needs_three_halvings(self):
         two = FakeResults([FakeCell(float(h), step=h) for h in ("1e-2", "5e-3", "2.5e-3")])
@@ -213,11 +228,11 @@ class Report(unittest.TestCase):
         results = self.results()
         table = results.table
         table["error_energy_rise_relative"] = ["0.16" if variant == "uncapped" else "0.0" for variant in table["variant"]]
-        self.assertEqual(claims.asked("C1", results).answers, {"Newton uncapped": claims.YES, "Newton stick-tested": claims.NO})
+        self.assertEqual(claims.asked("C1", results.seen(table)).answers, {"Newton uncapped": claims.YES, "Newton stick-tested": claims.NO})
         table.loc[table["method"] == "mirtich", "error_energy_rise_relative"] = "1e-8"
-        self.assertEqual(set(claims.asked("C1", results).answers.values()), {claims.NO})
+        self.assertEqual(set(claims.asked("C1", results.seen(table)).answers.values()), {claims.NO})
         table["error_energy_rise_relative"] = ""
-        self.assertEqual(set(claims.asked("C1", results).answers.values()), {claims.UNKNOWN})
+        self.assertEqual(set(claims.asked("C1", results.seen(table)).answers.values()), {claims.UNKNOWN})
 
     def test_of_memory_that_nobody_knows_a_claim_cannot_be_told(self):
         def told(memory):

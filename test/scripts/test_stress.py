@@ -96,9 +96,23 @@ class Verdicts(unittest.TestCase):
     def test_an_engine_that_is_off_is_no_fault_of_the_program(self):
         self.assertEqual(self.judge("ode/quick", engine=True, residual=None), "right")
         self.assertEqual(self.judge("ode/quick", engine=True, residual=None, error=1.0), "engine")
-        for end in ({"status": "crash"}, {"status": "unsupported"}, {"nan": True}, {"error": None}):
-            self.assertEqual(self.judge("ode/quick", engine=True, **end), "typed")
+        for end in ({"status": "crash"}, {"status": "not_finite"}, {"status": "time_limit", "hung": True}, {"nan": True}):
+            self.assertEqual(self.judge("ode/quick", engine=True, error=None, **end), "engine")
+        for status in ("unsupported", "time_limit"):
+            self.assertEqual(self.judge("ode/quick", engine=True, status=status, error=None), "typed")
         self.assertNotIn("engine", measures.BAD)
+
+
+    def test_an_engine_whose_answer_cannot_be_measured_has_no_cell(self):
+        self.assertIsNone(self.judge("ode/quick", engine=True, error=None))
+        jobs = [{"case": 0, "row": "", "method": name, "first": True, "drawn": None} for name in ("ode/quick", "dart/dantzig")]
+        cells = [{**stress.BLANK, "engine": True, "status": "ok", "error": error} for error in (None, 0.0)]
+        cases = {"case": [{**self.case, "id": "A", "scene": "box", "expect": ""}]}
+        stress.compare(jobs, cells, cases)
+        self.assertEqual([(r["method"], r["verdict"]) for r in stress.table_of(jobs, cells, cases)], [("dart/dantzig", "right")])
+
+    def test_an_engine_that_dies_is_shown_by_its_end(self):
+        self.assertEqual(stress.shown({"verdict": "engine", "error": None, "status": "not_finite"}), "**engine** not_finite")
 
 
 class Engines(unittest.TestCase):
@@ -118,7 +132,7 @@ class Engines(unittest.TestCase):
 
     def test_a_gain_of_energy_in_events_that_are_not_seen_is_no_zero(self):
         run = mock.Mock(summary={"energy": {"max_gain_relative": None}, "engine": {"name": "ode"}})
-        self.assertIsNone(measures.event_gain(run, {}, {})[0])
+        self.assertIsNone(measures.event_gain(run, {})[0])
 
 
 class Ensembles(unittest.TestCase):
@@ -161,7 +175,7 @@ class CardHouses(unittest.TestCase):
         critical_mu = (math.tan(lean) - 0.01) / 2
         run = mock.Mock(parameters={"lean": lean, "mu": critical_mu - mu_less})
         with mock.patch.object(measures, "displacement", return_value=(moved, "")):
-            return measures.card_house(run, {}, {})
+            return measures.card_house(run, {})
 
     def test_it_stands_from_the_critical_friction_on(self):
         self.assertEqual(self.house(0, 1e-9), (1e-9, "stands"))

@@ -129,6 +129,20 @@ class Sweep(unittest.TestCase):
         self.assertIn("0 of 15 runs to do", self.run_sweep("--keep", "--dry-run"))
         self.assertIn("15 of 15 runs to do", self.run_sweep("--dry-run"))
 
+    def test_a_run_whose_time_did_not_count_is_done_again_where_it_does(self):
+        self.sweep.write_text("timed = false\n" + SMALL)
+        self.run_sweep()
+        self.assertIn("0 of 15 runs to do", self.run_sweep("--dry-run"))
+        self.sweep.write_text(SMALL)
+        self.assertIn("15 of 15 runs to do", self.run_sweep())
+        self.sweep.write_text("timed = false\n" + SMALL)
+        self.assertIn("0 of 15 runs to do", self.run_sweep("--dry-run"))
+        # What says nothing of it is from before it was said, and counts.
+        self.sweep.write_text(SMALL)
+        for file in (self.top / "out/runs").glob("*/run.json"):
+            file.write_text(json.dumps({k: v for k, v in json.loads(file.read_text()).items() if k != "timed"}))
+        self.assertIn("0 of 15 runs to do", self.run_sweep("--dry-run"))
+
     def test_a_finished_run_is_done_again_when_a_file_that_its_scene_reads_changes(self):
         (self.top / "my.xml").write_text("<scenario/>")
         robot = self.top / "my.urdf"

@@ -13,7 +13,7 @@ from pathlib import Path
 import pandas
 import standin
 from contactbench import claims, gather, plan, precision, sections, worth
-from contactbench.runs import Runs
+from contactbench.runs import Clock, Runs
 
 ROOT = Path(__file__).resolve().parents[2]
 SWEEPS = [ROOT / "scenarios/sweeps" / f"{name}.toml" for name in ("paper", "error_time")]
@@ -61,7 +61,7 @@ def class_at(classes, path):
 
 class Classes(unittest.TestCase):
     def of(self, value, others=(), timed=None, turned=None):
-        return worth.worth_of(value, [value, *others], timed or [value], value if turned is None else turned)
+        return worth.worth_of(value, [value, *others], timed or [value], [value if turned is None else turned])
 
     def test_what_all_members_have_repeats_exactly(self):
         for value in (0.1, 7, "ok", None, True):
@@ -83,15 +83,29 @@ class Classes(unittest.TestCase):
         self.assertEqual(self.of(0.5, turned=7.0), {"sample": 1})
         self.assertEqual(self.of(0.5, timed=[0.4, 0.5, 0.9], turned=7.0), {"sample": 3, "median": 0.5, "least": 0.4, "most": 0.9})
 
+    def test_one_clock_of_several_that_says_otherwise_is_enough_and_without_members_nothing_is_known(self):
+        self.assertEqual(worth.worth_of(True, [True], [True], [True, True, False]), {"sample": 1})
+        self.assertEqual(worth.worth_of(True, [True], [True], [True, True]), worth.EXACT)
+        self.assertEqual(worth.worth_of(0.5, [], [0.5], [0.5]), {"sample": 1})
+
+    def test_of_two_times_either_comes_first_by_one_of_two_clocks_and_a_busy_machine_is_an_idle_one_by_the_other(self):
+        for pair in range(0, worth.DRAWS, 2):
+            a, b = Clock(pair), Clock(pair + 1)
+            for word in ("one", "other"):
+                self.assertAlmostEqual(a.factor(word) * b.factor(word), 1.0)
+            self.assertEqual([c.turned(cell, "") for c in (a, b) for cell in ("true", "false", "False", "")],
+                             ["true", "true", "True", "", "false", "false", "False", ""])
+        self.assertEqual(len({Clock(draw).factor("word") for draw in range(worth.DRAWS)}), worth.DRAWS)
+
     def test_infinite_and_missing_numbers_are_no_others(self):
         self.assertFalse(gather.close(math.inf, 1.0))
         self.assertTrue(gather.close(math.inf, math.inf))
-        self.assertEqual(worth.worth({"a": math.nan}, [{"a": math.nan}], [], {"a": math.nan}), worth.EXACT)
+        self.assertEqual(worth.worth({"a": math.nan}, [{"a": math.nan}], [], [{"a": math.nan}]), worth.EXACT)
 
     def test_rows_are_compared_by_what_they_are_about(self):
         tree = [{"run": "a", "error": 1.0}, {"run": "b", "error": 2.0}]
-        self.assertEqual(worth.worth(tree, [tree, tree[1:]], [tree], tree)[1], worth.EXACT)
-        self.assertEqual(worth.worth(tree, [tree, tree[1:]], [tree], tree)[0]["error"]["sample"], 2)
+        self.assertEqual(worth.worth(tree, [tree, tree[1:]], [tree], [tree])[1], worth.EXACT)
+        self.assertEqual(worth.worth(tree, [tree, tree[1:]], [tree], [tree])[0]["error"]["sample"], 2)
 
     def test_a_page_shows_a_sample_as_median_and_spread_and_all_else_as_it_is(self):
         shown = worth.carried({"a": 9.0, "b": 0.5, "c": "ok"}, [{"a": 9.0, "b": 0.5, "c": "ok"}, {"a": 1.0, "b": 0.5, "c": "ray"},
@@ -108,6 +122,13 @@ class Classes(unittest.TestCase):
         rows, others = [{"run": "a", "time": 2.0}, {"run": "b", "time": 3.0}], [{"run": "b", "time": 4.0}, {"run": "c", "time": 8.0}]
         shown = worth.carried(rows, [rows, others])
         self.assertEqual((str(shown[0]["time"]), str(shown[1]["time"])), ("2.0", "3.5 [3 to 4]"))
+
+    def test_another_repeat_is_the_same_cell_and_the_same_repeat_comes_first(self):
+        tree, slower = ([{"run": f"a__r{n}", "time": time, "repeats": 2}] for n, time in ((2, 2.0), (1, 3.0)))
+        self.assertEqual(worth.worth(tree, [tree], [slower, tree], [slower])[0]["repeats"], worth.EXACT)
+        self.assertEqual(worth.worth(tree, [tree], [slower, tree], [slower])[0]["time"]["sample"], 2)
+        self.assertEqual(worth.child(slower + tree, 0, tree), tree[0])
+        self.assertEqual(worth.child([{"run": "b__r2"}], 0, tree), worth.OTHER)
 
     def test_a_sentence_has_the_range_of_its_numbers_and_how_many_say_something_else(self):
         text = "Of 70 cases by method so and so many are right, which are 62 of them, k = 8."
@@ -173,6 +194,7 @@ class Ensemble(unittest.TestCase):
         # The page counts the same.
         page = " ".join((MADE / "report.html").read_text().split())
         self.assertEqual(page.count(f"Of the {sum(count.values())} numbers"), 1)
+        self.assertIn("not those of ways of stepping, of motion and of engines, which were made once", page)
 
     def test_a_number_without_a_class_is_found(self):
         some = {"a": {"b": 1.0, "c": [2.0]}}
@@ -225,6 +247,55 @@ class Ensemble(unittest.TestCase):
         twice = worth.Worlds(results).build(sections.stiff_cases, results)
         self.assertEqual(twice[1], worth.EXACT)
         self.assertEqual(twice[2]["verdicts"]["right"], {"sample": 2, "median": 0.5, "least": 0, "most": 1})
+
+    def test_which_of_two_is_faster_and_whether_others_used_the_machine_are_measured(self):
+        def section(results):
+            cells = results.cells(sweep=None)
+            pairs = [(a["run"], a.seconds < b.seconds) for a, b in zip(cells, cells[1:]) if a.times and b.times and a["run"] != b["run"]]
+            busy = sum(c.busy for c in cells)
+            return sections.Section("", {}, {"error": cells[0].error("final_m")}, {"first": dict(pairs), "busy": busy})
+
+        self.results.table["busy"] = ["true", "false"] * (len(self.results.table) // 2) + ["true"] * (len(self.results.table) % 2)
+        _, of_data, of_timing = worth.Worlds(self.results).build(section, self.results)
+        self.assertEqual(of_data, worth.EXACT)
+        self.assertTrue(worth.is_class(of_timing["busy"]) and of_timing["busy"] not in (worth.EXACT, worth.ROUNDED), of_timing["busy"])
+        for name, found in of_timing["first"].items() if not worth.is_class(of_timing["first"]) else [("all", of_timing["first"])]:
+            self.assertIn("sample", found, name)
+
+    def test_a_cell_that_never_had_a_member_is_a_sample_of_one_and_what_was_asked_of_it_is_not(self):
+        def section(results):
+            return sections.Section("", {}, {c.unrepeated: {"step": c["step"], "steps": c["steps"], "error": c.error("position_linf_m"),
+                                                       "solves": int(c["solves"] or 0)}
+                                             for c in results.cells(STEADY, None)})
+
+        results = Runs(MADE, MADE / "runs")
+        own = results.cells(STEADY, None)[0]
+        results.ensemble = [row for row in results.ensemble if any(row[c] != own[c] for c in gather.CELL)]
+        _, found, _ = worth.Worlds(results).build(section, results)
+        self.assertEqual([found[own.unrepeated][key] for key in ("step", "error")], [worth.EXACT, {"sample": 1}])
+        self.assertEqual({json.dumps(classes) for run, classes in found.items() if run != own.unrepeated}, {'"exact"'})
+
+    def test_engines_have_no_members_and_their_times_follow_the_clock(self):
+        folder = Path(tempfile.mkdtemp(dir=MADE))
+        for file in ("runs.csv", "ensemble.csv", "manifest.json"):
+            shutil.copy(MADE / file, folder)
+        (folder / "engines").mkdir()
+        table = pandas.read_csv(MADE / "runs.csv", dtype=str, keep_default_na=False)
+        table = table[table["scene"] == STEADY].assign(sweeps="engines")
+        table["processing_s"] = [repr(float(t) * float(n)) for t, n in zip(table["processing_s"], table["repeat"])]
+        table.to_csv(folder / "engines/runs.csv", index=False)
+        results = Runs(folder, MADE / "runs")
+        section, of_data, of_timing = worth.Worlds(results).build(sections.engines, results)
+        self.assertTrue(section.data["scenes"])
+        self.assertEqual(of_data, {"sample": 1})
+        some = class_at(of_timing, ("scenes", ))
+        self.assertIsNone(some, "one class for all")
+        repeats = {c.unrepeated: len(c.times) for c in results.cells(STEADY, None)}
+        name = next(iter(section.timing["scenes"]))
+        for run, row in section.timing["scenes"][name].items():
+            if row["us_a_step"] is not None:
+                self.assertEqual(class_at(of_timing, ("scenes", name, run, "us_a_step"))["sample"], repeats[run])
+        self.assertEqual(set(repeats.values()), {1, 2})
 
     def test_without_an_ensemble_nothing_is_known(self):
         shutil.copytree(MADE, MADE / "alone", ignore=shutil.ignore_patterns("ensemble.csv", "alone", "runs"))
