@@ -108,7 +108,7 @@ class Problems(unittest.TestCase):
             (lambda: cb.judge(ball(), np.zeros(3), "newto"), ["law newto", "newton"]),
             (lambda: cb.run("no_such_scene", "ap"), ["no_such_scene"]),
             (lambda: cb.run("stack.xml", "ap", duration=-1), ["duration"]),
-            (lambda: cb.run("stack.xml", "ap", step=1e-300), ["step", "1e+12"]),
+            (lambda: cb.run("stack.xml", "ap", step=1e-300), ["step", "1e12"]),
             (lambda: cb.run("stack.xml", "ap", prune="of"), ["prune", "of"]),
             (lambda: cb.run("stack.xml", "ap", record_every=1.5), ["record_every", "whole"]),
             (lambda: cb.solve(ball(), "ap", time_limit=-5), ["time_limit", "positive"]),
