@@ -258,7 +258,7 @@ void Admm::end(NcpSolution& solution) {
     solution.residual = std::min(solution.residual, measure_.residual_beside_rounding(solution.r, solution.u));
   if (solution.residual <= o_.accepted) {
     solution.status = NcpStatus::solved;
-  } else if (!all_finite(x_)) {
+  } else if (!all_finite(x_) || solution.residual == HUGE_VAL) {
     solution.status = NcpStatus::not_finite;
     solution.reason = "impulses overflow";
   } else {

@@ -133,7 +133,7 @@ void Nsgs::end(bool at_rest, NcpSolution& solution) {
     solution.residual = std::min(solution.residual, measure_.residual_beside_rounding(solution.r, solution.u));
   if (solution.residual <= o_.accepted) {
     solution.status = NcpStatus::solved;
-  } else if (!all_finite(r_)) {
+  } else if (!all_finite(r_) || solution.residual == HUGE_VAL) {
     solution.status = NcpStatus::not_finite;
     solution.reason = "impulses overflow";
   } else if (o_.bisection && at_rest) {
