@@ -227,6 +227,9 @@ void take(const Ended& ended, const EnginePlan& plan, RunSummary& summary) try {
   if (answer.contains("errors"))
     for (const Json& error : answer["errors"])
       if (error.at(1).is_number()) summary.errors.emplace_back(error[0], error[1]);
+  const long steps = step_at(plan.request.duration, plan.request.step);
+  if (summary.status == Status::ok && tally.steps < steps)
+    failed(Status::crash, fmt::format("the engine says ok after {} of {} steps", tally.steps, steps));
   summary.finished = summary.status == Status::ok;
 } catch (const Json::exception& error) {
   summary.status = Status::crash;

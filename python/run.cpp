@@ -55,11 +55,11 @@ std::optional<double> positive(const py::dict& options, const char* name) {
 }
 
 /// A switch as Python or as the flags of the program have it.
-bool on_or_off(const char* name, const py::handle& value) {
-  if (py::isinstance<py::bool_>(value)) return value.cast<bool>();
-  const auto word = py::str(value).cast<std::string>();
+bool on_or_off(const char* name, const py::object& value) {
+  if (!py::isinstance<py::str>(value)) return py::bool_(value);
+  const auto word = value.cast<std::string>();
   if (word != "on" && word != "off")
-    throw ArgumentError(fmt::format("{}: is '{}'; it must be True or False", name, word));
+    throw ArgumentError(fmt::format("{}: is '{}'; it must be True or False, or on or off", name, word));
   return word == "on";
 }
 
@@ -89,7 +89,7 @@ Plan plan_of(const std::string& scene, const py::object& method, const py::dict&
   const double every = given(options, "record_every", 1, 1e15).value_or(1);
   if (every != std::floor(every)) throw ArgumentError(fmt::format("record_every: is {:g}; it must be whole", every));
   plan.record_every = std::lround(every);
-  if (options.contains("prune")) plan.prune = on_or_off("prune", options["prune"]);
+  if (options.contains("prune") && !options["prune"].is_none()) plan.prune = on_or_off("prune", options["prune"]);
   if (plan.simulation.duration / plan.simulation.step > 1e12)
     throw ArgumentError(fmt::format("step: is {:g} s; {:g} s would take more than 1e12 steps", plan.simulation.step,
                                     plan.simulation.duration));

@@ -35,8 +35,7 @@ struct ConeProgram {
   double impulse_size = std::numeric_limits<double>::infinity();
   /// sqrt(J): what approached before; beside more an approach is not small. Infinite: the velocities' scale, J v0 + w.
   double before = std::numeric_limits<double>::infinity();
-  double gap =
-      1e-12;  ///< J, that an answer may have. Looser: fewer iterations of the dense method, answers that are less exact
+  double gap = 1e-12;  ///< J, that an answer may have. Looser: fewer iterations of the dense method, rougher answers
 
   int nc() const { return J->bands(); }
   int nv() const { return M->order(); }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "cone/rows.h"
+
 using namespace cb;
 
 namespace {
@@ -339,4 +341,16 @@ TEST_CASE("an approach that is left is one of what approached, however large the
   velocities.evaluate(p, r, eta);
   REQUIRE(velocities.u[0] == -left);
   CHECK(certify(p, r, eta, velocities, q).infeasibility == Approx(left / std::sqrt(2)));
+}
+
+TEST_CASE("what pulls is in no cone, friction or not", "[cone]") {
+  for (const double mu : {0.0, 0.5}) {
+    const double pulls[] = {-1e-9, 0, 0}, carries[] = {1, 0, 0}, rests[] = {0, 0, 0};
+    CHECK_FALSE(in_cone(pulls, mu));
+    CHECK(in_cone(carries, mu));
+    CHECK(in_cone(rests, mu));
+  }
+  const double within[] = {1, 0.3, -0.39}, beyond[] = {1, 0.3, -0.41};
+  CHECK(in_cone(within, 0.5));
+  CHECK_FALSE(in_cone(beyond, 0.5));
 }

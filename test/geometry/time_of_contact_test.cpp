@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include "geometry/advancement.h"
 #include "geometry/placed_shapes.h"
 
 using namespace cb;
@@ -354,4 +355,14 @@ TEST_CASE("Every two kinds of shapes meet when distance over speed says, whichev
       CHECK(time_of_contact(high, falling, low, still, tol, 1) == Approx(0.1).margin(1e-9));
       CHECK(time_of_contact(low, still, high, falling, tol, 1) == Approx(0.1).margin(1e-9));
     }
+}
+
+TEST_CASE("a step that is no number ends the look ahead, in place of going round it") {
+  int looks = 0;
+  const auto lost = [&](double, double, bool) {
+    ++looks;
+    return Look{.arrived = false, .step = NAN};
+  };
+  CHECK(advance_until(2, lost) == 2);
+  CHECK(looks == 1);
 }

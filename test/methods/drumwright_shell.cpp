@@ -377,6 +377,35 @@ TEST_CASE("an epsilon of 1e-2 J lets a sliding box go on without friction", "[co
   CHECK(after(p, solve(p, tight))[0] == Approx(0.05 - 0.1 * 0.0098).epsilon(1e-10));
 }
 
+TEST_CASE("epsilon as a fraction of the energy is the same to the law and to the method, on a belt that moves, too",
+          "[convex]") {
+  ContactProblem p = stack(1, 0.1);
+  for (const double belt : {0.0, 0.3}) {
+    set_velocity(p, {0, -0.0098, 0, 0, 0, 0});
+    for (int c = 0; c < p.nc(); ++c) p.offset[3 * c + 1] = belt;
+    DrumwrightShell::Tolerances tolerances;
+    tolerances.epsilon_relative = 1e-6;
+    ConvexWitness terms;
+    terms.epsilon_relative = 1e-6;
+    ContactSolution whole;
+    convex_law().rest(p, terms, whole);
+    const double epsilon = whole.as<ConvexWitness>().epsilon;
+    CHECK(epsilon == solve(p, tolerances).as<ConvexWitness>().epsilon);
+    // 1/2 m v^2; of the belt 1/2 w^2 / w_i, w_i of a corner of the cube (1 + 6 / 3 (1/4 + 1/4 + 1/4)) / kg.
+    CHECK(epsilon == Approx(1e-6 * (0.5 * 0.0098 * 0.0098 + 0.5 * belt * belt / 4)));
+  }
+}
+
+TEST_CASE("of two endings the worse one stays, with its reason") {
+  ContactSolution s;
+  s.fail(Status::singular, "first");
+  s.fail(Status::inaccurate, "second");
+  CHECK(s.status == Status::singular);
+  CHECK(s.reason == "first");
+  s.fail(Status::not_finite, "third");
+  CHECK(s.reason == "third");
+}
+
 TEST_CASE("islands share epsilon: ten boxes that slide apart leave no more than one", "[convex]") {
   // As above, 4.9e-5 J each without friction: more than a tenth of epsilon, less than all of it.
   ContactProblem p;

@@ -130,6 +130,32 @@ TEST_CASE("an engine that does not describe itself as it should is unavailable",
   }
 }
 
+TEST_CASE("what an engine's program answers is believed where it is an answer, and counted", "[program][engines]") {
+  const TemporaryDirectory directory;
+  static std::string folder;
+  folder = directory.path().string();
+  const fs::path program = directory.path() / "contactbench-engine-odd";
+  for (const auto& [said, words] : {std::pair(R"({"status":5})", "docs/engines.md"),
+                                    {R"({"status":"ok"})", "0 of 500"},
+                                    {R"({"status":"ok","reason":null})", "docs/engines.md"},
+                                    {R"({"status":"ok","errors":[1]})", "docs/engines.md"}}) {
+    std::ofstream(program) << "#!/bin/sh\nif [ \"$1\" = --describe ]; then\n"
+                           << R"(printf '%s' '{"variants":[{"name":"a","knobs":{}}],"knobs":[]}' >&3)"
+                           << "\nelse\n"
+                           << "printf '%s' '" << said << "' >&3\nfi\n";
+    fs::permissions(program, fs::perms::owner_all);
+    const Result result =
+        run(directory.path(), {"run", scenes + "fall.xml", "--engine", "odd", "--out", "out", "--quiet"},
+            [] { setenv("CONTACTBENCH_ENGINES", folder.c_str(), 1); });
+    INFO(said << ": " << result.err);
+    CHECK(result.code == 3);
+    const Json row = summary(directory.path() / "out");
+    CHECK(row["status"] == "crash");
+    CHECK(row["finished"] == false);
+    CHECK(row["reason"].get<std::string>().find(words) != std::string::npos);
+  }
+}
+
 TEST_CASE("an engine's run leaves no file of an earlier one, and refuses before it does", "[program][engines]") {
   const TemporaryDirectory directory;
   fs::create_directories(directory.path() / "out");

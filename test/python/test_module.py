@@ -260,6 +260,15 @@ class Runs(unittest.TestCase):
         np.testing.assert_allclose(np.linalg.norm(r.orientation, axis=2), 1, rtol=1e-12)
         self.assertEqual(len(r.steps["status"]), 50)
 
+    def test_a_switch_is_one_of_python_or_of_the_program(self):
+        def pruned(value):
+            return cb.run("sticking_box.xml", "ap", duration=0.002, prune=value).summary["options"]["prune"]
+
+        for on in (True, 1, np.True_, "on", None):
+            self.assertEqual(pruned(on), "on")
+        for off in (False, 0, np.False_, "off"):
+            self.assertEqual(pruned(off), "off")
+
     def test_a_function_does_a_whole_run_with_the_rows_of_a_method(self):
         inside = cb.run("stack.xml", "coulomb", set={"boxes": 2}, duration=0.02)
         r = cb.run("stack.xml", gauss_seidel, law="coulomb", set={"boxes": 2}, duration=0.02)
