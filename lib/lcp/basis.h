@@ -57,6 +57,8 @@ class Basis {
   /// nowhere). For load q and covering vector (n, scaled). False where it is singular.
   virtual bool renew(const std::vector<int>& active, int out, const Eigen::VectorXd& q,
                      const Eigen::VectorXd& cover) = 0;
+  /// Exchanges up to and with the next one after which pivot() takes the basis up from the matrix by itself.
+  virtual int exchanges_left() const = 0;
   /// Recomputes what exchanges have worn. False where the basis cannot be factorised.
   virtual bool refresh() = 0;
 

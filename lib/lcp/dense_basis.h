@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/LU>
+#include <climits>
 #include <vector>
 
 #include "lcp/basis.h"
@@ -21,6 +22,7 @@ class DenseBasis : public Basis {
   const double* column(int variable) override { return column_of(variable); }
   bool pivot(int row, int entering) override;
   bool renew(const std::vector<int>& active, int out, const Eigen::VectorXd& q, const Eigen::VectorXd& cover) override;
+  int exchanges_left() const override { return INT_MAX; }
   bool refresh() override { return true; }  // the table itself is the inverse
 
   void solve_active(const std::vector<int>& active, double* x, double* scratch) override;

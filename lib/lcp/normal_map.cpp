@@ -66,9 +66,7 @@ void NormalMap::reach(Basis& basis, PivotCount& pivots) {
       before = waiting.size();
       for (const int i : waiting) {
         if (out_of_budget(basis, pivots)) return;
-        const int made = exchange_one(basis, i, smallest);
-        if (made > 0) blocks_ = 0;
-        pivots.done += made;
+        pivots.done += exchange_one(basis, i, smallest);
       }
       drop_done();
       if (smallest == smallest_pivots.front() && waiting.size() < before) continue;
@@ -100,7 +98,8 @@ int NormalMap::exchange_two(Basis& basis, int i, double smallest) {
     }
   if (partner < 0) return 0;
   // A fresh factorisation must not fall between the two: the basis is not complementary there.
-  if (blocks_++ % block_exchanges == 0 && !basis.refresh()) return 0;
+  const bool fresh = blocks_++ % block_exchanges != 0 && basis.exchanges_left() > 1;
+  if (!fresh && !basis.refresh()) return 0;
   const int first = basis.row_of(leaving(partner)), second = basis.row_of(leaving(i));
   if (!basis.pivot(first, entering(i))) return 0;
   if (std::abs(basis.column(entering(partner))[second]) > smallest && basis.pivot(second, entering(partner))) return 2;

@@ -25,6 +25,7 @@ class SparseBasis : public Basis {
   const double* column(int variable) override;
   bool pivot(int row, int entering) override;
   bool renew(const std::vector<int>& active, int out, const Eigen::VectorXd& q, const Eigen::VectorXd& cover) override;
+  int exchanges_left() const override { return refactor_every_ - updates_.exchanges(); }
   bool refresh() override { return factorise(); }
 
   void solve_active(const std::vector<int>& active, double* x, double* scratch) override;

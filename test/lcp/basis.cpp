@@ -6,6 +6,7 @@
 #include <random>
 
 #include "lcp/front.h"
+#include "lcp/normal_map.h"
 
 using namespace cb;
 
@@ -112,6 +113,42 @@ TEST_CASE("a basis whose exchanges lose digits is taken up from the matrix twice
   };
   CHECK(factorisations(0.1) == 2);  // every hundredth
   CHECK(factorisations(1e-8) == 3);
+}
+
+TEST_CASE("the basis is not taken up anew between the two exchanges of a block") {
+  // Two pairs that only both at once can be exchanged; 97 with small diagonals, which come in the second pass; two more
+  // with small couplings, whose first exchange is then the hundredth.
+  const int n = 101;
+  MatrixXd M = MatrixXd::Zero(n, n);
+  M(0, 1) = M(1, 0) = 1;
+  for (int i = 2; i < n - 2; ++i) M(i, i) = 1e-5;
+  M(n - 2, n - 1) = M(n - 1, n - 2) = 1e-5;
+  LcpProblem p;
+  p.expanded = true;
+  p.A = MatrixXd::Identity(1, 1).sparseView();
+  p.B.resize(1, n);
+  p.C.resize(n, 1);
+  p.D = M.sparseView();
+  p.a = VectorXd::Zero(1);
+  p.q = VectorXd::Ones(n);
+  PairScales scales;
+  scales.rho = scales.rows = scales.columns = VectorXd::Ones(n);
+  Kernels kernels;
+  Basis& basis = kernels.of(p);
+  basis.start(p, scales);
+  REQUIRE(basis.eliminate());
+  basis.restart();
+  basis.set_load(p.q);
+  NormalMap map;
+  map.scales = &scales;
+  map.want.assign(n, 1);
+  PivotCount pivots;
+  pivots.limit = 1000;
+  map.reach(basis, pivots);
+  CHECK(map.waiting.empty());
+  CHECK(pivots.done == n);
+  for (int i = 0; i < n; ++i) CHECK(basis.is_basic(n + i));
+  CHECK(VectorXd(Eigen::Map<const VectorXd>(basis.rhs(), n)).cwiseAbs().maxCoeff() == Approx(1e5));
 }
 
 TEST_CASE("solved at an active set the equations of the set hold, in both forms alike") {
