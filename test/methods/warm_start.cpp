@@ -84,6 +84,20 @@ TEST_CASE("a box that lies still starts warm with ap and stays", "[warm_start]")
   CHECK(*pair.accepted == 4);
 }
 
+TEST_CASE("boxes that friction holds by two corners of four, the others on ice, start warm with ap", "[warm_start]") {
+  for (const int boxes : {1, 4, 8}) {
+    Pair pair("ap");
+    for (int step = 0; step < 8; ++step) {
+      ContactProblem p = turn_tangents(pushed_stack(boxes, 0.5, 1e-4 + 1e-6 * step), 0.3);
+      for (int c = 0; c < p.nc(); c += 4) p.mu[c] = p.mu[c + 3] = 0;
+      for (int b = 0; b < boxes; ++b) p.v_minus[6 * b + 2] = 1e-5 * (b + 1), p.v_minus[6 * b + 4] = 1e-5;
+      pair.meets(p);
+    }
+    INFO(boxes << " boxes");
+    CHECK(*pair.accepted == 7);
+  }
+}
+
 TEST_CASE("a box on a ramp sticks with a warm start as without", "[warm_start]") {
   for (const char* name : {"ap", "convex", "soft"})
     for (const double turn : {0.0, 0.3}) {
