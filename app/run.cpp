@@ -44,7 +44,7 @@ struct RunFlags : MethodFlags {
   std::string scenario, method;
   Text restitution, friction, step, duration, record_every, save_problems, save_every, time_limit, memory_limit, out,
       prune, perturb, seed, shuffle, gyroscopic, joint_forces, stepping, accuracy, order, record_interval, engine,
-      setting, format;
+      setting, format, jobs;
   std::vector<std::string> set, knob;
   bool quiet = false, json = false, conditioning = false, record_contacts = false;
 };
@@ -201,6 +201,8 @@ RunPlan make_plan(const RunFlags& flags) {
   if (plan.record_contacts && plan.record_every == 0)
     throw UsageError("--record-contacts: --record-every 0 keeps no steps; leave one out");
   if (flags.prune) plan.prune = on_off_flag("prune", *flags.prune);
+  const int jobs =
+      flags.jobs ? static_cast<int>(whole_flag("jobs", *flags.jobs, 1, 1024, "a number of cores, at least 1")) : 1;
   if (flags.perturb)
     plan.summary.perturb =
         number_flag("perturb", *flags.perturb, 0, HUGE_VAL, "a length in m of at least 0, as in --perturb 1e-6");
@@ -245,6 +247,7 @@ RunPlan make_plan(const RunFlags& flags) {
   }
   if (plan.summary.perturb > 0) perturb(plan.scenario, plan.summary.perturb, plan.summary.seed);
   plan.options = method_options(flags, *plan.method, plan.scenario.k, plan.scenario.compression_bound);
+  plan.options.threads = jobs;
   // What a solver leaves open is multiplied by the extrapolation's weights: epsilon leaves 1 kg sqrt(2 epsilon) m/s,
   // a thousandth of A a second. Below the floor doubles have nothing to give.
   constexpr double share = 1e-6, floor = 1e-22;  // J/m^2, J
@@ -642,13 +645,13 @@ int execute(const RunPlan& plan) {
 /// The flags of a run of an engine. Throws UsageError for those that only methods have.
 EngineRunFlags engine_flags(const RunFlags& flags) {
   const std::vector<std::pair<const char*, bool>> of_methods = {
-      {"method", !flags.method.empty()},         {"solver", flags.solver.has_value()},
-      {"prune", flags.prune.has_value()},        {"shuffle-contacts", flags.shuffle.has_value()},
-      {"order", flags.order.has_value()},        {"gyroscopic", flags.gyroscopic.has_value()},
-      {"stepping", flags.stepping.has_value()},  {"accuracy", flags.accuracy.has_value()},
-      {"conditioning", flags.conditioning},      {"record-interval", flags.record_interval.has_value()},
-      {"format", flags.format.has_value()},      {"joint-forces", flags.joint_forces.has_value()},
-      {"record-contacts", flags.record_contacts}};
+      {"method", !flags.method.empty()},        {"solver", flags.solver.has_value()},
+      {"prune", flags.prune.has_value()},       {"shuffle-contacts", flags.shuffle.has_value()},
+      {"order", flags.order.has_value()},       {"gyroscopic", flags.gyroscopic.has_value()},
+      {"stepping", flags.stepping.has_value()}, {"accuracy", flags.accuracy.has_value()},
+      {"conditioning", flags.conditioning},     {"record-interval", flags.record_interval.has_value()},
+      {"format", flags.format.has_value()},     {"joint-forces", flags.joint_forces.has_value()},
+      {"jobs", flags.jobs.has_value()},         {"record-contacts", flags.record_contacts}};
   const auto refuse = [&](std::string_view flag) {
     throw UsageError(fmt::format("--{}: belongs to methods; leave it or --engine {} out", flag, *flags.engine));
   };
@@ -710,6 +713,7 @@ void add_run(CLI::App& program, Action& action) {
   add("--joint-forces", flags->joint_forces, "explicit|implicit",
       "springs, dampers and gains of robots: of the start of a step, or of its end to first order [scenario]");
   add("--prune", flags->prune, "on|off", "leave out what the scene does not need [on]");
+  add("--jobs", flags->jobs, "N", "solve the islands of an event on N cores at once: the same numbers [1]");
   add("--record-every", flags->record_every, "N",
       "keep each N-th step in trajectory.csv and steps.csv; 0: neither file [1]");
   add("--format", flags->format, "csv|npz",

@@ -94,7 +94,7 @@ class AnitescuPotra {
 
   bool warm_ = false;
   bool grouped_ = false;  // are the pairs of the present event grouped?
-  std::shared_ptr<long> warm_starts_;
+  std::shared_ptr<Counter> warm_starts_;
   RestingImpulse resting_{3};
   double size_ = 0;  // sqrt(J), of the event
   ActiveSetStart active_set_;

@@ -66,7 +66,7 @@ class Coulomb {
   bool pulls_by_rounding(int contact) const;
 
   bool warm_;
-  std::shared_ptr<long> warm_starts_;
+  std::shared_ptr<Counter> warm_starts_;
   std::shared_ptr<AnsweredBy> answered_by_;
   double tolerance_ = NcpOptions().tolerance;  // -: natural residual that solvers are asked for
   NcpSolver solver_;

@@ -16,8 +16,8 @@
 // Differences: 1. second-order cones, not squares; 2. an active-set finish, so that answers are good to rounding;
 // 3. answers are proposed (convex_proposers.cpp), those of one or two factorisations first, and count only if (2) says
 // so; 4. program (3) where the bound leaves (1) no interior (convex_lift.h); 5. where the bounds leave no room, a
-// program with bounds missed by half of what is accepted, which has an interior. The loop is in propose(); kappa and
-// its proof come from convex_bound.cpp.
+// program with bounds missed by half of what is accepted, which has an interior. Each island is solved by
+// ConvexSolver; kappa and its proof come from convex_bound.cpp.
 //
 // Without the bound N v + w_n >= 0 follows from optimality (u is in the dual cone), so it is left out and eta = 0.
 // With it, strict feasibility can fail. Let z be a velocity with N z = 1, T z = 0 on all contacts of the island and
@@ -42,107 +42,34 @@
 #include <cmath>
 #include <memory>
 
+#include "linalg/parallel.h"
 #include "methods/same_event.h"
 #include "methods/weigh.h"
 
 namespace cb {
 
-// The loop over the island's proposers, cheapest first. Each answer counts for what its certificate says: the best is
-// kept, and where it is good nobody else is asked, unless it is good only beside rounding of large impulses (excused).
-ConeStatus DrumwrightShell::propose(ConvexPrevious* previous) {
-  const ConvexEvent event{tolerances_, island_, bound_, program_, start_of(previous)};
-  if (previous != nullptr) previous->by_newton = false;
-  ConeStatus ending = ConeStatus::nonconverged;
-  for (const ConvexProposer& proposer : convex_proposers()) {
-    answer_.iterations = 0;
-    answer_.s = 0;
-    const bool proposes = proposer.propose(event, scratch_, answer_);
-    iterations_ += answer_.iterations;
-    if (!proposes) continue;
-    // Large multipliers excuse much; with the bounds relaxed they are small, as a rule.
-    if (offer(proposer) && !judge_.excused(island_, best_.certificate)) {
-      keep_start(proposer, previous);
-      return ConeStatus::solved;
-    }
-    if (answer_.status != ConeStatus::solved) ending = answer_.status;
-  }
-  return judge_.good(island_, best_.certificate, Allowed::backward) ? ConeStatus::solved : ending;
-}
-
-// Keeps answer_ where it is better than what there is. Is it as good as is asked?
-bool DrumwrightShell::offer(const ConvexProposer& proposer) {
-  unreduce(bound_, answer_.eta, multiplier_);
-  const double limit = judge_.limit_of(proposer.allowed);
-  const Certificate certificate = judge_(island_, program_, answer_.r, multiplier_);
-  const bool done = judge_.good(island_, certificate, proposer.allowed);
-  // A gap within the rounding of its own data is better than a smaller one beyond its own; but large multipliers would
-  // excuse anything.
-  const bool was_done = judge_.good(island_, best_.certificate, Allowed::backward);
-  const bool better = best_.certificate.infeasibility > limit ||
-                      (done && !was_done && !judge_.excused(island_, certificate)) ||
-                      std::abs(certificate.gap) < std::abs(best_.certificate.gap);
-  if (certificate.infeasibility > limit || !better || (was_done && !done)) return false;
-  best_.certificate = certificate;
-  best_.who = proposer.name;
-  best_.r = answer_.r;
-  best_.eta = multiplier_;
-  return done;
-}
-
-// From rest, if the island stays there; else the bound first, then the frictionless answer, if it is good enough, then
-// the proposers.
-ConeStatus DrumwrightShell::solve_island(double epsilon, ContactSolution& solution, ConvexPrevious* previous,
-                                         Endings& endings) {
-  begin_island(epsilon, solution);
-  bool proven = true;
-  ConeStatus ending = ConeStatus::solved;
-  if (previous == nullptr || !stays_at_rest(*previous)) {
-    proven = bound_finder_.find(island_, bound_, iterations_);
-    if (tolerances_.bounded) set_bound();
-    if (!slides_freely()) {
-      ending = propose(previous);
-      if (elastic_ && tolerances_.bounded) prefer_frictionless();
-    }
-    if (previous != nullptr) remember(island_, tolerances_, best_.r, bound_, *previous);
-  }
-  if (tolerances_.answered_by) tolerances_.answered_by->add(best_.who);
-  const Certificate& certificate = best_.certificate;
-  solution.iterations += iterations_;
-  solution.claimed_residual += std::abs(certificate.gap);
-  endings.excess += std::max(0.0, std::abs(certificate.gap) - certificate.gap_rounding);
-  if (!proven) {
-    endings.unproven = true;
-    return std::max(ending, ConeStatus::nonconverged);
-  }
-  // An answer at rounding whose certificate is not: friction coefficients or masses of many orders of magnitude.
-  if (ending != ConeStatus::solved && certificate.infeasibility <= tolerances_.backward &&
-      std::abs(certificate.gap) <= tolerances_.inaccurate * certificate.size * certificate.size) {
-    endings.inaccurate = true;
-    return ConeStatus::solved;
-  }
-  return ending;
-}
+DrumwrightShell::DrumwrightShell(const Tolerances& tolerances) : tolerances_(tolerances) {}
 
 // One phase (restitution has two): from `v0` to impulses with their certificate, island by island.
-void DrumwrightShell::solve(const ContactProblem& problem, const std::vector<double>& v0, double epsilon,
+void DrumwrightShell::solve(const ContactProblem& problem, const std::vector<double>& v0, ConvexPhase phase,
                             ContactSolution& solution) {
   find_islands(problem, islands_);
-  contacts_of_.assign(islands_.of_contact, islands_.count);
-  blocks_of_.assign(islands_.of_block, islands_.count);
-  if (tolerances_.warm_start) previous_.resize(islands_.count);
-  Endings endings;
-  for (int i = 0; i < islands_.count; ++i) {
-    extract(problem, v0, weight_, contacts_of_[i], blocks_of_[i], block_in_island_, island_);
-    const ConeStatus status =
-        solve_island(epsilon / islands_.count, solution, tolerances_.warm_start ? &previous_[i] : nullptr, endings);
-    endings.worst = std::max(endings.worst, status);
-    write(problem, solution);
-  }
-  say(endings, epsilon, solution);
+  const int count = islands_.count;
+  contacts_of_.assign(islands_.of_contact, count);
+  blocks_of_.assign(islands_.of_block, count);
+  if (tolerances_.warm_start) previous_.resize(count);
+  endings_.resize(count);
+  const int threads = std::clamp(tolerances_.threads, 1, count);
+  while (static_cast<int>(workers_.size()) < threads) workers_.emplace_back(tolerances_);
+  const double epsilon = solution.as<ConvexWitness>().epsilon;
+  for_each_item(count, threads, [&](int i, int worker) {
+    Worker& own = workers_[worker];
+    extract(problem, v0, weight_, contacts_of_[i], blocks_of_[i], own.block_in_island, own.island);
+    endings_[i] = own.solver(epsilon / count, phase, tolerances_.warm_start ? &previous_[i] : nullptr, own.island);
+    write(problem, own, solution);
+  });
+  say(epsilon, solution);
 }
-
-DrumwrightShell::DrumwrightShell(const Tolerances& tolerances)
-    : tolerances_(tolerances), bound_finder_(tolerances), scratch_(tolerances), judge_(tolerances) {}
 
 void DrumwrightShell::operator()(const ContactProblem& problem, ContactSolution& solution) {
   const int nc = problem.nc();
@@ -159,18 +86,16 @@ void DrumwrightShell::operator()(const ContactProblem& problem, ContactSolution&
   proof.epsilon =
       tolerances_.epsilon_relative ? *tolerances_.epsilon_relative * energy_before(problem) : tolerances_.epsilon;
   if (nc == 0) return;
-  elastic_ = is_elastic(problem);
-  second_phase_ = false;
-  solve(problem, problem.v_minus, proof.epsilon, solution);
+  const bool elastic = is_elastic(problem);
+  solve(problem, problem.v_minus, elastic ? ConvexPhase::compression : ConvexPhase::only, solution);
 
   // Poisson: what compression took in, restitution gives back by the fraction e.
-  if (!elastic_) return;
+  if (!elastic) return;
   bounded_.assign(islands_.count, tolerances_.bounded_restitution ? 1 : 0);
   solution.restitution_scale = restitution_.give_back(problem, factor_, islands_, bounded_, solution.impulse);
   if (!approaches_again()) return;
   first_impulse_ = solution.impulse;
-  second_phase_ = true;
-  solve(problem, restitution_.v(), proof.epsilon, solution);
+  solve(problem, restitution_.v(), ConvexPhase::second, solution);
   for (int i = 0; i < 3 * nc; ++i) solution.impulse[i] += first_impulse_[i];
 }
 
@@ -186,30 +111,47 @@ bool DrumwrightShell::approaches_again() {
   return false;
 }
 
-// The island's answer and proof, into the whole.
-void DrumwrightShell::write(const ContactProblem& problem, ContactSolution& solution) const {
+// The island's answer and proof, into the whole: where no other island's are.
+void DrumwrightShell::write(const ContactProblem& problem, const Worker& own, ContactSolution& solution) const {
+  const ConvexIsland& island = own.island;
+  const ConvexBound& bound = own.solver.bound();
   ConvexWitness& proof = solution.as<ConvexWitness>();
-  for (std::size_t k = 0; k < island_.contacts.size(); ++k) {
-    const int c = island_.contacts[k];
-    std::copy_n(best_.r.data() + 3 * k, 3, solution.impulse.data() + 3 * c);
-    proof.eta[c] = best_.eta[k];
-    if (tolerances_.bounded) proof.frictionless[c] = bound_.f[k];
+  for (std::size_t k = 0; k < island.contacts.size(); ++k) {
+    const int c = island.contacts[k];
+    std::copy_n(own.solver.r().data() + 3 * k, 3, solution.impulse.data() + 3 * c);
+    proof.eta[c] = own.solver.eta()[k];
+    if (tolerances_.bounded) proof.frictionless[c] = bound.f[k];
   }
-  for (std::size_t k = 0; k < island_.blocks.size() && tolerances_.bounded; ++k)
-    std::copy_n(bound_.z.data() + island_.M.first[k], island_.M.block_size(static_cast<int>(k)),
-                proof.kappa_dual.data() + problem.M.first[island_.blocks[k]]);
+  for (std::size_t k = 0; k < island.blocks.size() && tolerances_.bounded; ++k)
+    std::copy_n(bound.z.data() + island.M.first[k], island.M.block_size(static_cast<int>(k)),
+                proof.kappa_dual.data() + problem.M.first[island.blocks[k]]);
 }
 
-void DrumwrightShell::say(const Endings& endings, double epsilon, ContactSolution& solution) const {
-  switch (endings.worst) {
+// What the islands' endings come to: in their order, on however many threads they were solved.
+void DrumwrightShell::say(double epsilon, ContactSolution& solution) const {
+  ConeStatus worst = ConeStatus::solved;  // of the islands without a good answer
+  bool unproven = false, inaccurate = false;
+  double excess = 0;  // J
+  for (const ConvexEnding& of : endings_) {
+    worst = std::max(worst, of.status);
+    unproven = unproven || of.unproven;
+    inaccurate = inaccurate || of.inaccurate;
+    excess += of.excess;
+    solution.iterations += of.iterations;
+    solution.size += of.size;
+    solution.claimed_residual += of.gap;
+    if (of.warm_start && tolerances_.warm_starts) ++*tolerances_.warm_starts;
+    if (tolerances_.answered_by) tolerances_.answered_by->add(of.who);
+  }
+  switch (worst) {
     case ConeStatus::solved:
-      if (endings.inaccurate && endings.excess > epsilon)
+      if (inaccurate && excess > epsilon)
         solution.fail(Status::inaccurate, "the duality gap stayed above epsilon: rounding");
       break;
     case ConeStatus::nonconverged:
       solution.fail(Status::nonconverged,
-                    endings.unproven ? "no proof was found that kappa is the least sum of frictionless impulses"
-                                     : "no answer met reaches the duality gap that was asked for");
+                    unproven ? "no proof was found that kappa is the least sum of frictionless impulses"
+                             : "no answer met reaches the duality gap that was asked for");
       break;
     case ConeStatus::singular:
       solution.fail(Status::singular, "a Newton system could not be factored");
@@ -220,95 +162,6 @@ void DrumwrightShell::say(const Endings& endings, double epsilon, ContactSolutio
   }
 }
 
-void DrumwrightShell::begin_island(double epsilon, ContactSolution& solution) {
-  const int nc = island_.nc();
-  island_.epsilon = epsilon;
-  // What the first phase gave back is all that the event had: a gap here would be a gain of energy.
-  if (second_phase_) island_.epsilon = std::min(epsilon, tolerances_.gain * island_.size * island_.size);
-  program_ = island_.program(tolerances_.bounded);
-  program_.gap = island_.epsilon;
-  solution.size += 3 * nc + (tolerances_.bounded ? nc + 1 : 0);
-  iterations_ = 0;
-  best_.certificate = {};
-  best_.r.assign(3 * nc, 0.0);
-  best_.eta.assign(nc, 0.0);
-}
-
-void DrumwrightShell::set_bound() {
-  program_.bounded_below = true;
-  program_.kappa = program_.impulse_size = bound_.kappa;
-  // Limits of joints do not count in kappa, and their impulses may be far larger.
-  for (int c = 0; c < island_.nc(); ++c)
-    if (island_.share[c] == 0) program_.impulse_size += bound_.f[c];
-}
-
-void DrumwrightShell::clear_bound() {
-  program_.bounded_below = false;
-  program_.kappa = program_.impulse_size = std::numeric_limits<double>::infinity();
-}
-
-// The previous answer at rest, if it is good enough.
-bool DrumwrightShell::stays_at_rest(ConvexPrevious& previous) {
-  if (!recall(island_, tolerances_, previous, bound_, best_.r)) return false;
-  if (tolerances_.bounded) set_bound();
-  best_.eta.assign(island_.nc(), 0.0);
-  best_.certificate = judge_(island_, program_, best_.r, {});
-  best_.who = "rest, again";
-  if (judge_.good(island_, best_.certificate, Allowed::exact)) {
-    if (tolerances_.warm_starts) ++*tolerances_.warm_starts;
-    return true;
-  }
-  clear_bound();
-  return false;
-}
-
-// The frictionless answer, if it is good enough.
-bool DrumwrightShell::slides_freely() {
-  best_.r = bound_.impulse;
-  best_.eta.assign(island_.nc(), 0.0);
-  best_.certificate = judge_(island_, program_, best_.r, {});
-  best_.who = "frictionless";
-  // A light body may slip below heavy ones: beside their impulses that is no infeasibility, and a slip costs r.y
-  // nothing where there is no friction.
-  if (!tolerances_.bounded) best_.certificate.gap = judge_.gap_at_own_sum(island_, program_, best_.r);
-  return judge_.good(island_, best_.certificate, Allowed::exact);
-}
-
-// The frictionless impulses keep all bounds. Where multipliers are so large that they excuse an answer of more energy,
-// it is not the least one, and restitution would gain what it has more.
-void DrumwrightShell::prefer_frictionless() {
-  judge_(island_, program_, best_.r, best_.eta);
-  double more = 0;  // J
-  for (std::size_t i = 0; i < best_.r.size(); ++i)
-    more += 0.5 * (best_.r[i] - bound_.impulse[i]) * (judge_.u()[i] + bound_.u_f[i]);
-  if (!(more > 0)) return;
-  Certificate certificate = judge_(island_, program_, bound_.impulse, best_.eta);
-  if (!judge_.good(island_, certificate, Allowed::backward)) {
-    certificate = judge_(island_, program_, bound_.impulse, {});
-    if (!judge_.good(island_, certificate, Allowed::backward)) return;
-    best_.eta.assign(island_.nc(), 0.0);
-  }
-  best_.r = bound_.impulse;
-  best_.certificate = certificate;
-  best_.who = "frictionless";
-}
-
-// What the next event's Newton method may start from.
-void DrumwrightShell::keep_start(const ConvexProposer& proposer, ConvexPrevious* previous) {
-  if (proposer.is_start && tolerances_.warm_starts) ++*tolerances_.warm_starts;
-  if (previous == nullptr || !proposer.starts_next) return;
-  previous->by_newton = true;
-  previous->nv = island_.nv();
-  previous->answer = answer_;
-}
-
-// The previous event's answer, where Newton's method may start from it.
-const ConeSolution* DrumwrightShell::start_of(const ConvexPrevious* previous) const {
-  const bool same = previous != nullptr && previous->by_newton && previous->nv == island_.nv() &&
-                    previous->answer.r.size() == 3 * island_.contacts.size();
-  return same ? &previous->answer : nullptr;
-}
-
 namespace {
 
 ContactMethod make_drumwright_shell(const MethodOptions& options) {
@@ -317,6 +170,7 @@ ContactMethod make_drumwright_shell(const MethodOptions& options) {
   tolerances.epsilon_relative = options.epsilon_relative;
   tolerances.bounded = options.compression_bound;
   tolerances.warm_start = options.warm_start;
+  tolerances.threads = options.threads;
   tolerances.warm_starts = options.warm_starts;
   tolerances.answered_by = options.answered_by;
   auto method = std::make_shared<DrumwrightShell>(tolerances);

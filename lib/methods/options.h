@@ -1,27 +1,28 @@
 #pragma once
 
+#include <atomic>
 #include <cmath>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <variant>
-#include <vector>
 
 namespace cb {
 
-/// Whose answer was taken, where a method tries several ways: a count each, in the order of the tries.
+/// Counted by the threads of a run.
+using Counter = std::atomic<long>;
+
+/// Whose answer was taken, where a method tries several ways.
 struct AnsweredBy {
-  std::vector<std::pair<std::string_view, long>> counts;
+  std::map<std::string_view, long> counts;
+  std::mutex adding;
   void add(std::string_view who) {
-    for (auto& [name, count] : counts)
-      if (name == who) {
-        ++count;
-        return;
-      }
-    counts.emplace_back(who, 1);
+    const std::lock_guard lock(adding);
+    ++counts[who];
   }
 };
 
@@ -46,7 +47,8 @@ struct MethodOptions {
   bool warm_start = false;                  ///< ap, convex, coulomb, soft: try from the previous event's answer first
   std::string command;                      ///< external: what answers, as a shell takes it
   std::string law;                          ///< external: what its answers claim to solve
-  std::shared_ptr<long> warm_starts;        ///< receives how many such starts were accepted, where it is given
+  int threads = 1;                          ///< on which islands of one event are solved at once: the same answers
+  std::shared_ptr<Counter> warm_starts;     ///< receives how many such starts were accepted, where it is given
   std::shared_ptr<AnsweredBy> answered_by;  ///< receives whose answers were taken, where it is given
 };
 

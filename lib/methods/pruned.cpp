@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "linalg/finite.h"
+#include "linalg/parallel.h"
 
 namespace cb {
 
@@ -23,6 +24,24 @@ bool gave_up(const ContactSolution& solution) {
   return solution.status != Status::ok && solution.status != Status::inaccurate;
 }
 
+/// A part as a problem of its own, with its answer.
+struct Part {
+  ContactProblem problem;
+  ContactSolution answer;
+  enum class By { formula, method, nobody } by = By::nobody;
+};
+
+/// Scratch of a thread.
+struct Worker {
+  explicit Worker(ClosedForm form) : closed_form(std::move(form)) {}
+
+  ClosedForm closed_form;
+  std::vector<int> block_in_part;
+  BlockCholesky factor;
+  std::vector<Eigen::Matrix3d> W;
+  std::vector<double> u;  // 3, of a contact alone
+};
+
 class Pruned {
  public:
   Pruned(const MethodRow& row, const MethodOptions& options, std::shared_ptr<LeftOut> left_out,
@@ -38,6 +57,7 @@ class Pruned {
     may_.idle_friction = may_.idle_friction && prune.idle_friction;
     may_.islands_apart = may_.islands_apart && prune.islands;
     if (!prune.closed_forms) may_.closed_form = {};
+    workers_.emplace_back(may_.closed_form);
   }
   void operator()(const ContactProblem& problem, ContactSolution& solution);
 
@@ -48,13 +68,14 @@ class Pruned {
   bool solve_parts(const ContactProblem& problem, bool together, ContactSolution& solution);
   void group(const ContactProblem& problem, bool together);
   void begin(const ContactProblem& problem, ContactSolution& solution) const;
-  void extract(const ContactProblem& problem, std::span<const int> contacts, std::span<const int> blocks);
-  bool closed_form(const ContactProblem& part, ContactSolution& answer);
-  void take_over(const ProblemPart& part, ContactSolution& solution) const;
-  void call_method(int part, const ContactProblem& problem, ContactSolution& solution);
+  void extract(const ContactProblem& problem, int part, Worker& worker, ContactProblem& out) const;
+  void solve_part(const ContactProblem& problem, int part, ContactMethod* method, Worker& worker, Part& out) const;
+  static bool closed_form(const ContactProblem& part, Worker& worker, ContactSolution& answer);
+  void ask(ContactMethod& method, const ContactProblem& problem, ContactSolution& solution) const;
+  void take_over(const ContactProblem& problem, int index, const Part& part, ContactSolution& solution);
+  void count_call(const ContactProblem& problem, const ContactSolution& solution);
 
   std::function<ContactMethod(const MethodOptions&)> make_;
-  std::vector<ContactMethod> methods_;  // one; with a warm start one a part, for each to know its own previous event
   Law law_;
   MethodOptions options_;
   PruneOptions prune_;
@@ -64,33 +85,36 @@ class Pruned {
 
   Islands islands_;
   std::vector<int> joined_band_, joined_block_;  // what islands_ were found from
-  std::vector<int> part_of_contact_, part_of_block_, block_in_part_;
+  std::vector<int> part_of_contact_, part_of_block_;
   Groups contacts_of_, blocks_of_;
 
-  ContactProblem part_;
-  ContactSolution answer_;
-  BlockCholesky factor_;
-  std::vector<Eigen::Matrix3d> W_;
-  std::vector<double> u_;  // 3, of a contact alone
+  std::vector<ContactMethod> methods_;  // one a thread; with a warm start one a part, for each to know its own previous
+                                        // event
+  std::vector<Part> parts_;             // one, used by part after part, or with several threads all of them
+  std::vector<Worker> workers_;         // one a thread
 };
 
 void Pruned::operator()(const ContactProblem& problem, ContactSolution& solution) {
   left_out_->failed.reset();
-  if (problem.nc() == 1 && closed_form(problem, solution)) {
+  if (problem.nc() == 1 && closed_form(problem, workers_[0], solution)) {
     ++left_out_->closed_forms;
     return;
   }
-  if (!look(problem)) {
-    call_method(0, problem, solution);
+  if (look(problem)) {
+    solve_parts(problem, solution);
     return;
   }
-  solve_parts(problem, solution);
+  if (methods_.empty()) methods_.resize(1);
+  ask(methods_[0], problem, solution);
+  count_call(problem, solution);
 }
 
-void Pruned::call_method(int part, const ContactProblem& problem, ContactSolution& solution) {
-  const std::size_t index = options_.warm_start ? part : 0;
-  while (methods_.size() <= index) methods_.push_back(make_(options_));
-  methods_[index](problem, solution);
+void Pruned::ask(ContactMethod& method, const ContactProblem& problem, ContactSolution& solution) const {
+  if (!method) method = make_(options_);
+  method(problem, solution);
+}
+
+void Pruned::count_call(const ContactProblem& problem, const ContactSolution& solution) {
   if (gave_up(solution)) left_out_->failed = problem;
   if (may_.idle_friction && all_zero(problem.restitution))
     left_out_->idle_friction += std::count(problem.mu.begin(), problem.mu.end(), 0.0);
@@ -126,23 +150,40 @@ void Pruned::solve_parts(const ContactProblem& problem, ContactSolution& solutio
 bool Pruned::solve_parts(const ContactProblem& problem, bool together, ContactSolution& solution) {
   group(problem, together);
   begin(problem, solution);
-  int solved = 0, closed = 0;
-  for (int part = 0; part < (together ? 1 : islands_.count); ++part) {
-    const std::span<const int> contacts = contacts_of_[part], blocks = blocks_of_[part];
-    if (contacts.empty()) continue;
-    ++solved;
-    extract(problem, contacts, blocks);
-    if (contacts.size() == 1 && closed_form(part_, answer_))
-      ++closed;
-    else if (!may_.islands_apart && !together)
-      return false;
-    else
-      call_method(part, part_, answer_);
-    take_over({problem, part_, contacts, blocks}, solution);
+  const int count = together ? 1 : islands_.count;
+  const bool may_ask = together || may_.islands_apart;
+  const int threads = may_ask ? std::min(options_.threads, count) : 1;
+  const auto grow = [](auto& list, int size) { list.resize(std::max(list.size(), static_cast<std::size_t>(size))); };
+  grow(methods_, options_.warm_start ? count : threads);
+  grow(parts_, threads > 1 ? count : 1);
+  while (static_cast<int>(workers_.size()) < threads) workers_.emplace_back(may_.closed_form);
+  const auto solve = [&](int index, int worker, Part& part) {
+    ContactMethod& method = methods_[options_.warm_start ? index : worker];
+    solve_part(problem, index, may_ask ? &method : nullptr, workers_[worker], part);
+  };
+  if (threads > 1) for_each_item(count, threads, [&](int index, int worker) { solve(index, worker, parts_[index]); });
+  // In their order, on however many threads they were solved: sums and the worst are the same.
+  long closed = 0;
+  for (int index = 0; index < count; ++index) {
+    Part& part = parts_[threads > 1 ? index : 0];
+    if (threads == 1) solve(index, 0, part);
+    if (part.by == Part::By::nobody) return false;
+    closed += part.by == Part::By::formula;
+    take_over(problem, index, part, solution);
   }
   left_out_->closed_forms += closed;
-  if (solved > 1) left_out_->islands += solved;
+  if (count > 1) left_out_->islands += count;
   return true;
+}
+
+// By its formula, if there is one, else by the method, where it may be asked.
+void Pruned::solve_part(const ContactProblem& problem, int part, ContactMethod* method, Worker& worker,
+                        Part& out) const {
+  extract(problem, part, worker, out.problem);
+  out.by = Part::By::formula;
+  if (out.problem.nc() == 1 && closed_form(out.problem, worker, out.answer)) return;
+  out.by = method != nullptr ? Part::By::method : Part::By::nobody;
+  if (method != nullptr) ask(*method, out.problem, out.answer);
 }
 
 void Pruned::group(const ContactProblem& problem, bool together) {
@@ -164,47 +205,49 @@ void Pruned::begin(const ContactProblem& problem, ContactSolution& solution) con
   if (law_.rest) law_.rest(problem, terms_, solution);
 }
 
-void Pruned::extract(const ContactProblem& problem, std::span<const int> contacts, std::span<const int> blocks) {
-  part_.clear();
-  block_in_part_.resize(problem.M.blocks());
-  for (const int b : blocks) {
-    block_in_part_[b] = part_.M.add_block(problem.M.block_size(b));
-    part_.M.block(block_in_part_[b]) = problem.M.block(b);
-    part_.v_minus.insert(part_.v_minus.end(), problem.v_minus.begin() + problem.M.first[b],
-                         problem.v_minus.begin() + problem.M.first[b + 1]);
+void Pruned::extract(const ContactProblem& problem, int part, Worker& worker, ContactProblem& out) const {
+  out.clear();
+  worker.block_in_part.resize(problem.M.blocks());
+  for (const int b : blocks_of_[part]) {
+    const int at = worker.block_in_part[b] = out.M.add_block(problem.M.block_size(b));
+    out.M.block(at) = problem.M.block(b);
+    out.v_minus.insert(out.v_minus.end(), problem.v_minus.begin() + problem.M.first[b],
+                       problem.v_minus.begin() + problem.M.first[b + 1]);
   }
-  for (const int c : contacts) {
-    part_.J.add_band();
+  for (const int c : contacts_of_[part]) {
+    out.J.add_band();
     for (int e = problem.J.band[c]; e < problem.J.band[c + 1]; ++e) {
       const auto entry = problem.J.entry(e);
-      const int k = part_.J.add_entry(block_in_part_[problem.J.block[e]], static_cast<int>(entry.cols()));
-      part_.J.entry(k) = entry;
+      const int k = out.J.add_entry(worker.block_in_part[problem.J.block[e]], static_cast<int>(entry.cols()));
+      out.J.entry(k) = entry;
     }
-    part_.mu.push_back(problem.mu[c]);
-    part_.restitution.push_back(problem.restitution[c]);
-    part_.offset.insert(part_.offset.end(), problem.offset.begin() + 3 * c, problem.offset.begin() + 3 * c + 3);
+    out.mu.push_back(problem.mu[c]);
+    out.restitution.push_back(problem.restitution[c]);
+    out.offset.insert(out.offset.end(), problem.offset.begin() + 3 * c, problem.offset.begin() + 3 * c + 3);
   }
 }
 
 // The answer of a part with one contact, where there is a formula for it.
-bool Pruned::closed_form(const ContactProblem& part, ContactSolution& answer) {
-  if (!may_.closed_form || !factor_.factor(part.M)) return false;
-  diagonal_blocks(part, factor_, W_);
-  const Eigen::Matrix3d& W = W_[0];
+bool Pruned::closed_form(const ContactProblem& part, Worker& worker, ContactSolution& answer) {
+  if (!worker.closed_form || !worker.factor.factor(part.M)) return false;
+  diagonal_blocks(part, worker.factor, worker.W);
+  const Eigen::Matrix3d& W = worker.W[0];
   const double w = (W(1, 1) + W(2, 2)) / 2, W_n = W(0, 0), small = decoupled * (w + W_n);
   const double coupling = std::abs(W(1, 0)) + std::abs(W(2, 0)) + std::abs(W(2, 1)) + std::abs(W(1, 1) - W(2, 2));
   if (!(W_n > 0 && w > 0 && coupling <= small)) return false;
   if (part.restitution[0] != 0 || !(part.mu[0] >= 0) || !std::isfinite(part.mu[0])) return false;
-  contact_velocity(part, part.v_minus, u_);
-  if (!all_finite(u_) || u_[0] > 0) return false;
+  std::vector<double>& u = worker.u;
+  contact_velocity(part, part.v_minus, u);
+  if (!all_finite(u) || u[0] > 0) return false;
   answer.clear();
-  may_.closed_form({part, factor_, W_n, w, u_}, answer);
+  worker.closed_form({part, worker.factor, W_n, w, u}, answer);
   return true;
 }
 
 // The answer of a part as that of its contacts in the whole.
-void Pruned::take_over(const ProblemPart& part, ContactSolution& solution) const {
-  const ContactSolution& answer = answer_;
+void Pruned::take_over(const ContactProblem& problem, int index, const Part& part, ContactSolution& solution) {
+  const ContactSolution& answer = part.answer;
+  if (part.by == Part::By::method) count_call(part.problem, answer);
   if (answer.status > solution.status) {
     solution.status = answer.status;
     solution.reason = answer.reason;
@@ -214,8 +257,9 @@ void Pruned::take_over(const ProblemPart& part, ContactSolution& solution) const
   solution.claimed_residual = law_.claims_add_up ? solution.claimed_residual + answer.claimed_residual
                                                  : std::max(solution.claimed_residual, answer.claimed_residual);
   solution.restitution_scale = std::min(solution.restitution_scale, answer.restitution_scale);
-  scatter(part.contacts, answer.impulse, 0, 3, solution.impulse, 0);
-  if (law_.join) law_.join(part, answer, solution);
+  const ProblemPart of{problem, part.problem, contacts_of_[index], blocks_of_[index]};
+  scatter(of.contacts, answer.impulse, 0, 3, solution.impulse, 0);
+  if (law_.join) law_.join(of, answer, solution);
 }
 
 }  // namespace

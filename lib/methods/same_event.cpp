@@ -27,7 +27,7 @@ bool near(const double* a, const double* b) {
 
 class SameEvent {
  public:
-  SameEvent(ContactMethod method, std::shared_ptr<long> reused)
+  SameEvent(ContactMethod method, std::shared_ptr<Counter> reused)
       : method_(std::move(method)), reused_(std::move(reused)) {}
 
   void operator()(const ContactProblem& problem, ContactSolution& solution) {
@@ -49,7 +49,7 @@ class SameEvent {
   bool same_matrices(const ContactProblem& now) const;
 
   ContactMethod method_;
-  std::shared_ptr<long> reused_;
+  std::shared_ptr<Counter> reused_;
   bool solved_ = false;
   ContactProblem problem_;  // the event that was solved,
   ContactSolution answer_;  // and its answer
@@ -102,7 +102,7 @@ bool SameEvent::same_matrices(const ContactProblem& now) const {
 
 }  // namespace
 
-ContactMethod reuse_same_event(ContactMethod method, std::shared_ptr<long> reused) {
+ContactMethod reuse_same_event(ContactMethod method, std::shared_ptr<Counter> reused) {
   auto same = std::make_shared<SameEvent>(std::move(method), std::move(reused));
   return [same](const ContactProblem& problem, ContactSolution& solution) { (*same)(problem, solution); };
 }

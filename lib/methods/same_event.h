@@ -12,6 +12,6 @@ namespace cb {
 /// of each block by at most 4e-15 of it in the norm of M. What is compared with is always the event that was solved, so
 /// that small differences do not add up. The referee checks the answer on the present problem like any other. Only
 /// answers with status ok are used again. `reused` counts them. Part of --warm-start.
-ContactMethod reuse_same_event(ContactMethod method, std::shared_ptr<long> reused);
+ContactMethod reuse_same_event(ContactMethod method, std::shared_ptr<Counter> reused);
 
 }  // namespace cb

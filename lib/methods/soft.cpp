@@ -48,7 +48,7 @@ namespace {
 struct SoftOptions {
   Softness softness;
   bool warm_start = false;
-  std::shared_ptr<long> warm_starts;
+  std::shared_ptr<Counter> warm_starts;
   /// -: residual, contact by contact, at which an answer is one; and up to which the best one is where none is better.
   double tolerance = 1e-13, accepted = 1e-10;
   int iteration_limit = 200;

@@ -67,6 +67,7 @@ Json options(const RunSummary& run) {
                {"rotate_cone", run.rotate_cone},
                {"record_every", run.record_every},
                {"prune", run.prune ? "on" : "off"},
+               {"jobs", run.method_options.threads},
                {"perturb", run.perturb},
                {"seed", run.seed},
                {"shuffle_contacts", simulation.shuffle},

@@ -25,7 +25,7 @@ ContactMethod make_method(const MethodRow& row, MethodOptions options, const Pru
 PrunedRun::PrunedRun(const Scenario& scenario, SimulationOptions options, const MethodRow& row, MethodOptions method,
                      bool prune)
     : left_out(std::make_shared<LeftOut>()),
-      warm_starts(std::make_shared<long>(0)),
+      warm_starts(std::make_shared<Counter>(0)),
       answered_by(std::make_shared<AnsweredBy>()),
       simulation(scenario, with_pruning(options, row, method, prune), make_method(row, method, *this, prune), row.law) {
 }

@@ -14,7 +14,7 @@ struct PrunedRun {
   std::vector<LeftOutItem> items() const;
 
   std::shared_ptr<LeftOut> left_out;
-  std::shared_ptr<long> warm_starts;
+  std::shared_ptr<Counter> warm_starts;
   std::shared_ptr<AnsweredBy> answered_by;
   Simulation simulation;
 };

@@ -211,3 +211,56 @@ TEST_CASE("an island that is handed over after all counts as no closed form", "[
   CHECK(judge(pruned(row, {}, left_out, {}), row, both).holds);
   CHECK(left_out->closed_forms == 0);
 }
+
+TEST_CASE("islands solved at once are answered and counted as one after the other, to the last bit", "[pruned]") {
+  const ContactProblem slides = sphere({20, -3, 1}, {0, 2, 0}), rests = box(0.5, {0, -0.0098, 0});
+  ContactProblem apart = beside(beside(stack(3, 0.5, {0.3, -1, 0.1}), slides), box(0.1, {0.5, -0.0098, 0}));
+  for (int i = 0; i < 6; ++i) apart = beside(beside(apart, rests), stack(2, 0.3, {0.1 * i, -1, 0}));
+  std::vector<Choice> all = choices();
+  for (const char* solver : {"newton", "nsgs", "admm"}) {
+    all.push_back({find_method("coulomb"), {}, std::string("coulomb ") + solver});
+    all.back().options.solver = solver;
+  }
+  for (const Choice& choice : all)
+    for (const bool warm : {false, true})
+      for (const double e : {0.0, 0.5}) {
+        INFO(choice.label << ", e = " << e << (warm ? ", warm" : ""));
+        std::fill(apart.restitution.begin(), apart.restitution.end(), e);
+        struct {
+          ContactSolution first, second;
+          LeftOut left_out;
+          long warm_starts;
+          std::map<std::string_view, long> answered_by;
+        } of[2];
+        for (const int at_once : {0, 1}) {
+          MethodOptions options = choice.options;
+          options.warm_start = warm;
+          options.threads = 1 + 2 * at_once;
+          options.warm_starts = std::make_shared<Counter>(0);
+          options.answered_by = std::make_shared<AnsweredBy>();
+          const auto left_out = std::make_shared<LeftOut>();
+          const ContactMethod method = pruned(*choice.row, options, left_out);
+          method(apart, of[at_once].first);
+          ContactProblem next = apart;
+          for (double& v : next.v_minus) v *= 0.999;
+          method(next, of[at_once].second);
+          of[at_once].left_out = *left_out;
+          of[at_once].warm_starts = *options.warm_starts;
+          of[at_once].answered_by = options.answered_by->counts;
+        }
+        for (const auto which : {&std::decay_t<decltype(of[0])>::first, &std::decay_t<decltype(of[0])>::second}) {
+          const ContactSolution &alone = of[0].*which, &at_once = of[1].*which;
+          CHECK(alone.status == at_once.status);
+          CHECK(alone.impulse == at_once.impulse);
+          CHECK(alone.iterations == at_once.iterations);
+          CHECK(alone.size == at_once.size);
+          CHECK(alone.claimed_residual == at_once.claimed_residual);
+          CHECK(alone.restitution_scale == at_once.restitution_scale);
+        }
+        CHECK(of[0].left_out.islands == of[1].left_out.islands);
+        CHECK(of[0].left_out.closed_forms == of[1].left_out.closed_forms);
+        CHECK(of[0].left_out.idle_friction == of[1].left_out.idle_friction);
+        CHECK(of[0].warm_starts == of[1].warm_starts);
+        CHECK(of[0].answered_by == of[1].answered_by);
+      }
+}

@@ -36,7 +36,7 @@ struct Pair {
     for (std::size_t i = 0; i < a.size(); ++i) CHECK(b[i] == Approx(a[i]).margin(1e-10));
   }
   const MethodRow& row;
-  std::shared_ptr<long> accepted = std::make_shared<long>(0);
+  std::shared_ptr<Counter> accepted = std::make_shared<Counter>(0);
   ContactMethod cold, warm;
   ContactSolution solution;
   Referee referee;
@@ -141,7 +141,7 @@ TEST_CASE("an event that is the one before gets its answer to the last bit", "[w
     const MethodRow& row = *find_method(name);
     MethodOptions options;
     options.warm_start = true;
-    options.warm_starts = std::make_shared<long>(0);
+    options.warm_starts = std::make_shared<Counter>(0);
     const ContactMethod method = row.make(options);
     ContactSolution first, second, third;
     ContactProblem p = pushed_stack(3, 0.3, 1);
@@ -169,7 +169,7 @@ TEST_CASE("a slip that ends a millionth early is not taken for one that goes on"
 
 TEST_CASE("an event is the one before up to its last bits alone", "[warm_start]") {
   int solved = 0;
-  const auto reused = std::make_shared<long>(0);
+  const auto reused = std::make_shared<Counter>(0);
   const ContactMethod once = reuse_same_event(
       [&](const ContactProblem&, ContactSolution& solution) {
         solution.clear();

@@ -95,6 +95,7 @@ TEST_CASE("steps, durations and limits are positive finite numbers", "[program]"
   refused(run_with({"--step", "1e-15", "--time-limit", "1"}), {"--step 1e-15", "1e+13 steps", "longer step"});
   refused(run_with({"--record-every", "-1"}), {"--record-every"});
   refused(run_with({"--record-every", "0.5"}), {"--record-every"});
+  refused(run_with({"--jobs", "0"}), {"--jobs 0", "at least 1"});
 }
 
 TEST_CASE("physical numbers stay in their range", "[program]") {
@@ -178,8 +179,10 @@ TEST_CASE("flags of an engine, or of a method, are refused beside the other", "[
   refused(run_with({"--setting", "tuned"}), {"--setting tuned", "--engine"});
   refused(run_with({"--knob", "a=1"}), {"--knob a=1", "--engine"});
   const std::vector<std::string> by_engine = {"run", "sticking_box.xml", "--engine", "ode"};
-  for (const std::vector<std::string>& more :
-       {std::vector<std::string>{"--joint-forces", "implicit"}, {"--record-contacts"}, {"--seed", "3"}}) {
+  for (const std::vector<std::string>& more : {std::vector<std::string>{"--joint-forces", "implicit"},
+                                               {"--record-contacts"},
+                                               {"--jobs", "2"},
+                                               {"--seed", "3"}}) {
     std::vector<std::string> words = by_engine;
     words.insert(words.end(), more.begin(), more.end());
     refused(words, {more[0]});

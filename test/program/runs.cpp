@@ -290,6 +290,27 @@ TEST_CASE("pruning says what it left out, and the sphere hits the ground as with
     CHECK(std::stod(last[0][i]) == Approx(std::stod(last[1][i])).margin(1e-10));
 }
 
+TEST_CASE("islands solved on several cores leave the files of one", "[program]") {
+  TemporaryDirectory directory;
+  const std::string scene = std::string(SOURCE_ROOT) + "/bench/scenes/boxes.xml";
+  for (const char* method : {"ap", "convex"}) {
+    for (const char* jobs : {"1", "2", "5"})
+      REQUIRE(run(directory.path(), {"run", scene, "--set", "boxes=7", "--method", method, "--perturb", "1e-3",
+                                     "--duration", "0.03", "--jobs", jobs, "--out", jobs, "--quiet"})
+                  .code == 0);
+    const Json one = summary(directory.path() / "1");
+    for (const char* jobs : {"2", "5"}) {
+      INFO(method << " --jobs " << jobs);
+      CHECK(read_file(directory.path() / jobs / "trajectory.csv") == read_file(directory.path() / "1/trajectory.csv"));
+      const Json several = summary(directory.path() / jobs);
+      CHECK(several["options"]["jobs"] == std::stoi(jobs));
+      for (const char* same :
+           {"status", "events", "solves", "iterations_total", "left_out", "residuals", "answered_by"})
+        CHECK(several[same] == one[same]);
+    }
+  }
+}
+
 TEST_CASE("convex says whose answer was taken in each event, and others, which try one way, do not", "[program]") {
   TemporaryDirectory directory;
   for (const char* method : {"convex", "ap"})

@@ -1,0 +1,45 @@
+#include "linalg/parallel.h"
+
+#include <algorithm>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <stdexcept>
+#include <vector>
+
+using namespace cb;
+
+TEST_CASE("each item is worked on once, by no more threads than there are items") {
+  for (const int count : {0, 1, 2, 3, 1000})
+    for (const int threads : {1, 2, 7}) {
+      INFO(count << " items on " << threads << " threads");
+      std::vector<int> times(count, 0), by(count, -1);
+      for_each_item(count, threads, [&](int item, int worker) {
+        ++times[item];
+        by[item] = worker;
+      });
+      CHECK(std::count(times.begin(), times.end(), 1) == count);
+      CHECK(std::all_of(by.begin(), by.end(), [&](int w) { return 0 <= w && w < std::min(threads, count); }));
+    }
+}
+
+TEST_CASE("two threads are at work at once") {
+  std::atomic<int> begun{0};
+  bool met[2] = {false, false};
+  for_each_item(2, 2, [&](int item, int) {
+    ++begun;
+    for (long i = 0; i < 4'000'000'000 && !met[item]; ++i) met[item] = begun == 2;
+  });
+  CHECK(met[0]);
+  CHECK(met[1]);
+}
+
+TEST_CASE("what an item throws ends the work and is thrown again") {
+  for (const int threads : {1, 2}) {
+    INFO(threads << " threads");
+    const auto work = [](int item, int) {
+      if (item == 3) throw std::runtime_error("the fourth");
+    };
+    constexpr int many = 2'000'000'000;  // nobody waits for the rest
+    CHECK_THROWS_WITH(for_each_item(many, threads, work), "the fourth");
+  }
+}
