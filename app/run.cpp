@@ -247,6 +247,10 @@ RunPlan make_plan(const RunFlags& flags) {
   }
   if (plan.summary.perturb > 0) perturb(plan.scenario, plan.summary.perturb, plan.summary.seed);
   plan.options = method_options(flags, *plan.method, plan.scenario.k, plan.scenario.compression_bound);
+  if (jobs > 1 && flags.method == "external")
+    throw UsageError(fmt::format(
+        "--jobs {}: --method external is one program, which is asked about one island after the other; leave one out",
+        jobs));
   plan.options.threads = jobs;
   // What a solver leaves open is multiplied by the extrapolation's weights: epsilon leaves 1 kg sqrt(2 epsilon) m/s,
   // a thousandth of A a second. Below the floor doubles have nothing to give.

@@ -4,7 +4,8 @@
 // is a model residual (convex: gap over the event's energy, and infeasibility) of at most 1e-8. What fails is printed
 // with its seed, and what misses the asked epsilon.
 //
-//   bench_random_problems [METHOD [COUNT [FIRST SEED [DIRECTORY]]]]      default: convex 500 0, then ap (lemke, k = 4)
+//   bench_random_problems [METHOD[/SOLVER] [COUNT [FIRST SEED [DIRECTORY]]]]      default: convex 500 0, then ap (k =
+//   4)
 //
 // A failing problem is written into the directory (FCLIB), where one is given and HDF5 is in the build.
 
@@ -136,7 +137,8 @@ class Generator {
   std::vector<double> radius_;
 };
 
-int run(const std::string& name, unsigned count, unsigned first, const std::string& directory) {
+int run(const std::string& way, unsigned count, unsigned first, const std::string& directory) {
+  const std::string name = way.substr(0, way.find('/'));
   const MethodRow* row = find_method(name);
   if (!row) {
     fmt::print("no method {}\n", name);
@@ -144,6 +146,7 @@ int run(const std::string& name, unsigned count, unsigned first, const std::stri
   }
   MethodOptions options;
   if (!row->solvers.empty()) options.solver = row->solvers.front().name;
+  if (name != way) options.solver = way.substr(name.size() + 1);
   // The least that may be asked for: the heavy bodies that bring most of the kinetic energy may hardly take part in the
   // event, so that a looser fraction of it could be more than 1e-8 of what the event is about.
   options.epsilon_relative = 1e-14;
@@ -182,7 +185,7 @@ int run(const std::string& name, unsigned count, unsigned first, const std::stri
       write_contact_problem(fmt::format("{}/{}_{}.hdf5", directory, name, seed), random.problem,
                             fmt::format("random problem {}", seed));
   }
-  fmt::print("{}: {} of {} solved to a checked {:.0e} (worst of them {:.1e}), `ok` but worse: {}, {:.2f} s; ", name,
+  fmt::print("{}: {} of {} solved to a checked {:.0e} (worst of them {:.1e}), `ok` but worse: {}, {:.2f} s; ", way,
              solved, count, tolerance, worst, untrue, seconds);
   if (row->law == convex_law()) fmt::print("asked for {:.0e} of the kinetic energy; ", *options.epsilon_relative);
   fmt::print("endings:");

@@ -44,6 +44,12 @@ void find_islands(const ContactProblem& problem, Islands& islands) {
   for (int b = problem.M.blocks() - 1; b >= 0; --b) parent[b] = number[root(b)];
 }
 
+int worthwhile_threads(const Islands& islands, int most) {
+  constexpr int contacts_of_thread = 32;  // less is solved before a thread has begun
+  const int contacts = static_cast<int>(islands.of_contact.size());
+  return std::max(1, std::min({most, islands.count, contacts / contacts_of_thread}));
+}
+
 ContactProblem island_of(const ContactProblem& problem, int contact) {
   Islands islands;
   find_islands(problem, islands);

@@ -17,6 +17,9 @@ struct Islands {
 /// Islands are numbered by their first contact. Time and memory linear in the problem's size.
 void find_islands(const ContactProblem& problem, Islands& islands);
 
+/// Threads that are worth their start, of at most `most`, where islands are solved at once.
+int worthwhile_threads(const Islands& islands, int most);
+
 /// The island that contact c is in, as a problem of its own: its contacts and blocks in their order.
 ContactProblem island_of(const ContactProblem& problem, int c);
 

@@ -53,6 +53,8 @@ void SparseBasis::start(const LcpProblem& problem, const PairScales& scales) {
   for (Eigen::VectorXd* x : {&cover_, &load_}) x->setZero(n_);
   basic_.resize(n_);
   updates_.resize(padded_);
+  // Answers depend on the problem alone, not on those that were solved before.
+  for (SparseLu* lu : {&free_, &slack_basis_, &other_basis_}) lu->forget_pivots();
 }
 
 bool SparseBasis::eliminate() {

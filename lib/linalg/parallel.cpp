@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -22,7 +23,10 @@ void for_each_item_at_once(int count, int threads, const std::function<void(int 
   };
   {
     std::vector<std::jthread> others;
-    for (int worker = 1; worker < threads; ++worker) others.emplace_back(take_items, worker);
+    try {
+      for (int worker = 1; worker < threads; ++worker) others.emplace_back(take_items, worker);
+    } catch (const std::system_error&) {  // the system has no more
+    }
     take_items(0);
   }
   for (const std::exception_ptr& what : thrown)

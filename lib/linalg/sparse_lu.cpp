@@ -61,6 +61,10 @@ bool SparseLu::factor(std::span<const int> starts, std::span<const int> rows, st
   return regular();
 }
 
+void SparseLu::forget_pivots() {
+  if (data_->numeric != nullptr) klu_free_numeric(&data_->numeric, &data_->common);
+}
+
 void SparseLu::solve(std::span<double> x) {
   if (order_ > 0) klu_solve(data_->symbolic, data_->numeric, order_, 1, x.data(), &data_->common);
 }

@@ -20,6 +20,8 @@ class SparseLu {
   /// The ordering and the pivots of the last call serve again where the pattern is the same and the factors do not
   /// grow; nothing is allocated then. False where the matrix is singular to working precision.
   bool factor(std::span<const int> starts, std::span<const int> rows, std::span<const double> values);
+  /// The next call seeks its pivots afresh: what comes of it does not depend on matrices of before. The ordering stays.
+  void forget_pivots();
   /// x <- A^-1 x
   void solve(std::span<double> x);
   int order() const { return order_; }

@@ -127,7 +127,7 @@ double ConvexBoundFinder::own_rounding(const ConvexBound& b) {
 // cannot be named.
 bool ConvexBoundFinder::lifts_densely(const ConvexIsland& island, double open, ConvexBound& b) {
   first_f_ = b.f;
-  b.z.resize(island.nv());
+  b.z.assign(island.nv(), 0.0);
   if (!dense_.solve(island.M, island.J, island.factor, island.weight, island.q, island.share,
                     std::max(open, t_.touching * island.size), b.f, b.z)) {
     b.f = first_f_;

@@ -59,7 +59,7 @@ void DrumwrightShell::solve(const ContactProblem& problem, const std::vector<dou
   blocks_of_.assign(islands_.of_block, count);
   if (tolerances_.warm_start) previous_.resize(count);
   endings_.resize(count);
-  const int threads = std::clamp(tolerances_.threads, 1, count);
+  const int threads = worthwhile_threads(islands_, tolerances_.threads);
   while (static_cast<int>(workers_.size()) < threads) workers_.emplace_back(tolerances_);
   const double epsilon = solution.as<ConvexWitness>().epsilon;
   for_each_item(count, threads, [&](int i, int worker) {

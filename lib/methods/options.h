@@ -26,8 +26,8 @@ struct AnsweredBy {
   }
 };
 
-/// What a user can ask of a method; each field that is a number or a switch has a row in the files of the methods that
-/// understand it (OptionRow), and is nowhere else named but where it is used.
+/// What a user can ask of a method; each field that is a number or a switch and changes an answer has a row in the
+/// files of the methods that understand it (OptionRow), and is nowhere else named but where it is used.
 struct MethodOptions {
   std::string variant;                      ///< newton: uncapped | stick-tested; soft: sap | mujoco; empty: the default
   std::string solver;                       ///< of the method's row (`contactbench list solvers`); empty: its first

@@ -152,7 +152,7 @@ bool Pruned::solve_parts(const ContactProblem& problem, bool together, ContactSo
   begin(problem, solution);
   const int count = together ? 1 : islands_.count;
   const bool may_ask = together || may_.islands_apart;
-  const int threads = may_ask ? std::min(options_.threads, count) : 1;
+  const int threads = may_ask && !together ? worthwhile_threads(islands_, options_.threads) : 1;
   const auto grow = [](auto& list, int size) { list.resize(std::max(list.size(), static_cast<std::size_t>(size))); };
   grow(methods_, options_.warm_start ? count : threads);
   grow(parts_, threads > 1 ? count : 1);

@@ -10,10 +10,11 @@
 //   (Q + S)^-1 g = S^-1 [g - B (M + B^T S^-1 B)^-1 B^T S^-1 g]
 // and M + B^T S^-1 B is banded as the bodies touch each other; it is factored anew where a penalty changes:
 //   rho = sqrt(L m) (L / m)^p,   L: largest eigenvalue of Q (power iteration), m = eta, p = 0.2 at first
-// and p goes up where x - y is more than ten times the change of z's balance, down where it is less than a tenth. What
-// opens wants a stiff penalty, what carries a soft one, and one for all is wrong for both: contacts of the same bodies
-// have two, one for those that carry and one for those that do not. Not one each: friction of a patch that hardly slips
-// is to stay parallel, or the last of its slip takes tens of thousands of iterations.
+// and p goes up where x - y is more than ten times the change of z's balance, down where it is less than a tenth: by a
+// step, but down by more in the first looks, when the guess may be decades off. What opens wants a stiff penalty, what
+// carries a soft one, and one for all is wrong for both: contacts of the same bodies have two, one for those that carry
+// and one for those that do not. Not one each: friction of a patch that hardly slips is to stay parallel, or the last
+// of its slip takes tens of thousands of iterations.
 //
 // Source: J. Carpentier, Q. Le Lidec, L. Montaut, From compliant to rigid contact simulation: a unified and efficient
 // approach, RSS 2024, alg. 1 and sec. IV (Pinocchio 3; Kamino has the same iteration).
@@ -45,9 +46,12 @@ struct AdmmOptions : NcpOptions {
   double tau = 0.5;          ///< -: of the penalty rho
   double power = 0.2;        ///< -: p at first; more: stiffer, better for what sticks
   double power_step = 0.05;  ///< -: by which p changes
+  /// -: by which it may fall in the first look; in the k-th 1/k of it. Without end, or up as well: what is shaken, and
+  /// random problems, take more iterations.
+  double first_fall = 0.4;
   /// -: of p. Below 0: a tall stack at rest wants rho under its least eigenvalue; the least, -0.5, is rho = eta, whose
   /// systems have half the digits.
-  double least_power = -0.35;
+  double least_power = -0.45;
   double ratio = 10;          ///< -: of the two residuals, from which on it does
   double least_share = 1e-3;  ///< -: residuals count as no less than this share of the mean contact's
   int check_every = 10;       ///< iterations between two checks of the residuals
@@ -88,6 +92,7 @@ class Admm {
   std::vector<int> pair_, order_;               // nc: which pair of bodies; scratch
   std::vector<double> power_, power_of_, rho_;  // of what carries and what does not of each pair; nc, nc
   double L_ = 1;
+  int looks_ = 0;  // at the penalties
 };
 
 void Admm::begin(const NcpProblem& p) {
@@ -128,6 +133,7 @@ void Admm::begin(const NcpProblem& p) {
   power_.assign(2 * root_.size(), o_.power);
   power_of_.assign(nc, o_.power);
   rho_.resize(nc);
+  looks_ = 0;
 }
 
 // Contacts whose rows are of the same blocks of M.
@@ -238,12 +244,14 @@ bool Admm::change_penalties() {
     dual += balance * balance;
   }
   const double least = o_.least_share * o_.least_share / nc, ratio2 = o_.ratio * o_.ratio;
+  const double most = std::max(o_.power_step, o_.first_fall / ++looks_);
+  const auto fall = [&](double ratio) { return 0.25 * std::log(ratio) / std::log(L_ / o_.eta); };  // rho by its root
   for (std::size_t g = 0; g < power_.size(); ++g) {
     const double own = miss_[2 * g] + least * primal, balance = miss_[2 * g + 1] + least * dual;
     if (own > ratio2 * balance)
       power_[g] = std::min(1.0, power_[g] + o_.power_step);
     else if (balance > ratio2 * own)
-      power_[g] = std::max(o_.least_power, power_[g] - o_.power_step);
+      power_[g] = std::max(o_.least_power, power_[g] - std::clamp(fall(balance / own), o_.power_step, most));
   }
   bool changed = false;
   for (int c = 0; c < nc; ++c) {

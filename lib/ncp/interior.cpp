@@ -56,6 +56,7 @@ void PathSteps::begin(const Options& options, InteriorSystem& at) {
   t_ = at.mean();
   reach_ = o_.first_reach;
   before_ = HUGE_VAL;
+  part_ = 0;  // no step to take back
   rate_ = at.misses();
   for (auto& rate : rate_) rate /= t_;
 }

@@ -108,3 +108,22 @@ TEST_CASE("a basis after exchanges is solved as the exchanged matrix is") {
   form.clear();
   CHECK(values(VectorXd::Ones(n)) == VectorXd::Ones(n));
 }
+
+TEST_CASE("pivots that are forgotten leave no trace of the matrix before") {
+  // Same pattern; the first takes its pivots off the diagonal, the second would take them there.
+  MatrixXd weak = sparse(12, 1);
+  weak.diagonal() *= 1e-6;
+  const Columns first(weak), second(sparse(12, 2));
+  REQUIRE(first.rows == second.rows);
+  const auto solved = [&](bool before, bool forgotten) {
+    SparseLu lu;
+    if (before) REQUIRE(lu.factor(first.starts, first.rows, first.values));
+    if (forgotten) lu.forget_pivots();
+    REQUIRE(lu.factor(second.starts, second.rows, second.values));
+    std::vector<double> x(12, 1.0);
+    lu.solve(x);
+    return x;
+  };
+  CHECK(solved(true, false) != solved(false, false));
+  CHECK(solved(true, true) == solved(false, false));
+}

@@ -282,7 +282,7 @@ TEST_CASE("admm brings a tall stack at rest to its tolerance") {
   const Answer at = solve(stack(256, 0.5, {0, -0.0981, 0}), "admm");
   CHECK(at.solution.status == NcpStatus::solved);
   CHECK(at.solution.residual <= 1e-12);
-  CHECK(at.solution.iterations <= 400);
+  CHECK(at.solution.iterations <= 60);  // by steps of p alone 110
   CHECK(Referee::holds(at.residuals, 1e-9));
 }
 

@@ -96,6 +96,7 @@ TEST_CASE("steps, durations and limits are positive finite numbers", "[program]"
   refused(run_with({"--record-every", "-1"}), {"--record-every"});
   refused(run_with({"--record-every", "0.5"}), {"--record-every"});
   refused(run_with({"--jobs", "0"}), {"--jobs 0", "at least 1"});
+  refused(run_with({"--law", "coulomb", "--command", "true", "--jobs", "2"}, "external"), {"--jobs 2", "external"});
 }
 
 TEST_CASE("physical numbers stay in their range", "[program]") {

@@ -295,8 +295,8 @@ TEST_CASE("islands solved on several cores leave the files of one", "[program]")
   const std::string scene = std::string(SOURCE_ROOT) + "/bench/scenes/boxes.xml";
   for (const char* method : {"ap", "convex"}) {
     for (const char* jobs : {"1", "2", "5"})
-      REQUIRE(run(directory.path(), {"run", scene, "--set", "boxes=7", "--method", method, "--perturb", "1e-3",
-                                     "--duration", "0.03", "--jobs", jobs, "--out", jobs, "--quiet"})
+      REQUIRE(run(directory.path(), {"run", scene, "--set", "boxes=40", "--method", method, "--perturb", "1e-3",
+                                     "--duration", "0.01", "--jobs", jobs, "--out", jobs, "--quiet"})
                   .code == 0);
     const Json one = summary(directory.path() / "1");
     for (const char* jobs : {"2", "5"}) {
