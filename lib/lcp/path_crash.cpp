@@ -7,7 +7,8 @@
 // Source: S. P. Dirkse, M. C. Ferris, Crash techniques for large-scale complementarity problems (1997).
 //
 // Differences from the source: pairs whose exchange has no usable pivot stay on their slack (z_i = 0) until the crash
-// ends. The projection comes first: max(0, z_N) and max(0, z + alpha (z_N - z)) agree at alpha = 1, and the segment to
+// ends, and those that z_i and F_i leave undecided: where bodies rest, rounding of friction's F_i would have half of it
+// enter. The projection comes first: max(0, z_N) and max(0, z + alpha (z_N - z)) agree at alpha = 1, and the segment to
 // a point of the orthant needs no projection of its own.
 //
 // Ends where the active set stays, the merit is `converged` or no shortened step lowers it; it cannot fail.
@@ -35,7 +36,7 @@ void PathCrash::run(Basis& basis, NormalMap& map, const Eigen::VectorXd& q, Pivo
 bool PathCrash::step(Basis& basis, NormalMap& map, const Eigen::VectorXd& q, PivotCount& pivots) {
   const int n = basis.n();
   map.want.resize(n);
-  for (int i = 0; i < n; ++i) map.want[i] = map.z[i] > map.F[i] && !refused_[i];
+  for (int i = 0; i < n; ++i) map.want[i] = map.z[i] > map.F[i] + tie && !refused_[i];
   if (map.want == before_) return false;
   before_ = map.want;
   map.reach(basis, pivots);

@@ -12,6 +12,7 @@ struct PathCrash {
   int steps = 20;            ///< at most
   double decrease = 1e-4;    ///< part of the linear decrease of the merit that a step must reach, -
   int memory = 5;            ///< merits that the largest is taken of; 1: monotone
+  double tie = 1e-12;        ///< z_i and F_i that are closer leave the pair undecided, -
   int halvings = 8;          ///< of a step at most
   double converged = 1e-13;  ///< merit at which the crash ends, -
 
