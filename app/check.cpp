@@ -265,6 +265,30 @@ int check_as_json(const Scenario& scenario, const MethodRow* row, long steps) {
   return end_of_check(scenario, fault);
 }
 
+/// "boxes = 5: number of boxes (a whole number of at least 1) [3]"
+std::string parameter_text(const Scenario& scenario, std::size_t i) {
+  const auto& [key, value] = scenario.parameters[i];
+  const ParameterNote& note = scenario.parameter_notes[i];
+  return fmt::format("{} = {}{}{} ({}{}{}) [{}]", key, value, note.description.empty() ? "" : ": ", note.description,
+                     note.takes, note.unit.empty() ? "" : ", ", note.unit, note.default_value);
+}
+
+/// Flags of the other kind of check are no use: of an engine's, or of a scene's.
+void refuse_others(const CheckFlags& flags) {
+  const std::vector<std::pair<std::string_view, bool>> of_scene = {{"--method", flags.method.has_value()},
+                                                                   {"--steps", flags.steps.has_value()},
+                                                                   {"--set", !flags.set.empty()},
+                                                                   {"--files", flags.files}},
+                                                       of_engine = {{"--variant", flags.variant.has_value()},
+                                                                    {"--setting", flags.setting.has_value()},
+                                                                    {"--step", flags.step.has_value()}};
+  for (const auto& [flag, given] : flags.engine ? of_scene : of_engine) {
+    if (given && flags.engine)
+      throw UsageError(fmt::format("{}: belongs to a scene; --engine {} is checked without one", flag, *flags.engine));
+    if (given) throw UsageError(fmt::format("{}: belongs to --engine; give that too", flag));
+  }
+}
+
 int check(const CheckFlags& flags) {
   const std::string& name = flags.scenario;
   const auto& [method, trial_steps, set, files] = std::tie(flags.method, flags.steps, flags.set, flags.files);
@@ -296,7 +320,7 @@ int check(const CheckFlags& flags) {
   if (scenario.rotate_cone != 0)
     line("rotate_cone", fmt::format("friction directions turned by {:g} rad", scenario.rotate_cone));
   if (scenario.compression_bound) line("bound", *scenario.compression_bound ? "on (convex)" : "off (convex)");
-  for (const auto& [key, value] : scenario.parameters) line("parameter", fmt::format("{} = {}", key, value));
+  for (std::size_t i = 0; i < scenario.parameters.size(); ++i) line("parameter", parameter_text(scenario, i));
   line("reference", fmt::format("{}{}{}", cb::name(scenario.reference.kind),
                                 scenario.reference.name.empty() ? "" : ", ", scenario.reference.name));
   for (const Tree& tree : scenario.model.trees)
@@ -359,6 +383,7 @@ void add_check(CLI::App& program, Action& action) {
   check_app.callback([flags, scene, &action] {
     if (scene->count() == 0 && !flags->engine) throw CLI::RequiredError("scenario");
     action = [flags] {
+      refuse_others(*flags);
       if (!flags->engine) return check(*flags);
       if (!flags->scenario.empty())
         throw UsageError(

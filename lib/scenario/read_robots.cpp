@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <set>
+#include <string>
 
 #include "dynamics/kinematics.h"
 #include "scenario/near_name.h"
@@ -113,13 +115,15 @@ void declare_robot(Reading& in, const RobotDescription& robot, const SourceText&
 }
 
 /// <start joint position velocity>: where a joint of a URDF file begins.
-void read_start(Reading& in, const XmlElement& element, RobotDescription& robot) {
+void read_start(Reading& in, const XmlElement& element, RobotDescription& robot, std::set<std::string>& started) {
   if (element.name != "start")
     in.source.fail(element.at, fmt::format("<{}> in a <robot urdf>; {}", element.name,
                                            suggest(element.name, {"start"}, "it holds:")));
   check_attributes(in.source, element, {"joint"}, {"position", "velocity"});
   check_empty(in.source, element);
   const XmlAttribute& name = *element.find("joint");
+  if (!started.insert(name.value).second)
+    in.source.fail(name.value_at, fmt::format("joint {} has a <start> already; keep one", name.value));
   std::vector<std::string> joints;
   for (RobotDescription::Joint& joint : robot.joints) {
     if (joint.kind != JointKind::revolute && joint.kind != JointKind::prismatic) continue;
@@ -165,7 +169,8 @@ void read_urdf_robot(Reading& in, const XmlElement& element) {
       in.source.fail(name.value_at, fmt::format("a second robot named {}; rename one", robot.name));
   if (const XmlAttribute* position = element.find("position")) robot.pose.p = in.vector(*position, "x y z in m");
   robot.pose.q = in.orientation(element);
-  for (const XmlElement& child : element.children) read_start(in, child, robot);
+  std::set<std::string> started;  // joints
+  for (const XmlElement& child : element.children) read_start(in, child, robot, started);
   declare_robot(in, robot, source);
   for (auto& [shape, at] : urdf.fixed) {
     shape.local = {robot.pose * shape.local.p, (robot.pose.q * shape.local.q).normalized()};

@@ -179,6 +179,13 @@ TEST_CASE("each broken scenario gives one message with file and line", "[program
 TEST_CASE("flags of an engine, or of a method, are refused beside the other", "[program]") {
   refused(run_with({"--setting", "tuned"}), {"--setting tuned", "--engine"});
   refused(run_with({"--knob", "a=1"}), {"--knob a=1", "--engine"});
+  refused({"check", "stack.xml", "--variant", "si10"}, {"--variant", "--engine"});
+  for (const std::vector<std::string>& of_scene :
+       {std::vector<std::string>{"--method", "ap"}, {"--steps", "3"}, {"--set", "n=1"}, {"--files"}}) {
+    std::vector<std::string> words = {"check", "--engine", "ode"};
+    words.insert(words.end(), of_scene.begin(), of_scene.end());
+    refused(words, {of_scene[0], "scene"});
+  }
   const std::vector<std::string> by_engine = {"run", "sticking_box.xml", "--engine", "ode"};
   for (const std::vector<std::string>& more : {std::vector<std::string>{"--joint-forces", "implicit"},
                                                {"--record-contacts"},

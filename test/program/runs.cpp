@@ -340,8 +340,9 @@ TEST_CASE("check says what a scene has without writing anything", "[program]") {
   const Result result = run(directory.path(), {"check", "stack.xml", "--set", "boxes=5", "--method", "convex"});
   INFO(result.err << result.out);
   REQUIRE(result.code == 0);
-  for (const char* part : {"5 box", "half_space", "20 at the start", "friction 0.5", "boxes = 5", "(0, -9.8, 0)",
-                           "left out", "controllers: none", "convex", "100 steps"})
+  for (const char* part : {"5 box", "half_space", "20 at the start", "friction 0.5",
+                           "boxes = 5: number of boxes (an integer, from 1 to 100000) [16]", "(0, -9.8, 0)", "left out",
+                           "controllers: none", "convex", "100 steps"})
     CHECK(result.out.find(part) != std::string::npos);
   CHECK(content(directory.path()).empty());
 }

@@ -191,6 +191,8 @@ TEST_CASE("A joint starts where the scene says") {
   CHECK(s.initial.q == std::vector<double>{0.5, 0});
   CHECK(s.initial.qd == std::vector<double>{-2, 0});
   CHECK_THAT(message(arm, with("<start joint=\"shoulder\" position=\"2\"/>")), Catch::Contains("outside its limits"));
+  CHECK_THAT(message(arm, with("<start joint=\"shoulder\"/><start joint=\"shoulder\" position=\"0.1\"/>")),
+             Catch::Contains("already; keep one"));
   CHECK_THAT(message(arm, with("<start joint=\"sholder\"/>")), Catch::Contains("did you mean \"shoulder\"?"));
   CHECK_THAT(message(arm, with("<begin/>")), Catch::Contains("it holds: start"));
 }
