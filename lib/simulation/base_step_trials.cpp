@@ -27,7 +27,21 @@ void BaseStep::choose_forces_at(double t) {
     force_on_[i] = scenario_.forces[i].from <= t && t < scenario_.forces[i].to ? 1 : 0;
 }
 
+void BaseStep::set_trial(bool trial) {
+  trial_ = trial;
+  if (trial) before_trial_ = record_;
+}
+
+// What answers were worth goes with the try; what they cost stays, and false claims do.
 void BaseStep::forgive() {
+  const StepRecord& before = before_trial_;
+  record_.claimed_residual = before.claimed_residual;
+  record_.residual = before.residual;
+  record_.law_residual = before.law_residual;
+  record_.gap = before.gap;
+  record_.infeasibility = before.infeasibility;
+  record_.event_energy_gain = before.event_energy_gain;
+  record_.event_energy_gain_relative = before.event_energy_gain_relative;
   record_.status = Status::ok;
   record_.unsolved = false;
   reason_.clear();

@@ -333,3 +333,31 @@ TEST_CASE("macro steps end at records") {
   });
   CHECK(records == 10);
 }
+
+TEST_CASE("a try that no answer was found in leaves nothing but its cost") {
+  const Scenario s = circle(2);
+  const ContactMethod right = precise("convex");
+  int calls = 0, failures = 0;
+  const ContactMethod fails_now_and_then = [&](const ContactProblem& problem, ContactSolution& solution) {
+    right(problem, solution);
+    if (++calls % 37 != 0) return;
+    ++failures;
+    for (double& r : solution.impulse) r *= 2;
+    solution.fail(Status::nonconverged, "for once");
+  };
+  Simulation simulation(s, accurate(s, 1e-6), fails_now_and_then, find_method("convex")->law);
+  long solves = 0;
+  while (!simulation.done()) {
+    const StepRecord& record = simulation.step();
+    REQUIRE(record.status == Status::ok);
+    CHECK(record.residual <= 1e-9);
+    CHECK(record.claimed_residual <= 1e-9);
+    CHECK(std::abs(record.gap.value_or(0)) <= 1e-9);
+    CHECK(record.infeasibility.value_or(0) <= 1e-9);
+    CHECK(record.event_energy_gain <= 1e-12);
+    solves += record.solves;
+  }
+  CHECK(failures >= 3);
+  CHECK(simulation.accuracy()->refused >= failures);
+  CHECK(solves == calls);
+}
