@@ -93,7 +93,7 @@ def row_flags(row):
 
 
 def with_accuracy(flags, accuracy):
-    """Flags of a run by a wanted accuracy (m) in place of a step; as they are without one. A scene may have a metre of its own."""
+    """Flags of a run by a wanted accuracy (m, or as much of the scene's own unit) in place of a step."""
     if not accuracy:
         return flags
     accuracy *= next((float(word[6:]) for word in flags if word.startswith("metre=")), 1)
@@ -155,8 +155,8 @@ def do_run(job, case, options):
             "energy_gain": summary["energy"]["max_gain_relative"], "penetration": summary["max_penetration"],
             "solve_s": summary["time"]["solve_s"], "iterations": summary["iterations_total"],
             "memory": summary["peak_memory_mb"], "nan": run.has_nan(), "wanted": options.accuracy,
-            "estimate": summary.get("accuracy", {}).get("estimated_error_m", 0.0) / float(
-                summary["parameters"].get("metre", 1))}
+            "estimate": summary.get("accuracy", {}).get("estimated_error_m", 0.0) /
+            float(summary["parameters"].get("metre", 1))}
         if cell["status"] in ("ok", "inaccurate") and not cell["nan"]:
             error, note = getattr(measures, case["measure"])(run, case)
             cell["place" if isinstance(error, list) else "error"] = error
