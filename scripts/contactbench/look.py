@@ -48,6 +48,8 @@ CHUNK = 100  # poses at once, of hulls and of cylinders
 UNSURE = 0.1 * PENETRATION  # of the smaller size: overlaps of cylinders that are less are not searched for a way out
 SCAN = 48  # directions about a line, and
 AROUND = 300  # all around, before the best is made better
+UPHILL, FINEST = 300, 1e-12  # steps of that at most; a grid, rad, that no step is left on
+ALL_WAYS = 720  # off an axis
 FLOOR = 1e-20  # of the run's largest kinetic energy: an island with less is at rest, -
 
 
@@ -456,14 +458,19 @@ def first_normals(a, pa, Ra, b, pb, Rb):
     return np.concatenate([n, -n], axis=1)
 
 
-def golden(value, low, high):
-    """The most of functions that have one maximum between low and high: (..., ) arrays."""
+def golden_place(value, low, high):
+    """Where functions that have one maximum between low and high have it: (..., ) arrays."""
     part = (math.sqrt(5) - 1) / 2
     for _ in range(44):
         left, right = high - part * (high - low), low + part * (high - low)
         lower = value(left) < value(right)
         low, high = np.where(lower, left, low), np.where(lower, high, right)
-    return value((low + high) / 2)
+    return (low + high) / 2
+
+
+def golden(value, low, high):
+    """The most of such functions."""
+    return value(golden_place(value, low, high))
 
 
 def across_lines(a, pa, Ra, b, pb, Rb, lines):
@@ -482,26 +489,62 @@ def across_lines(a, pa, Ra, b, pb, Rb, lines):
 
 
 def across_rims(a, pa, Ra, b, pb, Rb, first):
-    """The most over all normals, of two cylinders: from the best of the normals `first` and of those all around, on
-    ever finer grids across each."""
+    """The most over all normals, of two cylinders: uphill from the axes, where rims that lean on each other leave a
+    way that is but a sliver wide, and from the best of the normals `first` and of those all around.
+
+    On planes of normals of any length the gap times the length has one maximum. Of normals of one length overlaps
+    have several."""
     z = 1 - (2 * np.arange(AROUND) + 1) / AROUND
     turn = math.pi * (3 - math.sqrt(5)) * np.arange(AROUND)
     all_around = np.stack([np.sqrt(1 - z * z) * np.cos(turn), z, np.sqrt(1 - z * z) * np.sin(turn)], axis=1)
     n = np.concatenate([first, np.broadcast_to(all_around, (len(pa), AROUND, 3))], axis=1)
-    grid = np.linspace(-1, 1, 9)
-    x, y = (x.ravel()[None, :, None] for x in np.meshgrid(grid, grid))
     gaps, rows = support_gap(a, pa, Ra, b, pb, Rb, n), np.arange(len(pa))
+    best = [n[rows, start] for start in np.argsort(-gaps, axis=1)[:, :4].T]
+    axes = [sign * R[:, :, 1] for R in (Ra, Rb) for sign in (1, -1)]
     found = gaps.max(axis=1)
-    for start in np.argsort(-gaps, axis=1)[:, :4].T:
-        best, width = n[rows, start], 0.3
-        for _ in range(80):
-            u = unit(np.cross(best, np.where(np.abs(best[:, :1]) < 0.7, np.array([1.0, 0, 0]), np.array([0.0, 0, 1]))))
-            v = np.cross(best, u)
-            there = unit(best[:, None, :] + width * (x * u[:, None, :] + y * v[:, None, :]))
-            gap = support_gap(a, pa, Ra, b, pb, Rb, there)
-            best, found = there[rows, gap.argmax(axis=1)], np.maximum(found, gap.max(axis=1))
-            width *= 0.75
+    for m, of_axis in [(m, False) for m in best] + [(m, True) for m in axes]:
+        u = unit(np.cross(m, np.where(np.abs(m[:, :1]) < 0.7, np.array([1.0, 0, 0]), np.array([0.0, 0, 1]))))
+        plane = np.stack([u, np.cross(m, u)], axis=1)
+
+        def height(there, m=m, plane=plane):
+            """Of points (K, N, 2) of the plane."""
+            normals = m[:, None, :] + there @ plane
+            return support_gap(a, pa, Ra, b, pb, Rb, unit(normals)) * np.linalg.norm(normals, axis=2)
+
+        top = uphill(height, off_axis(height, len(pa)) if of_axis else np.zeros((len(pa), 2)))
+        normals = m[:, None, :] + top[:, None, :] @ plane
+        found = np.maximum(found, support_gap(a, pa, Ra, b, pb, Rb, unit(normals))[:, 0])
     return found
+
+
+def off_axis(height, count):
+    """Where to begin off the origin, which is the tip of a cone: along the steepest way up, at its highest point."""
+    def along(angle, s):
+        return height((s * np.stack([np.cos(angle), np.sin(angle)], axis=-1))[:, None, :])[:, 0]
+
+    angles = np.arange(ALL_WAYS) * (2 * math.pi / ALL_WAYS)
+    near = np.full((count, 1), 1e-5)
+    scanned = np.stack([along(np.full(count, angle), near) for angle in angles], axis=1)
+    angle = angles[scanned.argmax(axis=1)]
+    angle = golden_place(lambda x: along(x, near), angle - angles[1], angle + angles[1])
+    s = golden_place(lambda x: along(angle, x[:, None]), np.zeros(count), np.full(count, 2.0))
+    return s[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+
+def uphill(height, best):
+    """The highest point near `best` (K, 2), by a grid that is made finer where none of it is higher."""
+    grid = np.stack([axis.ravel() for axis in np.meshgrid(*2 * [np.linspace(-1, 1, 9)])], axis=1)
+    rows, most, width = np.arange(len(best)), height(best[:, None, :])[:, 0], np.full(len(best), 0.3)
+    for _ in range(UPHILL):
+        there = best[:, None, :] + width[:, None, None] * grid
+        heights = height(there)
+        at = heights.argmax(axis=1)
+        higher = heights[rows, at] > most
+        best, most = np.where(higher[:, None], there[rows, at], best), np.where(higher, heights[rows, at], most)
+        width = np.where(higher, width, width / 3)
+        if width.max() < FINEST:
+            break
+    return best
 
 
 def cylinder_apart(a, pa, Ra, b, pb, Rb):

@@ -209,6 +209,20 @@ class Depths(unittest.TestCase):
         self.assertAlmostEqual(float(gap[0]), 1 - 0.4 * math.cos(0.4) - 0.3 * math.sin(0.4), delta=1e-15)
 
 
+    def test_rims_that_lean_on_each_other_are_apart_though_no_axis_says_so(self):
+        # Two discs of a run, 1e-8 m apart: along the axis of either they overlap by 13 micrometres at least.
+        low = look.Shape("cylinder", "l", "l", np.zeros(3), np.eye(3), radius=0.2972, length=0.15878)
+        high = look.Shape("cylinder", "h", "h", np.zeros(3), np.eye(3), radius=0.2845, length=0.06264)
+        p = np.array([[1.817608697844305, 0.22010623530879375, -0.020091658437452736]])
+        q = np.array([[1.798719844717048, 0.3597870970244236, 0.0026007888087107565]])
+        R = look.matrix(np.array([[0.9913549046403484, 0.1305401044554969, -0.011545928999741547, -0.0064362798111057586]]))
+        Q = look.matrix(np.array([[0.9891438929072766, 0.13890380181574782, 0.0011362372516303656, 0.04794582286579045]]))
+        along = max(look.support_gap(low, p, R, high, q, Q, sign * A[:, None, :, 1])[0, 0] for A in (R, Q) for sign in (1, -1))
+        self.assertLess(along, -1.2e-5)
+        for gap in (look.apart(low, p, R, high, q, Q), look.apart(high, q, Q, low, p, R)):
+            self.assertAlmostEqual(float(gap[0]), 1.01266e-8, delta=1e-12)
+
+
 class Run:
     """The files of a run that are known in closed form: a body in free fall after explicit Euler, spinning about its axis."""
 
