@@ -64,6 +64,19 @@ TEST_CASE("without a weight nothing can be said of an answer") {
   for (double& x : p.J.values) x *= 1e-170;
   for (double& v : p.v_minus) v *= 1e170;
   for (const Law& law : {coulomb_law(), newton_law(), soft_law()}) CHECK_FALSE(held(p, law, {0, 0, 0}));
+  // Nor where nothing happens: a weight of zero, and one beyond the largest number.
+  for (const double scale : {0.0, 1e170}) {
+    p = spheres({0}, {0}, 0.5);
+    for (double& x : p.J.values) x *= scale;
+    for (double& v : p.v_minus) v = 0;
+    for (const Law& law : {coulomb_law(), newton_law(), soft_law()}) CHECK_FALSE(held(p, law, {0, 0, 0}));
+  }
+}
+
+TEST_CASE("compression stores energy and gives none, though nothing is to be returned and friction pays for it") {
+  const ContactProblem p = spheres({0}, {0}, 0.5);
+  CHECK(held(p, mirtich_law(), {2, 0, 0}, works({-1}, {0}, {0})));
+  CHECK_FALSE(held(p, mirtich_law(), {2, 0, 0}, works({1}, {0}, {-2})));
 }
 
 TEST_CASE("an error of bodies of next to no mass is one") {
