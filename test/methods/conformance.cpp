@@ -210,3 +210,15 @@ TEST_CASE("a method says how many unknowns it handed to its solver") {
   CHECK(size("convex", true, 4) == 12 + 4 + 1);  // impulses, multipliers of the normal velocities, and of the bound
   for (const int k : {4, 8}) CHECK(size("ap", true, k) == 4 * (k + 2));
 }
+
+TEST_CASE("a negative coefficient of friction is a fault of the data to who weighs contacts") {
+  for (const char* method : {"convex", "coulomb", "soft"}) {
+    INFO(method);
+    ContactProblem p = box(0.5, {0.1, -0.0098, 0});
+    p.mu[2] = -1e-3;
+    ContactSolution s;
+    find_method(method)->make({})(p, s);
+    CHECK(s.status == Status::input_error);
+    CHECK(s.reason == "contact 2 has a negative coefficient of friction");
+  }
+}
