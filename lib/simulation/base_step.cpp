@@ -57,7 +57,6 @@ void BaseStep::begin(long step) {
   started_ = lap_.last();
   record_ = StepRecord{};
   record_.step = step;
-  before_trial_ = record_;
 }
 
 void BaseStep::look(double horizon) {

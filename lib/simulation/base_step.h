@@ -108,7 +108,7 @@ class BaseStep {
   void record(const AccuracyStep& step) { record_.accuracy = step; }
   /// Are the events to come of base steps that are extrapolated from?
   void set_trial(bool trial);
-  /// A trial that is not taken: its failure ends no run, and its answers are not the step's.
+  /// What has been tried since set_trial(true) is not taken: its failure ends no run, its answers are not the step's.
   void forgive();
   /// How what touches moves now, where it does not part.
   struct Mode {
@@ -196,7 +196,8 @@ class BaseStep {
   double step_ = 0;             // s, h of the last kick
   double rest_speed_ = 0;       // m/s: where no contact would part with more, none has restitution
   bool hold_contacts_ = false, trial_ = false;
-  StepRecord before_trial_;
+  StepRecord before_trial_;  // and
+  std::string reason_before_trial_;
   double ahead_ = 0;          // s: what is looked ahead in contacts_; 0: they touch
   double gravity_speed_ = 0;  // m/s, |g| h of the step
   double energy_input_ = 0;   // J: initial kinetic energy and |work| of gravity and forces so far

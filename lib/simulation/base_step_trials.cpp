@@ -29,7 +29,9 @@ void BaseStep::choose_forces_at(double t) {
 
 void BaseStep::set_trial(bool trial) {
   trial_ = trial;
-  if (trial) before_trial_ = record_;
+  if (!trial) return;
+  before_trial_ = record_;
+  reason_before_trial_ = reason_;
 }
 
 // What answers were worth goes with the try; what they cost stays, and false claims do.
@@ -42,9 +44,9 @@ void BaseStep::forgive() {
   record_.infeasibility = before.infeasibility;
   record_.event_energy_gain = before.event_energy_gain;
   record_.event_energy_gain_relative = before.event_energy_gain_relative;
-  record_.status = Status::ok;
-  record_.unsolved = false;
-  reason_.clear();
+  record_.status = before.status;
+  record_.unsolved = before.unsolved;
+  reason_ = reason_before_trial_;
 }
 
 // partings_: e times what each contact approaches with. Beside an impact what rests keeps its restitution, too: it

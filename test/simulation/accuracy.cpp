@@ -334,6 +334,34 @@ TEST_CASE("macro steps end at records") {
   CHECK(records == 10);
 }
 
+TEST_CASE("what an impact's answer was worth stays with its step, whatever is tried after it") {
+  // All answers are off by 1e-7; bounces pile up, so that steps of first order follow an impact, tried or not.
+  Scenario s = scene(
+      "<half_space name=\"ground\" point=\"0 0 0\" normal=\"0 1 0\"/><sphere name=\"ball\" radius=\"0.1\" "
+      "mass=\"1\" position=\"0 0.2 0\"/>",
+      1);
+  collide_all(s, 0.5, 0.5);
+  const ContactMethod right = precise("ap");
+  const ContactMethod off = [&](const ContactProblem& problem, ContactSolution& solution) {
+    right(problem, solution);
+    for (double& r : solution.impulse) r *= 1 + 1e-7;
+  };
+  Simulation simulation(s, accurate(s, 1e-4), off, find_method("ap")->law);
+  int taken = 0;
+  simulation.on_event = [&](const EventRecord& event) { taken += !event.trial; };
+  int impacts = 0;
+  while (!simulation.done()) {
+    taken = 0;
+    const StepRecord& record = simulation.step();
+    if (taken == 0) continue;
+    impacts += record.accuracy->impact;
+    CHECK(record.status == Status::inaccurate);
+    CHECK(record.residual > 1e-9);
+  }
+  CHECK(impacts >= 5);
+  CHECK(simulation.accuracy()->first_order > 0);
+}
+
 TEST_CASE("a try that no answer was found in leaves nothing but its cost") {
   const Scenario s = circle(2);
   const ContactMethod right = precise("convex");

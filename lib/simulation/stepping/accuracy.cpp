@@ -182,7 +182,6 @@ AccuracyStepping::Try AccuracyStepping::cross(BaseStep& base, int n, double H, s
 }
 
 AccuracyStepping::Try AccuracyStepping::attempt(BaseStep& base, double H, double t_end) {
-  base.set_trial(true);
   base.set_rest_speed(HUGE_VAL);  // never across restitution
   for (std::size_t i = 0; i < n_.size(); ++i) {
     const Try crossed = cross(base, n_[i], H, results_[n_.size() - 1 - i]);
@@ -292,7 +291,6 @@ void AccuracyStepping::take_first_order(BaseStep& base, double h, double edge, A
   taken_.length = h;
   taken_.estimate = acceleration_ * h * h / 2;
   base.set_trial(false);
-  base.forgive();
   base.restore(start_);
   base.set_rest_speed(acceleration_ * smallest_);
   step_by_events(base, h);
@@ -381,6 +379,7 @@ void AccuracyStepping::step_once(BaseStep& base) {
   base.set_trial(true);
   if (!modes_known_ && !probe(base, looking_, entry_)) {
     ++tally_.refused;
+    base.forgive();
     return take_first_order(base, smallest_, edge, AccuracyStep::first_order);
   }
   base.restore(start_);
