@@ -883,7 +883,9 @@ def energies(model, times, motion, counted, frame):
         own = 0.5 * mass * (v**2).sum(axis=1) + turning
         pushed = v[:-1] + h * push(model, name, mass, times)
         torque = np.cross(spin, spin * inertia)[:-1]
-        most = 0.5 * mass * (pushed**2).sum(axis=1) + turning[:-1] + 0.5 * h * h * (torque**2 / inertia).sum(axis=1)
+        rounded = np.spacing(np.abs(v[:-1]) + np.abs(pushed))  # a velocity that all but vanishes is a small difference
+        most = 0.5 * mass * ((np.abs(pushed) + rounded)**2).sum(axis=1) + turning[:-1]
+        most = most + 0.5 * h * h * (torque**2 / inertia).sum(axis=1)
         if name in model.links:
             most = most + ROBOT * (h * fastest(model, motion)[:-1])**2 * own[:-1]
         kinetic.append(own)

@@ -308,6 +308,22 @@ class Looks(unittest.TestCase):
 
 
 class Islands(unittest.TestCase):
+    def test_a_ball_that_all_but_stands_at_the_top_of_its_flight_gains_no_energy_by_rounding(self):
+        with tempfile.TemporaryDirectory() as folder:
+            model = look.Model(write_scene(folder, '<sphere name="b1" radius="0.1" mass="175.6" position="0 1 0"/>'))
+        before = -model.gravity[1] * model.step * (1 - 8e-8)
+        still, none = np.tile([1.0, 0, 0, 0], (2, 1)), np.zeros((2, 3))
+
+        def gain(off):
+            after = before + model.gravity[1] * model.step - off
+            motion = {"b1": (none, still, np.array([[0, before, 0], [0, after, 0]]), none)}
+            kinetic, begun = look.energies(model, np.array([0, model.step]), motion, model.free, np.zeros(3))
+            return float(kinetic[1, 0] / begun[0, 0] - 1)
+
+        self.assertGreater(np.spacing(before) / abs(before + model.gravity[1] * model.step), 1e-9)
+        self.assertLessEqual(gain(np.spacing(before)), 0)
+        self.assertGreater(gain(20 * np.spacing(before)), 1e-9)
+
     def test_what_is_heavy_and_fast_elsewhere_hides_no_gain(self):
         with tempfile.TemporaryDirectory() as folder:
             model = look.Model(write_scene(folder, '<box name="b1" size="1 1 1" mass="1" position="0 0 0"/><box name="b2" size="1 1 1" mass="1" position="3 0 0"/>'
