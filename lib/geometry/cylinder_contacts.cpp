@@ -9,6 +9,7 @@
 // Two ends that lie within one another have the four points of the smaller one. On any other axis it is one point; two,
 // at the ends of what they have in common, for a side beside a parallel edge, capsule or side.
 // Does not fail: whenever the gap is within the tolerance there is at least one point, but where there are seams.
+#include <algorithm>
 #include <array>
 
 #include "geometry/box_box.h"
@@ -377,15 +378,17 @@ void cylinder_points(const PlacedCylinder& c, const Opposite& x, const Vec3& ori
   if (axis.kind != Kind::curved) {
     flat_points(c, x, axis, closed, reach, margin, points);
     if (points.empty() && seams) return;  // a neighbour carries
-    // They touch beside the face, if by less than the margin.
-    if (points.empty()) axis = separating_axis(c, x, 0);
   }
   for (const FlatPoint& p : points) {
     const Vec3 on_face = origin + p.foot;
     sink.add(axis.kind == Kind::end ? Vec3(on_face + (p.gap / 2) * axis.n) : Vec3(on_face - (p.gap / 2) * axis.n),
              -axis.n, p.gap);
   }
-  if (points.empty() && axis.gap <= reach) Curved{c, x, origin, axis, closed, reach, margin, sink}.points();
+  const auto lowest = std::ranges::min_element(points, {}, &FlatPoint::gap);
+  const bool explained = lowest != points.end() && (seams || lowest->gap <= axis.gap + closed);
+  // What is nearest is beside the face, if by less than the margin.
+  if (!explained && axis.kind != Kind::curved) axis = separating_axis(c, x, 0);
+  if (!explained && axis.gap <= reach) Curved{c, x, origin, axis, closed, reach, margin, sink}.points();
 }
 
 namespace {
