@@ -380,3 +380,34 @@ TEST_CASE("A cylinder tips back onto its end on a box, and on another cylinder, 
             Approx(t).epsilon(1e-3).margin(4 * tol));
   }
 }
+
+TEST_CASE("The lowest point is as deep as the two are, also where that is beside the face by less than is closed") {
+  // A side along a box's face, about as high as the face's edge, and an end over another's rim, off by hairs.
+  Random random(75);
+  int deep = 0;
+  for (int k = 0; k < 4000; ++k) {
+    const Shape can = cylinder(random.in(0.05, 0.3), random.in(0.1, 0.4));
+    const Shape other = k % 2 ? box(0.2, 0.4, random.in(0.1, 0.4)) : cylinder(random.in(0.05, 0.3), 0.4);
+    const auto hair = [&](double most) { return std::pow(10, random.in(-9, most)) * (k % 4 < 2 ? 1 : -1); };
+    const Quat tilt = turn(hair(-4), random.vector(1)) * turn(hair(-4), random.vector(1));
+    Pose pose = at(Vec3(hair(-4), 0.2 + hair(-5), random.in(-0.1, 0.1)), tilt * turn(pi / 2, Vec3(1, 0, 0)));
+    Vec3 towards(1, 0, 0);
+    if (k % 2 == 0) {
+      pose = at(Vec3(other.radius - can.radius + hair(-5), 0, 0), tilt);
+      towards = Vec3(0, -1, 0);
+    }
+    const double want = -std::pow(10, random.in(-9, -6));
+    pose.p -= towards;  // apart, then so deep
+    for (int i = 0; i < 3; ++i) pose.p += towards * (separation(can, pose, other, at(0, 0, 0)) - want);
+    const double gap = separation(can, pose, other, at(0, 0, 0));
+    if (std::abs(gap - want) > tol) continue;
+    deep += gap < -2 * tol;
+    const auto found = points(can, pose, other, at(0, 0, 0));
+    REQUIRE(!found.empty());
+    double lowest = 1;
+    for (const ContactPoint& p : found) lowest = std::min(lowest, p.gap);
+    INFO(k << ": " << name(other.kind) << " " << gap << " " << lowest);
+    CHECK(lowest <= gap + 2 * tol);
+  }
+  CHECK(deep > 2000);
+}
