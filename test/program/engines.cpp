@@ -33,6 +33,15 @@ Row fall(const fs::path& directory, const std::string& variant, const std::vecto
   return row;
 }
 
+/// A fall by an engine whose program is this shell script.
+Result by_odd_engine(const fs::path& directory, const std::string& script) {
+  const fs::path program = directory / "contactbench-engine-odd";
+  std::ofstream(program) << "#!/bin/sh\n" << script << '\n';
+  fs::permissions(program, fs::perms::owner_all);
+  return run(directory, {"run", scenes + "fall.xml", "--engine", "odd", "--out", "out", "--quiet"},
+             [&] { setenv("CONTACTBENCH_ENGINES", directory.c_str(), 1); });
+}
+
 /// Last row of each body in trajectory.csv: t, then 13 numbers.
 std::vector<std::vector<double>> last_state(const fs::path& file, std::size_t bodies) {
   const std::vector<std::string> rows = lines(read_file(file));
@@ -113,17 +122,10 @@ TEST_CASE("an engine that is not here is unavailable and names its package", "[p
 
 TEST_CASE("an engine that does not describe itself as it should is unavailable", "[program][engines]") {
   const TemporaryDirectory directory;
-  static std::string folder;
-  folder = directory.path().string();
-  const fs::path program = directory.path() / "contactbench-engine-odd";
   for (const std::string said :
        {R"({"variants":[],"knobs":[]})", R"({"variants":[{"name":5,"knobs":{}}],"knobs":[]})",
         R"({"variants":{"a":1},"knobs":[]})", R"({"variants":[{"name":"a","knobs":{}}],"knobs":[],"version":3})"}) {
-    std::ofstream(program) << "#!/bin/sh\nprintf '%s' '" << said << "' >&" << 3 << '\n';
-    fs::permissions(program, fs::perms::owner_all);
-    const Result result =
-        run(directory.path(), {"run", scenes + "fall.xml", "--engine", "odd", "--out", "out", "--quiet"},
-            [] { setenv("CONTACTBENCH_ENGINES", folder.c_str(), 1); });
+    const Result result = by_odd_engine(directory.path(), "printf '%s' '" + said + "' >&3");
     INFO(said << ": " << result.err);
     CHECK(result.code == 3);
     CHECK(summary(directory.path() / "out")["status"] == "unavailable");
@@ -132,21 +134,14 @@ TEST_CASE("an engine that does not describe itself as it should is unavailable",
 
 TEST_CASE("what an engine's program answers is believed where it is an answer, and counted", "[program][engines]") {
   const TemporaryDirectory directory;
-  static std::string folder;
-  folder = directory.path().string();
-  const fs::path program = directory.path() / "contactbench-engine-odd";
   for (const auto& [said, words] : {std::pair(R"({"status":5})", "docs/engines.md"),
                                     {R"({"status":"ok"})", "0 of 500"},
                                     {R"({"status":"ok","reason":null})", "docs/engines.md"},
                                     {R"({"status":"ok","errors":[1]})", "docs/engines.md"}}) {
-    std::ofstream(program) << "#!/bin/sh\nif [ \"$1\" = --describe ]; then\n"
-                           << R"(printf '%s' '{"variants":[{"name":"a","knobs":{}}],"knobs":[]}' >&3)"
-                           << "\nelse\n"
-                           << "printf '%s' '" << said << "' >&3\nfi\n";
-    fs::permissions(program, fs::perms::owner_all);
     const Result result =
-        run(directory.path(), {"run", scenes + "fall.xml", "--engine", "odd", "--out", "out", "--quiet"},
-            [] { setenv("CONTACTBENCH_ENGINES", folder.c_str(), 1); });
+        by_odd_engine(directory.path(), std::string("if [ \"$1\" = --describe ]; then\n") +
+                                            R"(printf '%s' '{"variants":[{"name":"a","knobs":{}}],"knobs":[]}' >&3)" +
+                                            "\nelse\nprintf '%s' '" + said + "' >&3\nfi");
     INFO(said << ": " << result.err);
     CHECK(result.code == 3);
     const Json row = summary(directory.path() / "out");

@@ -86,6 +86,8 @@ class Verdicts(unittest.TestCase):
         self.assertEqual(stress.with_accuracy(["--method", "ap", "--step", "1e-3", "--prune", "off"], 1e-6),
                          ["--method", "ap", "--prune", "off", "--accuracy", "1e-06", "--record-interval", "1e-3"])
         self.assertEqual(stress.with_accuracy(["--step", "1e-3"], 0), ["--step", "1e-3"])
+        # As much, in a scene whose metre is a thousandth.
+        self.assertIn("--accuracy 1e-09", " ".join(stress.with_accuracy(["--set", "second=1/3600", "--set", "metre=0.001"], 1e-6)))
 
     def test_ways_of_a_step_have_the_limit_of_none(self):
         v, a, h = 0.5, 4.9, 1e-3
