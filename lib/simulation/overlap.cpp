@@ -8,7 +8,10 @@
 //   1. The set of points held begins with those that are too deep, and others enter only where a displacement closes
 //      them: G = N M^-1 N^T is formed over that set alone, which is small beside the pile around it.
 //   2. Where the set is large, or its exchanges do not end, springs are made ever harder (least_displacement.cpp).
-//   3. G is scaled to a unit diagonal and raised by a ridge: where points share a face it is singular. What the ridge
+//   3. Points that were held are held on, as points of the material, where the shapes no longer list them: what is
+//      lowest on a round rim that lies nearly flat is another point after the least turn, and would never end
+//      (cutting planes; Kelley, "The cutting-plane method for solving convex programs", 1960).
+//   4. G is scaled to a unit diagonal and raised by a ridge: where points share a face it is singular. What the ridge
 //      leaves, the next linearisation takes away. Rows of joint limits have none, so that they hold exactly and points
 //      that contradict them give way.
 // When it fails: bodies that are wedged in. After `rounds` it returns; the caller looks at what is left.
@@ -26,15 +29,17 @@ namespace cb {
 
 namespace {
 
-constexpr int rounds = 60;        // linearisations; two or three do, more where bodies turn far
-constexpr int patience = 10;      // of them in a row that do not halve the depth, where springs are needed
-constexpr int exchanges = 60;     // of the set, one linearisation; beyond: springs
-constexpr int whole = 20;         // exchanges of all points at once; then one leaves at a time
-constexpr int most = 60;          // points held; of more springs are cheaper than a dense factor
-constexpr double ridge = 1e-11;   // of G's diagonal
-constexpr double missed = 0.1;    // of the closed gap: N d >= wanted - missed * closed
-constexpr double reach_of = 4;    // depths: points with gaps up to these are looked at
-constexpr double furthest = 0.2;  // rad: a body turns by no more in a round
+constexpr int rounds = 60;              // linearisations; two or three do, more where bodies turn far
+constexpr int patience = 10;            // of them in a row that do not halve the depth, where springs are needed
+constexpr int exchanges = 60;           // of the set, one linearisation; beyond: springs
+constexpr int whole = 20;               // exchanges of all points at once; then one leaves at a time
+constexpr int most = 60;                // points held; of more springs are cheaper than a dense factor
+constexpr double ridge = 1e-11;         // of G's diagonal
+constexpr double missed = 0.1;          // of the closed gap: N d >= wanted - missed * closed
+constexpr double reach_of = 4;          // depths: points with gaps up to these are looked at
+constexpr double same_normal = 0.9999;  // cosine
+constexpr double same_point = 1e-3;     // of the smaller shape's size
+constexpr double furthest = 0.2;        // rad: a body turns by no more in a round
 // -: lambda < -negative * (largest lambda) leaves the set
 constexpr double negative = 1e-12;
 
@@ -45,6 +50,7 @@ double Overlap::remove(const Scenario& scenario, const std::vector<double>& tole
                        std::vector<Motion>& motions, State& state) {
   double displacement = 0;
   large_ = false;
+  earlier_.clear();
   double mark = HUGE_VAL;
   for (int round = 0, since = 0; round < rounds; ++round) {
     const double reach = reach_of * depth;
@@ -53,6 +59,7 @@ double Overlap::remove(const Scenario& scenario, const std::vector<double>& tole
     since = depth < 0.5 * mark ? 0 : since + 1;
     if (since == 0) mark = depth;
     if (large_ && since > patience) break;
+    recall(scenario, motions, tolerance, reach);
     add_limits(scenario, limit_tolerance, state);
     prepare(scenario, state);
     d_.setZero(problem_.nv());
@@ -87,6 +94,39 @@ double Overlap::find_points(const Scenario& scenario, const std::vector<Motion>&
     }
   }
   return deepest;
+}
+
+// Lists points of earlier rounds that are within reach and not listed, then keeps in mind those that touch.
+void Overlap::recall(const Scenario& scenario, const std::vector<Motion>& motions, const std::vector<double>& tolerance,
+                     double reach) {
+  const std::size_t listed = points_.size();
+  for (const MaterialPoint& e : earlier_) {
+    const Vec3 a = motions[e.shape_a].pose * e.on_a, b = motions[e.shape_b].pose * e.on_b;
+    const double near = same_point * std::min(scenario.shapes[e.shape_a].size(), scenario.shapes[e.shape_b].size());
+    const ContactPoint* along = nullptr;
+    bool new_point = true;
+    for (const ContactPoint& p : points_) {
+      if (p.shape_a != e.shape_a || p.shape_b != e.shape_b || p.normal.dot(e.normal) < same_normal) continue;
+      if (along == nullptr) along = &p;
+      new_point = new_point && (p.position - (a + b) / 2).norm() > near;
+    }
+    if (along == nullptr || !new_point) continue;
+    const double gap = along->normal.dot(a - b);
+    if (gap > reach) continue;
+    const double closed = resolved_tolerance(std::min(tolerance[e.shape_a], tolerance[e.shape_b]),
+                                             motions[e.shape_a].pose.p, motions[e.shape_b].pose.p);
+    points_.push_back({(a + b) / 2, along->normal, gap, e.shape_a, e.shape_b});
+    wanted_.push_back(wanted_opening(gap, closed));
+    slack_.push_back(missed * closed);
+  }
+  for (std::size_t c = 0; c < listed; ++c) {
+    const ContactPoint& p = points_[c];
+    if (p.gap > std::min(tolerance[p.shape_a], tolerance[p.shape_b])) continue;
+    const Vec3 half = (p.gap / 2) * p.normal;
+    const Pose &a = motions[p.shape_a].pose, &b = motions[p.shape_b].pose;
+    earlier_.push_back({p.shape_a, p.shape_b, a.q.conjugate() * (p.position + half - a.p),
+                        b.q.conjugate() * (p.position - half - b.p), p.normal});
+  }
 }
 
 void Overlap::add_limits(const Scenario& scenario, double tolerance, const State& state) {

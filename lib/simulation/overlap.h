@@ -36,6 +36,8 @@ class Overlap {
  private:
   double find_points(const Scenario& scenario, const std::vector<Motion>& motions, const std::vector<double>& tolerance,
                      const std::vector<std::pair<int, int>>& pairs, double reach);
+  void recall(const Scenario& scenario, const std::vector<Motion>& motions, const std::vector<double>& tolerance,
+              double reach);
   void add_limits(const Scenario& scenario, double tolerance, const State& state);
   void prepare(const Scenario& scenario, const State& state);
   void solve(int island);
@@ -45,10 +47,16 @@ class Overlap {
   double opened(int c) const;
   double move(const Scenario& scenario, const std::vector<double>& radius, State& state);
 
+  struct MaterialPoint {
+    int shape_a, shape_b;
+    Vec3 on_a, on_b;  // in the frames of the shapes, m
+    Vec3 normal;      // as it was found, world
+  };
   std::vector<ContactPoint> points_;
-  std::vector<LimitContact> limits_;  // rows after those of points_, and points in what follows
-  std::vector<double> wanted_;        // per point: least N d, m
-  std::vector<double> slack_;         // per point: what of it may be missed, m
+  std::vector<MaterialPoint> earlier_;  // that touched in an earlier round
+  std::vector<LimitContact> limits_;    // rows after those of points_, and points in what follows
+  std::vector<double> wanted_;          // per point: least N d, m
+  std::vector<double> slack_;           // per point: what of it may be missed, m
 
   Assembler assembler_;
   ContactProblem problem_;
