@@ -13,7 +13,7 @@ from typing import Callable
 import numpy as np
 from matplotlib.patches import Polygon
 
-from . import precision, program, robots, solve_all, stepping
+from . import precision, program, repose, robots, solve_all, stepping
 from .looks import Curves, ending, floor_line, legend, look_of, plt, point, save, solves, styles
 from .runs import Runs
 
@@ -528,6 +528,7 @@ FIGURES = {
     "figure11": Figure(timing("manipulator grasp"), "grasp"),
     "grasp_picture": Figure(grasp_picture, "grasp", moments, one_each, tight={"h_pad": 0.4, "w_pad": 0.2}),
     "performance": Figure(performance, "", panels(1, 2, (9.5, 3.6), sharey=True), contending, 4, SWEEP),
+    "repose": Figure(repose.repose, "", repose.canvas, repose.runs, 3, "the sweep motion"),
     "robot_picture": Figure(robot_picture, "mobile_robot", robots_by_three, one_each),
     "steps_taken": Figure(stepping.steps_taken, "", stepping.canvas, stepping.drawn, 4, "the sweep stepping"),
     "stored_problems": Figure(stored_problems, "", panels(1, 2, (9.5, 4.2)), stored, 4, "scripts/solve_all.py"),

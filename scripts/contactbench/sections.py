@@ -7,7 +7,7 @@ import math
 import statistics
 from dataclasses import dataclass, field
 
-from . import claims, precision, scenery, solve_all, stepping, table1, today, worth
+from . import claims, precision, repose, scenery, solve_all, stepping, table1, today, worth
 from . import engines as engines_beside
 from . import found as found_out
 from .figures import FIGURES, SAYS
@@ -185,8 +185,12 @@ def scenes(results):
     """Every scene with its picture and its motion, which report.py writes beside the report."""
     found = scenery.motions(results) if results.whole else {}
     shown = {name.partition(" ")[0] for name in found}
-    return Section("The scenes",
-                   Plain(scenes=found, without=[s for s in dict.fromkeys(results.table["scene"]) if s not in shown]))
+    without = [s for s in dict.fromkeys(results.table["scene"]) if s not in shown]
+    if not results.cells(repose.SCENE, repose.SWEEP):
+        return Section("The scenes", Plain(scenes=found, without=without))
+    picture, about, digest = figure(results, repose.FIGURE, repose.SWEEP)
+    return Section("The scenes", Plain(scenes=found, without=without, repose=picture), {"repose": about},
+                   {"repose_sha256": digest})
 
 
 def differences(results):
