@@ -187,10 +187,10 @@ def scenes(results):
     shown = {name.partition(" ")[0] for name in found}
     without = [s for s in dict.fromkeys(results.table["scene"]) if s not in shown]
     if not results.cells(repose.SCENE, repose.SWEEP):
-        return Section("The scenes", Plain(scenes=found, without=without))
+        return Section("The scenes", Plain(scenes=found, without=without, repose=None))
     picture, about, digest = figure(results, repose.FIGURE, repose.SWEEP)
-    return Section("The scenes", Plain(scenes=found, without=without, repose=picture), {"repose": about},
-                   {"repose_sha256": digest})
+    shown = Plain(scenes=found, without=without, repose=picture)
+    return Section("The scenes", shown, {"repose": about}, {"repose_sha256": digest})
 
 
 def differences(results):
