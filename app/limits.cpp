@@ -105,7 +105,7 @@ void Limits::look_at_memory(Clock::time_point now) {
     return;
   steps_since_memory_check_ = 0;
   memory_checked_ = now;
-  if (peak_memory_mb() > *memory_mb_) ask_stop(memory);
+  if (peak_memory_beyond(*memory_mb_)) ask_stop(memory);
 }
 
 Status Limits::status() const {
