@@ -89,12 +89,17 @@ bool BaseStep::event(double bounced) {
   return !record_.unsolved;
 }
 
+namespace {
+
+constexpr double most_turned_in = 1e-3;  // -: of the smaller shape that touches, in a move
+
+}  // namespace
+
 // Bodies go on lines while links turn about others: to second order off by |w| |v| dt^2 / 2, w and v of the link. And
 // what touches and whirls turns into what it touches.
 double BaseStep::longest_move() const {
-  constexpr double most = 0.05;            // -: of the smallest shape; half of it ends the run as overlap inside a step
-  constexpr double most_turned_in = 1e-3;  // -: the same of what touches
-  constexpr double least = 1e-3;           // -: of a step, however fast they are
+  constexpr double most = 0.05;   // -: of the smallest shape; half of it ends the run as overlap inside a step
+  constexpr double least = 1e-3;  // -: of a step, however fast they are
   const double fastest = std::max(bending_of_links() / (most * smallest_), bending_of_contacts() / most_turned_in);
   return fastest > 0 ? std::max(std::sqrt(2 / fastest), least * step_) : HUGE_VAL;
 }
@@ -117,7 +122,8 @@ Vec3 BaseStep::shape_velocity(int shape, const Vec3& position) const {
 }
 
 // Of gaps of free bodies that touch, over the smaller one's size, but for what slow turning makes of them: as in
-// drift.cpp. A ball turns in itself.
+// drift.cpp. A ball turns in itself. A face turns about the middle of what is round that touches it, and into it by no
+// more than its own points come down meanwhile.
 double BaseStep::bending_of_contacts() const {
   constexpr double slow = 0.02;  // rad a step
   double bending = 0;
@@ -131,7 +137,9 @@ double BaseStep::bending_of_contacts() const {
       const double size = std::min(scenario_.shapes[contact.shape_a].size(), scenario_.shapes[contact.shape_b].size());
       const Vec3 slip =
           shape_velocity(contact.shape_a, contact.position) - shape_velocity(contact.shape_b, contact.position);
-      bending = std::max(bending, spin * (1.5 * spin * radius_[shape] + slip.norm()) / size);
+      const Shape& other = scenario_.shapes[shape == contact.shape_a ? contact.shape_b : contact.shape_a];
+      const double reach = std::min(other.radius, 2 * radius_[shape] * radius_[shape] / (most_turned_in * size));
+      bending = std::max(bending, spin * (spin * (1.5 * radius_[shape] + reach) + slip.norm()) / size);
     }
   return bending;
 }

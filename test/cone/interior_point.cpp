@@ -343,6 +343,20 @@ TEST_CASE("an approach that is left is one of what approached, however large the
   CHECK(certify(p, r, eta, velocities, q).infeasibility == Approx(left / std::sqrt(2)));
 }
 
+TEST_CASE("what still approaches violates by its speed over the root of its weight", "[cone]") {
+  for (const double mass : {0.25, 1.0, 100.0}) {
+    INFO(mass << " kg");
+    const PointMass point(mass, {-1, 0, 0}, {1});
+    const ConeProgram p = point.program();
+    REQUIRE_FALSE(p.has_bound());
+    const std::vector<double> r{0.5 * mass, 0, 0}, eta(1, 0.0), q{-1, 0, 0};
+    ConeVelocities velocities;
+    velocities.evaluate(p, r, eta);
+    REQUIRE(velocities.u[0] == Approx(-0.5));
+    CHECK(certify(p, r, eta, velocities, q).infeasibility == Approx(0.5));  // of what approached at 1 m/s
+  }
+}
+
 TEST_CASE("what pulls is in no cone, friction or not", "[cone]") {
   for (const double mu : {0.0, 0.5}) {
     const double pulls[] = {-1e-9, 0, 0}, carries[] = {1, 0, 0}, rests[] = {0, 0, 0};
