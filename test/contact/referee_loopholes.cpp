@@ -200,3 +200,12 @@ TEST_CASE("a mass matrix without a factor leaves the velocities as they were, in
   CHECK_FALSE(Referee().check(p, answer, newton_law(), v_plus).finite);
   CHECK(v_plus == p.v_minus);
 }
+
+TEST_CASE("an error in what is beyond the largest number is an error, and stays the worst", "[referee]") {
+  Worst worst;
+  Evidence::see_island(worst, 1, HUGE_VAL, 3);
+  CHECK(worst.ratio == HUGE_VAL);
+  CHECK(worst.island == 3);
+  Evidence::see_island(worst, 1, 2, 4);
+  CHECK(worst.island == 3);
+}

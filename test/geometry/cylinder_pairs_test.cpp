@@ -265,6 +265,31 @@ TEST_CASE("Points are on both surfaces, the same for either order and wherever b
   CHECK(several > 300);
 }
 
+TEST_CASE("What an end that is tilted over a face comes down on is on both, corners and crossings of the rim") {
+  Random random(75);
+  std::size_t beyond = 0;
+  for (int k = 0; k < 300; ++k) {
+    const Shape can = cylinder(random.in(0.3, 1), random.in(0.05, 1)),
+                post = box(random.in(0.1, 1), 1, random.in(0.1, 3));
+    const Pose there = at(Vec3(0, -0.5, 0), turn(random.in(0, 3), Vec3(0, 1, 0)));
+    Pose pose{Vec3(random.in(-0.2, 0.2), 2, random.in(-0.2, 0.2)), Quat::Identity()};
+    pose.q = turn(random.in(0.02, 0.5), Vec3(random.in(-1, 1), 0, random.in(-1, 1)).normalized()) *
+             turn(random.in(0, 3), Vec3(0, 1, 0));
+    for (int i = 0; i < 100; ++i) pose.p.y() -= separation(can, pose, post, there);
+    std::vector<ContactPoint> found;
+    contact_points(can, pose, 0, post, there, 1, tol, found, false, 1);
+    for (const ContactPoint& p : found) {
+      if (p.normal.y() < 1 - 1e-12) continue;
+      INFO(k << ": gap " << p.gap);
+      beyond += p.gap > 0.01;
+      const Vec3 half = p.gap / 2 * p.normal;
+      CHECK((nearest_in(can, pose, p.position + half) - (p.position + half)).norm() < 1e-8);
+      CHECK((nearest_in(post, there, p.position - half) - (p.position - half)).norm() < 1e-8);
+    }
+  }
+  CHECK(beyond > 300);
+}
+
 TEST_CASE("A million metres away a cylinder touches as at the origin") {
   const Vec3 far(1e6, -1e6, 1e6);
   for (const Shape& below : {box(2, 1, 2), cylinder(0.7, 1)})

@@ -248,6 +248,31 @@ TEST_CASE("Hulls that are boxes on one edge of a wide one lie flat when the box 
   CHECK(landed > 100);
 }
 
+TEST_CASE("Hulls that are bars across each other lie flat when the boxes do") {
+  Random random(89);
+  int landed = 0;
+  for (int k = 0; k < 300; ++k) {
+    const Vec3 upper(random.in(0.2, 1), random.in(0.2, 1), 6), lower(6, 1, random.in(0.2, 1));
+    const double tilt = std::pow(10, random.in(-4, -1));
+    const Vec3 axis = (k % 2 ? -1 : 1) * (k % 4 < 2 ? Vec3(0, 0, 1) : Vec3(1, 0, 0));
+    const Quat yaw = turn(random.in(-0.5, 0.5), Vec3(0, 1, 0));
+    Motion motion = moving(at(Vec3(random.in(-1, 1), 2, random.in(-1, 1)), (yaw * turn(tilt, axis)).normalized()),
+                           Vec3::Zero(), -random.in(0, 5) * (yaw * axis) + random.vector(0.1));
+    const Shape as_box = box(upper.x(), upper.y(), upper.z()), as_hull = box_hull(upper.x(), upper.y(), upper.z());
+    const Shape bar = box(lower.x(), lower.y(), lower.z()), bar_hull = box_hull(lower.x(), lower.y(), lower.z());
+    const Motion still = moving(at(random.vector(1e-3)));
+    for (int i = 0; i < 60; ++i) motion.pose.p.y() -= separation(as_box, motion.pose, bar, still.pose);
+    if (separation(as_box, motion.pose, bar, still.pose) > tol) continue;
+    const double t = time_of_contact(as_box, motion, bar, still, tol, 0.05);
+    landed += t < 0.05;
+    INFO(k << ": after " << t << " s");
+    CHECK(time_of_contact(as_hull, motion, bar, still, tol, 0.05) == Approx(t).margin(1e-7));
+    CHECK(time_of_contact(as_box, motion, bar_hull, still, tol, 0.05) == Approx(t).margin(1e-7));
+    CHECK(time_of_contact(bar_hull, still, as_hull, motion, tol, 0.05) == Approx(t).margin(1e-7));
+  }
+  CHECK(landed > 100);
+}
+
 TEST_CASE("A tetrahedron touches the ground with one corner, two of an edge, three of a face") {
   Pose frame;
   const Shape shape = hull({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 0, 1), Vec3(0.2, 1, 0.2)}, &frame);

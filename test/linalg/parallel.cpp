@@ -4,6 +4,9 @@
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
 #include <stdexcept>
 #include <thread>
 #include <vector>
@@ -46,5 +49,17 @@ TEST_CASE("what an item throws ends the work and is thrown again") {
     };
     CHECK_THROWS_WITH(for_each_item(2000, threads, work), "the fourth");
     CHECK(begun < 1000);
+  }
+}
+
+// More of each length than is kept, so that some of it is new.
+TEST_CASE("all memory begins on a line of the cache") {
+  std::vector<std::vector<std::unique_ptr<std::byte[]>>> held;
+  for (const std::size_t size : {1, 24, 64, 100, 1000, 4096, 10'000}) {
+    held.emplace_back();
+    for (int i = 0; i < 100; ++i) {
+      held.back().push_back(std::make_unique<std::byte[]>(size));
+      CHECK(reinterpret_cast<std::uintptr_t>(held.back().back().get()) % 64 == 0);
+    }
   }
 }
