@@ -90,6 +90,11 @@ TEST_CASE("a box that slides is not lifted by a cascade, though each of its prog
   CHECK(got.v_plus[1] == Approx(0).margin(1e-10));
 }
 
+TEST_CASE("a cascade counts the steps of all its programs", "[ncp]") {
+  // A box that sticks takes one program, by the interior point method, as there is no answer before.
+  CHECK(answer(box(0.5, {0, -1, 0}), "cascade").solution.iterations >= 2);
+}
+
 TEST_CASE("admm takes the same steps whatever the units, since contacts are scaled", "[ncp]") {
   const ContactProblem p = stack(3, 0.4, {0.4, -1, 0.2}, 0.3, 5);
   const Answer here = answer(p, "admm"), there = answer(in_other_units(p), "admm");

@@ -180,6 +180,18 @@ TEST_CASE("the friction of contacts without any gets no unknowns, and nothing el
         }
 }
 
+TEST_CASE("friction left out is counted on islands that the method solves, and not where a closed form does",
+          "[pruned]") {
+  const MethodRow& ap = *find_method("ap");
+  const ContactProblem on_ice = box(0, {1, -0.5, 0.2}), p = beside(beside(on_ice, box(0.5, {1, -0.5, 0.2})), on_ice);
+  for (const auto& [problem, idle] :
+       {std::pair(on_ice, 4L), {p, 8L}, {beside(p, sphere({1, -1, 0.3}, {0, 0, 0}, 0)), 8L}}) {
+    const auto left_out = std::make_shared<LeftOut>();
+    CHECK(judge(pruned(ap, {}, left_out), ap, problem).holds);
+    CHECK(left_out->idle_friction == idle);
+  }
+}
+
 TEST_CASE("what a solver answers depends on the island at hand, not on those before", "[pruned]") {
   for (const Choice& choice : choices()) {
     INFO(choice.label);
