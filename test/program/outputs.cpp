@@ -39,6 +39,12 @@ TEST_CASE("a trajectory as npz takes the place of the rows, whatever becomes of 
   CHECK(npz.starts_with("PK\x03\x04"));
   for (const char* name : {"t.npy", "bodies.npy", "position.npy", "orientation.npy", "velocity.npy"})
     CHECK(npz.find(name) != std::string::npos);
+  // The head of each array is as long as says numpy's format: whole lines of 64 bytes.
+  for (std::size_t at = npz.find("\x93NUMPY"); at != std::string::npos; at = npz.find("\x93NUMPY", at + 1)) {
+    const int length = static_cast<unsigned char>(npz[at + 8]) + 256 * static_cast<unsigned char>(npz[at + 9]);
+    CHECK((10 + length) % 64 == 0);
+    CHECK(npz[at + 9 + std::size_t(length)] == '\n');
+  }
   // The same input, the same bytes; and rows again where they are asked for.
   REQUIRE(run(directory.path(), arguments).code == 0);
   CHECK(read_file(out / "trajectory.npz") == npz);

@@ -118,6 +118,14 @@ TEST_CASE("A robot from a URDF file stands where a product of its frames says, t
   CHECK((mount.local.p - Vec3(1, 2.1, 3)).norm() < 1e-15);
 }
 
+TEST_CASE("Of the shapes of a link the first has its name, the others a number besides") {
+  const std::string ball = "<collision><geometry><sphere radius=\"0.01\"/></geometry></collision>";
+  const Scenario s = load(replaced(arm, "<link name=\"tip\">", "<link name=\"tip\">" + ball + ball));
+  CHECK(shape(s, "tip").radius == 0.01);
+  CHECK(shape(s, "tip_2").radius == 0.01);
+  CHECK(shape(s, "tip_3").radius == 0.03);
+}
+
 TEST_CASE("A capsule of a URDF file lies along z, and a mesh beside it counts as its hull") {
   const std::string cube =
       "# a cube and a point inside\no cube\nv 0 0 0\nv 0.2 0 0\nv 0 0.2 0\nv 0.2 0.2 0\nv 0 0 0.2\nv 0.2 0 "

@@ -5,6 +5,7 @@ import math
 import tempfile
 import unittest
 from pathlib import Path
+from types import SimpleNamespace
 from unittest import mock
 
 from contactbench import limits, measures, problems, stress
@@ -94,6 +95,34 @@ class Verdicts(unittest.TestCase):
         self.assertAlmostEqual(measures.slowed(v, a, 10, h), sum(h * (v - a * h * k) for k in range(1, 11)), delta=1e-15)
         self.assertAlmostEqual(measures.slowed(v, a, 10**9, 1e-9), v * v / (2 * a), delta=1e-9)
         self.assertEqual(measures.slowed(v, 0, 10, h), 10 * h * v)
+
+    @staticmethod
+    def run_that_moved(moved, steps, h, **parameters):
+        return SimpleNamespace(parameters=parameters, h=h, steps=lambda: steps, moved=lambda body: moved)
+
+    def test_a_ball_that_slips_and_then_rolls_goes_as_step_after_step_says(self):
+        for v, mu, steps in ((2.0, 0.3, 500), (2.0, 0.3, 60), (0.5, 0.0, 100), (0.5, 0.5, 1)):
+            h, x, speed, slip = 1e-3, 0.0, v, v
+            for _ in range(steps):
+                less = min(mu * measures.G * h, slip / 3.5)
+                speed, slip = speed - less, slip - 3.5 * less
+                x += h * speed
+            run = self.run_that_moved([x, 0, 0], steps, h, v=v, mu=mu)
+            self.assertLess(measures.rolls(run, {"arguments": {"v": "v", "body": "ball"}})[0], 1e-13, (v, mu, steps))
+
+    def test_a_ball_in_a_groove_rolls_at_five_sevenths_where_the_groove_is_flat(self):
+        # And as fast as its weight and inertia say where it is not: its middle is sin(half_angle) of r over the line that it turns about.
+        h, n, t = 1e-3, 1000, 0.3
+        for half, share in ((math.pi / 2, 5 / 7), (math.pi / 6, 0.25 / 0.65)):
+            x = share * measures.G * math.sin(t) * h * h * n * (n + 1) / 2
+            error, way = measures.groove(self.run_that_moved([0, 0, x], n, h, half_angle=half, slope=t, mu=0.9), {})
+            self.assertEqual(way, "rolls")
+            self.assertLess(error, 1e-12)
+        # On ice it slips: by the weight along the slope.
+        x = measures.G * math.sin(t) * h * h * n * (n + 1) / 2
+        error, way = measures.groove(self.run_that_moved([0, 0, x], n, h, half_angle=math.pi / 6, slope=t, mu=0.0), {})
+        self.assertEqual(way, "slips")
+        self.assertLess(error, 1e-12)
 
     def test_an_engine_that_is_off_is_no_fault_of_the_program(self):
         self.assertEqual(self.judge("ode/quick", engine=True, residual=None), "right")
