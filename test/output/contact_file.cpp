@@ -100,3 +100,14 @@ TEST_CASE("the contacts of a recorded step are rows in world axes", "[output]") 
   CHECK_FALSE(std::filesystem::exists(directory.path() / "contacts.csv"));
   CHECK_FALSE(std::filesystem::exists(directory.path() / "shapes.csv"));
 }
+
+TEST_CASE("a contact file that fails names the file, be it that of the contacts or that of the shapes", "[output]") {
+  for (const char* name : {"shapes.csv", "contacts.csv"}) {
+    const TemporaryDirectory directory;
+    std::filesystem::create_directory(directory.path() / name);  // stands in its way
+    const Scene scene;
+    const ContactFile file(directory.path(), scene.scenario, true, 1);
+    CHECK_FALSE(file.ok());
+    CHECK(file.failed_path() == (directory.path() / name).string());
+  }
+}

@@ -12,6 +12,7 @@ import tempfile
 import unittest
 import xml.etree.ElementTree as ET
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 from contactbench import campaign, look, reduce, scenes
@@ -412,6 +413,7 @@ class Reduction(unittest.TestCase):
 PROGRAM = """#!{python}
 import json, os, sys
 from pathlib import Path
+from unittest import mock
 words = sys.argv[1:]
 if words[0] == "list":
     print(json.dumps({{"statuses": [{{"name": s}} for s in ("ok", "inaccurate", "ray", "time_limit", "crash", "memory_limit", "input_error")]}}))
@@ -462,6 +464,14 @@ class Campaign(unittest.TestCase):
                               env={**os.environ, "CONTACTBENCH_ADDRESS_SPACE": "unlimited"})
         self.assertNotIn("Traceback", done.stderr)
         return done.returncode, len(self.log.read_text().splitlines())
+
+    def test_a_run_is_late_that_long_after_its_limit_and_no_sooner(self):
+        job = {"program": "p", "flags": [], "statuses": [], "time_limit": 10.0, "method": "ap/lemke"}
+        for took, late in ((10 + campaign.LATE - 0.1, False), (10 + campaign.LATE + 0.1, True)):
+            with mock.patch.object(campaign.program, "watched", return_value=("time_limit", "", False, None)), \
+                    mock.patch.object(campaign.time, "monotonic", side_effect=[0.0, took]):
+                row, _ = campaign.examine(job, None, None, None)
+            self.assertEqual([campaign.kind_of(fault) for fault in row["faults"]], ["late"] * late)
 
     def test_a_crash_is_a_defect_a_typed_end_is_kept_and_what_is_done_is_not_done_again(self):
         self.assertEqual(self.run_campaign(2), (3, 2))

@@ -8,11 +8,14 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 from pathlib import Path
 
 import pandas as pd
 import standin
-from contactbench import claims, precision, sections, solve_all
+import matplotlib.pyplot as plt
+import numpy as np
+from contactbench import claims, figures, precision, robots, sections, solve_all
 from contactbench import found as found_out
 from contactbench.runs import Runs
 
@@ -49,7 +52,7 @@ class FakeCell(dict):
                           "false_claims": "0"} | columns)
         self.errors, self.seconds, self.finished = {"position_linf_m": error, **(errors or {})}, seconds, finished
         self.members, self.times, self.busy, self.name = [], [seconds], False, columns.get("name", "A-P Lemke")
-        self.key = (self["method"], self["solver"])
+        self.key, self.label = (self["method"], self["solver"]), self.name
         self.how_it_ended, self.cut = "" if finished else "ray at 0.1 s", ""
 
     def error(self, name):
@@ -82,6 +85,28 @@ class Bounds(unittest.TestCase):
         for errors in ({"creep_linf_m": 6e-3}, {"creep_linf_m": 1e-3, "dropped_s": 0.5}):
             self.assertFalse(claims.holds(FakeCell(errors=errors)))
         self.assertEqual((found_out.drives, found_out.holds), (claims.drives, claims.holds))
+
+    def test_a_rise_of_energy_counts_from_a_billionth_on(self):
+        for rise, newtons, others in ((2e-9, claims.YES, claims.NO), (5e-10, claims.NO, claims.YES)):
+            cells = [FakeCell(method=method, variant=variant, name=method, errors={"energy_rise_relative": rise})
+                     for method, variant in [("newton", v) for v in claims.VARIANTS] + [("ap", "")]]
+            parts = claims.asked("C1", FakeResults(cells)).parts
+            self.assertEqual([p.verdict for p in parts], [newtons] * len(claims.VARIANTS) + [others])
+
+    def test_the_close_look_at_the_impact_is_about_the_step_in_which_energy_falls(self):
+        cell = FakeCell()
+        cell.series = lambda *_: np.array([[0, 0.1, 0.2, 0.3, 0.4], [5, 5, 5, 1, 1]])
+        table = unittest.mock.MagicMock()
+        table.__iter__.return_value = iter([(0, cell, {})])
+        figure, axes = plt.subplots(1, 2)
+        figures.figure01(table, axes)
+        self.assertAlmostEqual(sum(axes[1].get_xlim()) / 2, 0.3)
+        plt.close(figure)
+
+    def test_a_quaternion_turns_and_turns_back(self):
+        quarter, x = np.array([[0.5**0.5], [0], [0], [0.5**0.5]]), np.array([[1.0], [0], [0]])  # about z
+        np.testing.assert_allclose(robots.turned(quarter, x), [[0], [1], [0]], atol=1e-15)
+        np.testing.assert_allclose(robots.turned_back(quarter, x), [[0], [-1], [0]], atol=1e-15)
 
 
 class Fits(unittest.TestCase):

@@ -161,6 +161,14 @@ class Engines(unittest.TestCase):
         self.assertEqual(sum(j["method"] == "ap/lemke" for j in jobs), 4)
         self.assertTrue(all("--shuffle-contacts" not in j["flags"] for j in jobs if j["method"] == "ode/quick"))
 
+    def test_a_case_by_the_other_program_has_its_first_row_by_that_one_too(self):
+        cases = {"case": [{"id": "A", "rows": [{"--step": 1e-3}, {"--step": 1e-4}], "other_program": True}]}
+        options = mock.Mock(quick=False, only=[], other_program="older", member=0, program="newer", accuracy=0.0)
+        jobs = stress.plan(cases, [("ap/lemke", ["--method", "ap"])], options)
+        self.assertEqual([(j["program"], j["row"], j["first"]) for j in jobs],
+                         [("older", "by the other program", False), ("newer", "--step 0.001", True), ("newer", "--step 0.0001", False)])
+        self.assertEqual(jobs[0]["flags"], ["--method", "ap", "--step", "0.001"])
+
     def test_a_gain_of_energy_in_events_that_are_not_seen_is_no_zero(self):
         run = mock.Mock(summary={"energy": {"max_gain_relative": None}, "engine": {"name": "ode"}})
         self.assertIsNone(measures.event_gain(run, {})[0])
