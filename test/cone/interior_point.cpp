@@ -279,6 +279,27 @@ TEST_CASE("the interior point method alone comes to a small gap, with normal vel
   }
 }
 
+TEST_CASE("Newton's method comes from the answer without a bound to that with one", "[cone]") {
+  int came = 0;
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    const Chain chain(4, 2, seed);
+    ConeProgram p = chain.program();
+    p.gap = 1e-10;
+    const ConeOptions options;
+    ConeSolution x, bounded;
+    InteriorPoint(options).solve(p, x);
+    REQUIRE(x.status == ConeStatus::solved);
+    double sum = 0;
+    for (int c = 0; c < p.nc(); ++c) sum += x.r[3 * c];
+    p.kappa = (1 - 1e-3) * sum;
+    InteriorPoint(options).solve(p, bounded);
+    if (!InteriorPoint(options).polish(p, x, PolishRules::careful(options))) continue;
+    ++came;
+    for (std::size_t i = 0; i < x.r.size(); ++i) CHECK(x.r[i] == Approx(bounded.r[i]).margin(1e-4 * sum));
+  }
+  CHECK(came >= 8);
+}
+
 TEST_CASE("an answer that violates its constraints is not solved, whatever gap is asked for", "[cone]") {
   ConeOptions hasty;
   hasty.polish_from = 0;

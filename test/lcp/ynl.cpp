@@ -7,6 +7,7 @@
 #include "lcp/lcp_files.h"
 #include "lcp/scaling.h"
 #include "lcp/sparse_basis.h"
+#include "lcp/ynl_states.h"
 #include "linalg/stop.h"
 
 using namespace cb;
@@ -386,5 +387,24 @@ TEST_CASE("Factorising a basis costs in proportion to the contacts on a given nu
     CHECK(more_flops < 64 * flops);
     CHECK(more_entries < 64 * entries);
     CHECK(more_flops < 1e5);  // a dense basis of order 3200: 2e10
+  }
+}
+
+TEST_CASE("states that wait take more memory exactly where they say that they are full", "[ynl]") {
+  for (const std::size_t words : {1, 3}) {
+    WaitingStates waiting;
+    waiting.clear(words);
+    SearchState state;
+    state.basic.assign(words, 0);
+    int grew = 0;
+    for (int k = 0; k < 300; ++k) {
+      const std::size_t before = waiting.bytes();
+      const bool full = waiting.full();
+      waiting.push(state);
+      CHECK((waiting.bytes() != before) == full);
+      grew += full;
+      if (k % 5 == 4) waiting.pop(state);  // leaves a place
+    }
+    CHECK(grew > 5);
   }
 }
