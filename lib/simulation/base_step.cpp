@@ -131,15 +131,15 @@ double BaseStep::bending_of_contacts() const {
     for (const int shape : {contact.shape_a, contact.shape_b}) {
       const Shape& of = scenario_.shapes[shape];
       if (of.body < 0 || of.kind == ShapeKind::sphere || scenario_.model.bodies[of.body].tree >= 0) continue;
-      const double spin2 = Vec3(&state_.v[6 * static_cast<std::size_t>(of.body) + 3]).squaredNorm();
-      if (spin2 * step_ * step_ <= slow * slow) continue;
-      const double spin = std::sqrt(spin2);
+      const Vec3 w(&state_.v[6 * static_cast<std::size_t>(of.body) + 3]);
+      const double spin = w.norm(), across2 = w.cross(contact.normal).squaredNorm();
+      if (spin * step_ <= slow) continue;
       const double size = std::min(scenario_.shapes[contact.shape_a].size(), scenario_.shapes[contact.shape_b].size());
       const Vec3 slip =
           shape_velocity(contact.shape_a, contact.position) - shape_velocity(contact.shape_b, contact.position);
       const Shape& other = scenario_.shapes[shape == contact.shape_a ? contact.shape_b : contact.shape_a];
       const double reach = std::min(other.radius, 2 * radius_[shape] * radius_[shape] / (most_turned_in * size));
-      bending = std::max(bending, spin * (spin * (1.5 * radius_[shape] + reach) + slip.norm()) / size);
+      bending = std::max(bending, (spin * (1.5 * spin * radius_[shape] + slip.norm()) + across2 * reach) / size);
     }
   return bending;
 }

@@ -29,19 +29,31 @@ namespace cb {
 
 namespace {
 
-constexpr int rounds = 60;              // linearisations; two or three do, more where bodies turn far
-constexpr int patience = 10;            // of them in a row that do not halve the depth, where springs are needed
-constexpr int exchanges = 60;           // of the set, one linearisation; beyond: springs
-constexpr int whole = 20;               // exchanges of all points at once; then one leaves at a time
-constexpr int most = 60;                // points held; of more springs are cheaper than a dense factor
-constexpr double ridge = 1e-11;         // of G's diagonal
-constexpr double missed = 0.1;          // of the closed gap: N d >= wanted - missed * closed
-constexpr double reach_of = 4;          // depths: points with gaps up to these are looked at
-constexpr double same_normal = 0.9999;  // cosine
-constexpr double same_point = 1e-3;     // of the smaller shape's size
-constexpr double furthest = 0.2;        // rad: a body turns by no more in a round
+constexpr int rounds = 60;             // linearisations; two or three do, more where bodies turn far
+constexpr int patience = 10;           // of them in a row that do not halve the depth, where springs are needed
+constexpr int exchanges = 60;          // of the set, one linearisation; beyond: springs
+constexpr int whole = 20;              // exchanges of all points at once; then one leaves at a time
+constexpr int most = 60;               // points held; of more springs are cheaper than a dense factor
+constexpr double ridge = 1e-11;        // of G's diagonal
+constexpr double missed = 0.1;         // of the closed gap: N d >= wanted - missed * closed
+constexpr double reach_of = 4;         // depths: points with gaps up to these are looked at
+constexpr double same_normal = 0.999;  // cosine
+constexpr double same_point = 1e-3;    // of the smaller shape's size
+constexpr double furthest = 0.2;       // rad: a body turns by no more in a round
 // -: lambda < -negative * (largest lambda) leaves the set
 constexpr double negative = 1e-12;
+
+// Points are listed in the order of these.
+template <class Point>
+std::pair<int, int> pair_of(const Point& p) {
+  return std::minmax(p.shape_a, p.shape_b);
+}
+
+// m: points of a pair that are nearer are one.
+template <class Point>
+double nearness(const Scenario& scenario, const Point& p) {
+  return same_point * std::min(scenario.shapes[p.shape_a].size(), scenario.shapes[p.shape_b].size());
+}
 
 }  // namespace
 
@@ -59,11 +71,13 @@ double Overlap::remove(const Scenario& scenario, const std::vector<double>& tole
     since = depth < 0.5 * mark ? 0 : since + 1;
     if (since == 0) mark = depth;
     if (large_ && since > patience) break;
+    poll_stop();
     recall(scenario, motions, tolerance, reach);
     add_limits(scenario, limit_tolerance, state);
     prepare(scenario, state);
     d_.setZero(problem_.nv());
     for (int island = 0; island < islands_.count; ++island) solve(island);
+    remember(scenario, motions);
     const double moved = move(scenario, radius, state);
     displacement += moved;
     for (std::size_t i = 0; i < motions.size(); ++i) shape_motion(scenario.shapes[i], state, motions[i]);
@@ -96,37 +110,48 @@ double Overlap::find_points(const Scenario& scenario, const std::vector<Motion>&
   return deepest;
 }
 
-// Lists points of earlier rounds that are within reach and not listed, then keeps in mind those that touch.
+// Lists points that were held in earlier rounds, are within reach and not listed. Both are ordered by their pairs.
 void Overlap::recall(const Scenario& scenario, const std::vector<Motion>& motions, const std::vector<double>& tolerance,
                      double reach) {
   const std::size_t listed = points_.size();
+  std::size_t first = 0, last = 0;
   for (const MaterialPoint& e : earlier_) {
-    const Vec3 a = motions[e.shape_a].pose * e.on_a, b = motions[e.shape_b].pose * e.on_b;
-    const double near = same_point * std::min(scenario.shapes[e.shape_a].size(), scenario.shapes[e.shape_b].size());
+    while (first < listed && pair_of(points_[first]) < pair_of(e)) ++first;
+    for (last = std::max(first, last); last < listed && pair_of(points_[last]) == pair_of(e);) ++last;
     const ContactPoint* along = nullptr;
-    bool new_point = true;
-    for (const ContactPoint& p : points_) {
-      if (p.shape_a != e.shape_a || p.shape_b != e.shape_b || p.normal.dot(e.normal) < same_normal) continue;
-      if (along == nullptr) along = &p;
-      new_point = new_point && (p.position - (a + b) / 2).norm() > near;
-    }
-    if (along == nullptr || !new_point) continue;
-    const double gap = along->normal.dot(a - b);
-    if (gap > reach) continue;
+    for (std::size_t c = first; c < last; ++c)
+      if (along == nullptr || points_[c].normal.dot(e.normal) > along->normal.dot(e.normal)) along = &points_[c];
+    if (along == nullptr || along->normal.dot(e.normal) < same_normal) continue;
+    const Vec3 n = along->normal, a = motions[e.shape_a].pose * e.on_a, b = motions[e.shape_b].pose * e.on_b;
+    const double gap = n.dot(a - b), near = nearness(scenario, e);
+    const auto is_there = [&](const ContactPoint& p) { return (p.position - (a + b) / 2).norm() <= near; };
+    if (gap > reach || std::any_of(points_.begin() + first, points_.begin() + last, is_there)) continue;
     const double closed = resolved_tolerance(std::min(tolerance[e.shape_a], tolerance[e.shape_b]),
                                              motions[e.shape_a].pose.p, motions[e.shape_b].pose.p);
-    points_.push_back({(a + b) / 2, along->normal, gap, e.shape_a, e.shape_b});
+    points_.push_back({(a + b) / 2, n, gap, e.shape_a, e.shape_b});
     wanted_.push_back(wanted_opening(gap, closed));
     slack_.push_back(missed * closed);
   }
-  for (std::size_t c = 0; c < listed; ++c) {
+}
+
+// Keeps in mind what is held, each point of the material once.
+void Overlap::remember(const Scenario& scenario, const std::vector<Motion>& motions) {
+  const std::size_t before = earlier_.size();
+  for (std::size_t c = 0; c < points_.size(); ++c) {
+    if (in_[c] == 0) continue;
     const ContactPoint& p = points_[c];
-    if (p.gap > std::min(tolerance[p.shape_a], tolerance[p.shape_b])) continue;
     const Vec3 half = (p.gap / 2) * p.normal;
     const Pose &a = motions[p.shape_a].pose, &b = motions[p.shape_b].pose;
-    earlier_.push_back({p.shape_a, p.shape_b, a.q.conjugate() * (p.position + half - a.p),
-                        b.q.conjugate() * (p.position - half - b.p), p.normal});
+    const MaterialPoint here{p.shape_a, p.shape_b, a.q.conjugate() * (p.position + half - a.p),
+                             b.q.conjugate() * (p.position - half - b.p), p.normal};
+    const auto [first, last] =
+        std::ranges::equal_range(earlier_.begin(), earlier_.begin() + static_cast<std::ptrdiff_t>(before),
+                                 pair_of(here), {}, pair_of<MaterialPoint>);
+    const double near = nearness(scenario, here);
+    if (std::none_of(first, last, [&](const MaterialPoint& e) { return (e.on_a - here.on_a).norm() <= near; }))
+      earlier_.push_back(here);
   }
+  std::ranges::stable_sort(earlier_, {}, pair_of<MaterialPoint>);
 }
 
 void Overlap::add_limits(const Scenario& scenario, double tolerance, const State& state) {

@@ -18,9 +18,9 @@ namespace cb {
 /// With N the normal rows of the points whose gap is small, the poses are displaced by the d least in d.M d with
 ///   N d >= -gap   for points that are open, or deeper than closed,
 ///   N d >= 0      for points that are closed,
-/// linearised anew until no point is deeper than closed. The limits of joints are such points too, and hold where they
-/// and shapes contradict each other. Kinetic energy stays as it is (displacement.h); the potential energy changes by
-/// the weight times d. Where nothing overlaps nothing is called.
+/// linearised anew until no point is deeper than closed, with the points that were held in sight. The limits of joints
+/// are such points too, and hold where they and shapes contradict each other. Kinetic energy stays as it is
+/// (displacement.h); the potential energy changes by the weight times d. Where nothing overlaps nothing is called.
 class Overlap {
  public:
   /// Pairs whose bounding boxes, widened by a margin in m, overlap at the present `motions`.
@@ -38,6 +38,7 @@ class Overlap {
                      const std::vector<std::pair<int, int>>& pairs, double reach);
   void recall(const Scenario& scenario, const std::vector<Motion>& motions, const std::vector<double>& tolerance,
               double reach);
+  void remember(const Scenario& scenario, const std::vector<Motion>& motions);
   void add_limits(const Scenario& scenario, double tolerance, const State& state);
   void prepare(const Scenario& scenario, const State& state);
   void solve(int island);
@@ -47,13 +48,13 @@ class Overlap {
   double opened(int c) const;
   double move(const Scenario& scenario, const std::vector<double>& radius, State& state);
 
-  struct MaterialPoint {
+  struct MaterialPoint {  // of both shapes
     int shape_a, shape_b;
     Vec3 on_a, on_b;  // in the frames of the shapes, m
     Vec3 normal;      // as it was found, world
   };
   std::vector<ContactPoint> points_;
-  std::vector<MaterialPoint> earlier_;  // that touched in an earlier round
+  std::vector<MaterialPoint> earlier_;  // held in an earlier round, by pairs
   std::vector<LimitContact> limits_;    // rows after those of points_, and points in what follows
   std::vector<double> wanted_;          // per point: least N d, m
   std::vector<double> slack_;           // per point: what of it may be missed, m

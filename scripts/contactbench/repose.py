@@ -1,5 +1,7 @@
 """The angle of repose: at which angle the balls of a turning drum stand (scenarios/rolling_drum.xml), from the runs of
 the sweep `motion`. Reads result files; runs nothing."""
+import math
+
 import numpy as np
 from matplotlib.patches import Circle
 
@@ -15,12 +17,17 @@ SETTLED = 0.5  # of the run: by then the first rise is over
 SHOWN = "convex"  # whose balls are drawn
 
 
-def runs(results, _):
-    return Curves(results.cells(SCENE, SWEEP))
-
-
 def mu_of(cell):
-    return float(dict(word.split("=") for word in cell["parameters"].split())["mu"])
+    """Of the balls, nan where the run has the scene's own."""
+    return float(dict(word.split("=") for word in cell["parameters"].split()).get("mu", "nan"))
+
+
+def cells(results):
+    return [cell for cell in results.cells(SCENE, SWEEP) if not math.isnan(mu_of(cell))]
+
+
+def runs(results, _=None):
+    return Curves(cells(results))
 
 
 def angle(cell):

@@ -186,7 +186,7 @@ def scenes(results):
     found = scenery.motions(results) if results.whole else {}
     shown = {name.partition(" ")[0] for name in found}
     without = [s for s in dict.fromkeys(results.table["scene"]) if s not in shown]
-    if not results.cells(repose.SCENE, repose.SWEEP):
+    if not of_paper(results) or not repose.cells(results):
         return Section("The scenes", Plain(scenes=found, without=without, repose=None))
     picture, about, digest = figure(results, repose.FIGURE, repose.SWEEP)
     shown = Plain(scenes=found, without=without, repose=picture)

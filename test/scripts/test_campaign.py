@@ -413,7 +413,6 @@ class Reduction(unittest.TestCase):
 PROGRAM = """#!{python}
 import json, os, sys
 from pathlib import Path
-from unittest import mock
 words = sys.argv[1:]
 if words[0] == "list":
     print(json.dumps({{"statuses": [{{"name": s}} for s in ("ok", "inaccurate", "ray", "time_limit", "crash", "memory_limit", "input_error")]}}))

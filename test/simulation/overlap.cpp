@@ -37,8 +37,9 @@ double sphere_gap(const Vec3& centre, double radius, const Shape& b, const Pose&
   return beyond.cwiseMax(0).norm() + std::min(0.0, beyond.maxCoeff()) - radius;
 }
 
-// Signed distance of two shapes, none a cylinder but on a plane.
+// Signed distance of two shapes, none a cylinder but on a plane; of two cylinders the library's own.
 double gap(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  if (a.kind == ShapeKind::cylinder && b.kind == ShapeKind::cylinder) return separation(a, pose_a, b, pose_b);
   if (a.kind == ShapeKind::half_space) return gap(b, pose_b, a, pose_a);
   if (b.kind == ShapeKind::half_space) {
     const Vec3 n = pose_b.q * Vec3::UnitY(), n_A = (pose_a.q.conjugate() * n).cwiseAbs();
@@ -81,7 +82,6 @@ Seen look(const Scenario& s, const std::string& name = "ap", double step = 0) {
     for (std::size_t j = 1; j < s.shapes.size(); ++j)
       for (std::size_t k = 0; k < j; ++k) {
         const Shape &a = s.shapes[j], &b = s.shapes[k];
-        if (a.kind == ShapeKind::cylinder && b.kind == ShapeKind::cylinder) continue;
         if ((a.body < 0 && b.body < 0) || s.pairs.find(static_cast<int>(k), static_cast<int>(j)) == nullptr) continue;
         seen.deepest = std::max(seen.deepest, -gap(a, pose(a), b, pose(b)) / std::min(a.size(), b.size()));
       }
