@@ -2,8 +2,9 @@
 // law (De Saxce and Feng's form), and the ways in which a program can let one down.
 //   toy_solver text|binary [FAULT]     talks by the protocol of docs/external.md
 //   toy_solver file PROBLEM ANSWER [FAULT]
-// FAULT=N: crash, exit, hang, nan, short, garbage, fail, deaf or silent at the N-th problem; `time` prints at the end,
-// on standard error, the processor's seconds that it took, reading and writing with it, and the problems solved.
+// FAULT=N: crash, exit, hang, wrong, nan, short, garbage, fail, deaf or silent at the N-th problem; `time` prints at
+// the end, on standard error, the processor's seconds that it took, reading and writing with it, and the problems
+// solved.
 
 #include <unistd.h>
 
@@ -103,6 +104,7 @@ bool spoil(const Faults& faults, long number, std::vector<double>& r, std::strin
   if (faults.now("exit", number)) std::exit(7);
   if (faults.now("hang", number))
     for (;;) pause();
+  if (faults.now("wrong", number)) std::fill(r.begin(), r.end(), 0.0);
   if (faults.now("nan", number)) r[1] = std::nan("");
   if (faults.now("short", number)) r.pop_back();
   if (faults.now("fail", number)) status = "nonconverged", r.clear();

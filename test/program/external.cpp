@@ -164,6 +164,24 @@ TEST_CASE("the limit of time and Ctrl-C are heard while another program is waite
   CHECK_FALSE(there(directory.path() / "pid"));
 }
 
+// Whether it fails again by a command takes solves without a limit.
+TEST_CASE("a run that is stopped keeps its worst problem, and does not try it again first", "[program][external]") {
+  for (const bool stopped : {false, true}) {
+    TemporaryDirectory directory;
+    std::vector<std::string> arguments = stack();
+    if (stopped) {
+      std::ranges::replace(arguments, std::string("0.05"), std::string("1e6"));
+      arguments.insert(arguments.end(), {"--time-limit", "0.5"});
+    }
+    const Result result = run(directory.path(), external(toy + " binary wrong=1", arguments));
+    INFO(result.err);
+    const Json row = summary(directory.path() / "r");
+    CHECK(row["status"] == (stopped ? "time_limit" : "inaccurate"));
+    if (row["hard_problem"].is_null()) return;  // a build without HDF5
+    CHECK(row["hard_problem_command"].is_null() == stopped);
+  }
+}
+
 #if !defined(__SANITIZE_ADDRESS__)  // which is given no limit
 TEST_CASE("a limit of memory holds for the other program too", "[program][external]") {
   TemporaryDirectory directory;
