@@ -1,6 +1,7 @@
 // `--method external`: another program answers, and is judged as methods of ours are. The program is toy_solver.cpp,
 // which shares no line with ours.
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cerrno>
 
