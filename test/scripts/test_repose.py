@@ -7,6 +7,7 @@ import unittest
 from pathlib import Path
 from types import SimpleNamespace
 
+import matplotlib.pyplot as plt
 from contactbench import figures, gather, repose
 from contactbench.runs import Runs
 
@@ -55,14 +56,29 @@ class Angle(unittest.TestCase):
         for shapes in (True, False):
             top = self.top / f"shapes_{shapes}"
             for row in rows:
-                write_run(top / "runs" / row["run"], (0, 10, 20, 30, 25), shapes)
+                share = 1 if row["parameters"] == "mu=0.5" else 0.5
+                write_run(top / "runs" / row["run"], [share * degrees for degrees in (0, 10, 20, 30, 25)], shapes)
             with open(top / "runs.csv", "w") as file:
                 table = csv.DictWriter(file, gather.COLUMNS, "")
                 table.writeheader()
                 table.writerows(rows)
             (top / "manifest.json").write_text(json.dumps({"profile": "quick"}))
-            figures.draw(repose.FIGURE, Runs(top, top / "runs"))
+            results = Runs(top, top / "runs")
+            figures.draw(repose.FIGURE, results)
             self.assertTrue((top / "figures/repose.png").exists())
+            figure, (picture, over_time, of_mu) = repose.canvas(None)
+            repose.repose(repose.runs(results), (picture, over_time, of_mu))
+            # Over time the largest friction alone; against friction the second half of each.
+            curve = max(over_time.lines, key=lambda line: len(line.get_xdata()))
+            for drawn, wanted in zip(curve.get_xydata(), ((0, 0), (1, 10), (2, 20), (3, 30), (4, 25))):
+                self.assertAlmostEqual(math.dist(drawn, wanted), 0, 9)
+            means = [line.get_xydata()[0] for line in of_mu.lines]
+            for (x, y), (mu, mean) in zip(means, ((0.1, 12.5), (0.5, 25))):
+                self.assertAlmostEqual(x, mu, delta=0.01)
+                self.assertAlmostEqual(y, mean, 9)
+            self.assertEqual(len(means), 2)
+            self.assertEqual(picture.axison, shapes)
+            plt.close(figure)
 
 
 if __name__ == "__main__":
