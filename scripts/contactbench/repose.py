@@ -10,8 +10,8 @@ from .looks import Curves, plt
 
 SWEEP, SCENE = "motion", "rolling_drum"
 FIGURE = "repose"
-# Degrees, dry grains that turn slowly, and their friction: as the scene's head quotes GDR MiDi, On dense granular flows,
-# Eur. Phys. J. E 14 (2004). A range for the eye: the review itself was not at hand.
+# Degrees, dry grains that turn slowly, and their friction: as the scene's head quotes GDR MiDi, On dense granular
+# flows, Eur. Phys. J. E 14 (2004). A range for the eye: the review itself was not at hand.
 PUBLISHED, OF_MU = (20, 35), (0.3, 0.6)
 SETTLED = 0.5  # of the run: by then the first rise is over
 SHOWN = "convex"  # whose balls are drawn
