@@ -14,7 +14,7 @@
 // (restitution.h). Newton's u_n+ = -e u_n- would be one phase, and a law that r alone proves; but with friction or
 // coupled contacts it gains energy (T. R. Kane, 1984) where nothing could scale it, and such an answer cannot be `ok`.
 //
-// With --warm-start the impulses of the previous event are where the solver begins.
+// With --warm-start the solver begins where the impulses of the events before lead to.
 // Fails as the solver does; its ending and reason are passed on, with the best impulses it met. What did not come to
 // the tolerance and is off by 1e-6 at most is `inaccurate`: a run goes on with it, and says so.
 
@@ -23,6 +23,7 @@
 #include <memory>
 
 #include "methods/convex_island.h"
+#include "methods/expected_impulses.h"
 #include "methods/registry.h"
 #include "methods/restitution.h"
 #include "methods/same_event.h"
@@ -55,6 +56,11 @@ Status status_of(const NcpSolution& answer) {
   return Status::nonconverged;
 }
 
+// Impulses of one contact.
+void copy(const std::vector<double>& from, std::size_t contact, std::vector<double>& to, std::size_t there) {
+  for (std::size_t i = 0; i < 3; ++i) to[3 * there + i] = from[3 * contact + i];  // std::copy_n is a call
+}
+
 class Coulomb {
  public:
   explicit Coulomb(const MethodOptions& options);
@@ -63,7 +69,8 @@ class Coulomb {
  private:
   void solve(const ContactProblem& problem, const std::vector<double>& v0, bool may_start, ContactSolution& solution);
   bool approaches_again() const;
-  bool pulls_by_rounding(int contact) const;
+  bool pulls_by_rounding(double weight, const double* r, const double* u) const;
+  NcpProblem island(const ContactProblem& problem, const std::vector<double>& v0, int g);
 
   bool warm_;
   std::shared_ptr<Counter> warm_starts_;
@@ -79,7 +86,8 @@ class Coulomb {
   std::vector<int> block_in_island_;
   ConvexIsland island_;
   NcpSolution answer_;
-  std::vector<double> previous_, start_;  // 3 nc, N s: of the event before; of the island's
+  ExpectedImpulses expected_;
+  std::vector<double> start_;  // 3 nc of the island, N s
 
   Restitution restitution_;
   std::vector<char> bounded_;  // per island
@@ -138,26 +146,22 @@ bool Coulomb::approaches_again() const {
 
 // Does a contact pull by no more than what an answer is solved to? It slips, and would be driven. One that sticks by
 // large mu may have friction beside a normal impulse that is less than that: it keeps it.
-bool Coulomb::pulls_by_rounding(int contact) const {
-  const double* r = &answer_.r[3 * contact];
-  const double* u = &answer_.u[3 * contact];
-  return r[0] < 0 &&
-         island_.weight[contact] * std::hypot(r[0], r[1], r[2]) <= tolerance_ * std::hypot(u[0], u[1], u[2]);
+bool Coulomb::pulls_by_rounding(double weight, const double* r, const double* u) const {
+  return r[0] < 0 && weight * std::hypot(r[0], r[1], r[2]) <= tolerance_ * std::hypot(u[0], u[1], u[2]);
 }
 
 // One phase (restitution has two), from v0, island by island.
 void Coulomb::solve(const ContactProblem& problem, const std::vector<double>& v0, bool may_start,
                     ContactSolution& solution) {
-  const bool start = may_start && previous_.size() == solution.impulse.size();
+  const std::vector<double>& expected = expected_.next();
+  const bool start = may_start && expected.size() == solution.impulse.size();
   bool accepted = start;
   for (int g = 0; g < islands_.count; ++g) {
-    extract(problem, v0, weight_, contacts_of_[g], blocks_of_[g], block_in_island_, island_);
-    const int nc = island_.nc();
-    NcpProblem part{&island_.M,     &island_.factor, &island_.J,     island_.v0,
-                    island_.offset, island_.mu,      island_.weight, {}};
+    NcpProblem part = island(problem, v0, g);
+    const std::size_t nc = part.mu.size();
     if (start) {
-      start_.resize(3 * static_cast<std::size_t>(nc));
-      for (int k = 0; k < nc; ++k) std::copy_n(&previous_[3 * island_.contacts[k]], 3, &start_[3 * k]);
+      start_.resize(3 * nc);
+      for (std::size_t k = 0; k < nc; ++k) copy(expected, contacts_of_[g][k], start_, k);
       part.start = start_;
     }
     solver_(part, answer_);
@@ -168,12 +172,14 @@ void Coulomb::solve(const ContactProblem& problem, const std::vector<double>& v0
       solver_(part, answer_);
     }
     if (answered_by_ && !answer_.who.empty()) answered_by_->add(answer_.who);
-    solution.size += 3 * nc;
+    solution.size += static_cast<int>(3 * nc);
     solution.iterations += answer_.iterations;
     solution.claimed_residual = std::max(solution.claimed_residual, answer_.residual);
-    for (int k = 0; k < nc; ++k) {
-      if (answer_.status == NcpStatus::solved && pulls_by_rounding(k)) std::fill_n(&answer_.r[3 * k], 3, 0.0);
-      std::copy_n(&answer_.r[3 * k], 3, &solution.impulse[3 * island_.contacts[k]]);
+    for (std::size_t k = 0; k < nc; ++k) {
+      double* r = &answer_.r[3 * k];
+      if (answer_.status == NcpStatus::solved && pulls_by_rounding(part.weight[k], r, &answer_.u[3 * k]))
+        std::fill_n(r, 3, 0.0);
+      copy(answer_.r, k, solution.impulse, contacts_of_[g][k]);
     }
     const Status status = status_of(answer_);
     if (status <= solution.status) continue;
@@ -181,7 +187,15 @@ void Coulomb::solve(const ContactProblem& problem, const std::vector<double>& v0
     solution.reason = answer_.reason;
   }
   if (accepted && warm_starts_) ++*warm_starts_;
-  if (may_start) previous_ = solution.impulse;
+  if (may_start) expected_.note(solution.impulse);
+}
+
+// Taken out where there are others. Views of the problem, or of island_.
+NcpProblem Coulomb::island(const ContactProblem& problem, const std::vector<double>& v0, int g) {
+  if (blocks_of_[g].size() == static_cast<std::size_t>(problem.M.blocks()))
+    return {&problem.M, &factor_, &problem.J, v0, problem.offset, problem.mu, weight_, {}};
+  extract(problem, v0, weight_, contacts_of_[g], blocks_of_[g], block_in_island_, island_);
+  return {&island_.M, &island_.factor, &island_.J, island_.v0, island_.offset, island_.mu, island_.weight, {}};
 }
 
 }  // namespace
@@ -211,7 +225,7 @@ MethodRow coulomb_row() {
                   .expected = "a factor more than 0 and less than 2, as in --relaxation 1.3",
                   .most = std::nextafter(2.0, 0.0),
                   .positive = true},
-                 warm_start_option("begin with the previous event's impulses")},
+                 warm_start_option("begin with the impulses that the events before lead to")},
                 [](const MethodOptions& options) -> ContactMethod {
                   auto method = std::make_shared<Coulomb>(options);
                   const auto solve = [method](const ContactProblem& problem, ContactSolution& solution) {

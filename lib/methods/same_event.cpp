@@ -12,6 +12,8 @@ namespace {
 
 /// -: differences that count as rounding, as fractions of what they are differences of; of velocities.
 constexpr double rounding = 1e-15, velocity_rounding = 4e-15;
+/// -: change of velocities from event to event, of the fastest, beyond which a third event like these is not awaited.
+constexpr double moving = 1e-6;
 
 bool equal(const std::vector<double>& a, const std::vector<double>& b) {
   return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin());
@@ -38,23 +40,39 @@ class SameEvent {
       return;
     }
     method_(problem, solution);
-    solved_ = solution.status == Status::ok;
+    solved_ = solution.status == Status::ok && !moves_on(problem);
     if (!solved_) return;
     problem_ = problem;
     answer_ = solution;
   }
 
  private:
+  bool moves_on(const ContactProblem& now);
   bool same(const ContactProblem& now);
   bool same_matrices(const ContactProblem& now) const;
 
   ContactMethod method_;
   std::shared_ptr<Counter> reused_;
   bool solved_ = false;
-  ContactProblem problem_;  // the event that was solved,
-  ContactSolution answer_;  // and its answer
-  std::vector<double> change_;
+  ContactProblem problem_;                 // the event that was solved,
+  ContactSolution answer_;                 // and its answer
+  std::vector<double> change_, velocity_;  // velocity_: before the last event that was solved
 };
+
+// Does it differ from the last event by so much that the next will hardly be the same? Then it is not kept.
+bool SameEvent::moves_on(const ContactProblem& now) {
+  bool moves = false;
+  if (velocity_.size() == now.v_minus.size()) {
+    double change = 0, fastest = 0;
+    for (std::size_t i = 0; i < velocity_.size(); ++i) {
+      change = std::max(change, std::abs(now.v_minus[i] - velocity_[i]));
+      fastest = std::max(fastest, std::abs(velocity_[i]));
+    }
+    moves = change > moving * fastest;
+  }
+  velocity_ = now.v_minus;
+  return moves;
+}
 
 bool SameEvent::same(const ContactProblem& now) {
   const ContactProblem& then = problem_;

@@ -11,7 +11,8 @@ namespace cb {
 /// (1e-15 of the largest of their kind; of trees: by nothing), mu, restitution and offset by nothing, and the velocity
 /// of each block by at most 4e-15 of it in the norm of M. What is compared with is always the event that was solved, so
 /// that small differences do not add up. The referee checks the answer on the present problem like any other. Only
-/// answers with status ok are used again. `reused` counts them. Part of --warm-start.
+/// answers with status ok are used again, and of what moves from event to event none is kept. `reused` counts them.
+/// Part of --warm-start.
 ContactMethod reuse_same_event(ContactMethod method, std::shared_ptr<Counter> reused);
 
 }  // namespace cb

@@ -164,7 +164,7 @@ double AlartCurnierNewton::solve(const Options& o, std::vector<double>& r, std::
   r_ = r;
   piece_.clear();
   measure_->velocities(r_, v_, u_);
-  last_.assign(r_.size(), 0.0);
+  if (o.cut) last_.assign(r_.size(), 0.0);
   double best = measure_->residual(r_, u_), proximal = o.proximal;
   if (!std::isfinite(best)) best = HUGE_VAL;
   double before = HUGE_VAL;

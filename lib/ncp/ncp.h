@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <span>
 #include <string>
@@ -81,7 +82,8 @@ class NcpMeasure {
   /// The same with the sizes of the referee's second look: what velocities are small sums of counts, and what the
   /// last bits of the data leave open is no error.
   double residual_beside_rounding(std::span<const double> r, std::span<const double> u);
-  const std::vector<double>& q() const { return q_; }  ///< 3 nc, m/s
+  const std::vector<double>& q() const { return q_; }    ///< 3 nc, m/s
+  double size_before() const { return std::sqrt(q2_); }  ///< sqrt(J), of q
 
  private:
   void find_changes(std::span<const double> r);

@@ -95,7 +95,6 @@ class NcpNewton {
   StoppingImpulse stopping_;
   std::vector<char> all_;  // nc
   const NcpProblem* problem_ = nullptr;
-  double size_ = 0;           // sqrt(J), of q
   double next_finish_ = 0;    // -: error from which it is tried
   double finished_from_ = 0;  // -: residual of the best after the last of these
   std::vector<double> tried_, tried_u_, v_;
@@ -142,7 +141,7 @@ bool NcpNewton::finish(AlartCurnierNewton::Options o, double proximal, std::stri
 void NcpNewton::begin_interior(double start) {
   InteriorSystem::Options o = o_.interior;
   o.start *= start;
-  interior_.begin(o, *problem_, system_, measure_, size_);
+  interior_.begin(o, *problem_, system_, measure_, measure_.size_before());
   next_finish_ = o_.finish_from;
 }
 
@@ -244,10 +243,6 @@ void NcpNewton::operator()(const NcpProblem& p, NcpSolution& solution) {
     solution.reason = "NaN or infinity in the problem";
     return;
   }
-  size_ = 0;
-  for (int c = 0; c < nc; ++c)
-    for (int i = 3 * c; i < 3 * c + 3; ++i) size_ += solution.u[i] * solution.u[i] / p.weight[c];
-  size_ = std::sqrt(size_);
   system_.prepare(*p.M, *p.J);
   finish_.begin(p, system_, measure_);
   finished_from_ = HUGE_VAL;

@@ -53,8 +53,7 @@ BaseStep::BaseStep(const Scenario& scenario, const SimulationOptions& options, C
 }
 
 void BaseStep::begin(long step) {
-  lap_.restart();
-  started_ = lap_.last();
+  lap_.begin();
   record_ = StepRecord{};
   record_.step = step;
 }
@@ -78,13 +77,13 @@ bool BaseStep::event(double bounced) {
   if (bounced > 0) observe_bounces(bounced);
   solve_event();
   while (corners_fall_short()) {  // solved again, with all points of the patches
-    lap_.restart();
+    lap_.leave_out();
     find_contacts();
     approaching();
     solve_event();
   }
   record_.unsolved = !take_answer();
-  lap_.restart();  // the referee's check is no part of any of them
+  lap_.leave_out();  // the referee's check is no part of any of them
   if (!record_.unsolved) left_out_.coplanar_points += points_left_out_;
   return !record_.unsolved;
 }
@@ -177,7 +176,7 @@ void BaseStep::part() {
 void BaseStep::finish(double t) {
   state_.t = record_.t = t;
   record_.kinetic_energy = kinetic_energy(scenario_.model, state_);
-  record_.potential_energy = potential_energy(scenario_.model, state_, scenario_.gravity.at(state_.t));
+  record_.potential_energy = potential_energy(scenario_.model, state_, gravity());
   if (!std::isfinite(record_.kinetic_energy))
     fail(Status::not_finite, "a velocity is not a finite number");
   else if (record_.kinetic_energy > options_.blowup_factor * energy_input_)
@@ -187,7 +186,7 @@ void BaseStep::finish(double t) {
     fail(Status::energy_blowup, fmt::format("kinetic energy {:.3g} J: a spring's or motor's explicit step is unstable",
                                             record_.kinetic_energy));
   lap_.add_to(record_.times.collision_s);  // the energies are too short to read the clock for
-  record_.times.step_s = std::chrono::duration<double>(lap_.last() - started_).count();
+  record_.times.step_s = lap_.total();
 }
 
 // The pair of the first time of contact, dt after the one before. False where it has come too often: the cap, and as
@@ -235,6 +234,12 @@ void BaseStep::fail(Status status, std::string reason) {
   reason_ = std::move(reason);
 }
 
+// At the time of the state: asked for at the end of a step and at the beginning of the next.
+const Vec3& BaseStep::gravity() {
+  if (gravity_at_ != state_.t) gravity_ = scenario_.gravity.at(gravity_at_ = state_.t);
+  return gravity_;
+}
+
 void BaseStep::choose_forces(long index, double h) {
   for (std::size_t i = 0; i < force_on_.size(); ++i)
     force_on_[i] = index >= step_at(scenario_.forces[i].from, h) && index < step_at(scenario_.forces[i].to, h) ? 1 : 0;
@@ -243,7 +248,7 @@ void BaseStep::choose_forces(long index, double h) {
 void BaseStep::kick(double h) {
   step_ = h;
   at_start_ = true;
-  const Vec3 g = scenario_.gravity.at(state_.t);
+  const Vec3 g = gravity();
   gravity_speed_ = g.norm() * h;
   for (std::size_t b = 0; b < external_.size(); ++b) external_[b] = scenario_.model.bodies[b].mass * g;
   for (std::size_t i = 0; i < force_on_.size(); ++i)

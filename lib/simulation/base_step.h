@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <functional>
 #include <limits>
 #include <random>
@@ -19,28 +18,12 @@
 #include "simulation/bounces.h"
 #include "simulation/drift.h"
 #include "simulation/event_islands.h"
+#include "simulation/lap.h"
 #include "simulation/options.h"
 #include "simulation/overlap.h"
 #include "simulation/step_record.h"
 
 namespace cb {
-
-/// Adds the time from one call to the next to the parts of a step in turn. Reading the clock is a tenth of a cheap
-/// step.
-class Lap {
- public:
-  using Clock = std::chrono::steady_clock;
-  Clock::time_point last() const { return last_; }
-  void restart() { last_ = Clock::now(); }
-  void add_to(double& part) {
-    const auto now = Clock::now();
-    part += std::chrono::duration<double>(now - last_).count();
-    last_ = now;
-  }
-
- private:
-  Clock::time_point last_ = Clock::now();
-};
 
 /// What all ways of stepping are made of (stepping/): bodies that take forces, look what they touch, have events solved
 /// and checked, and move. Is handed a method and never asks which.
@@ -141,6 +124,7 @@ class BaseStep {
   const ContactSolution& solution() const { return solution_; }
 
  private:
+  const Vec3& gravity();
   void accelerate_trees(const Vec3& gravity);
   struct Lent;
   void kick(const Tree& tree, Lent& lent);
@@ -191,16 +175,17 @@ class BaseStep {
   StepRecord record_;
   std::string reason_;
   Lap lap_;
-  Lap::Clock::time_point started_;
   std::vector<char> force_on_;  // per force of the scene: does it push in this step?
   double step_ = 0;             // s, h of the last kick
   double rest_speed_ = 0;       // m/s: where no contact would part with more, none has restitution
   bool hold_contacts_ = false, trial_ = false;
   StepRecord before_trial_;  // and
   std::string reason_before_trial_;
-  double ahead_ = 0;          // s: what is looked ahead in contacts_; 0: they touch
-  double gravity_speed_ = 0;  // m/s, |g| h of the step
-  double energy_input_ = 0;   // J: initial kinetic energy and |work| of gravity and forces so far
+  double ahead_ = 0;                                              // s: what is looked ahead in contacts_; 0: they touch
+  Vec3 gravity_ = Vec3::Zero();                                   // m/s^2, at
+  double gravity_at_ = std::numeric_limits<double>::quiet_NaN();  // s
+  double gravity_speed_ = 0;                                      // m/s, |g| h of the step
+  double energy_input_ = 0;  // J: initial kinetic energy and |work| of gravity and forces so far
 
   Assembler assembler_;
   Referee referee_;
