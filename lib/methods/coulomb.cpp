@@ -14,7 +14,7 @@
 // (restitution.h). Newton's u_n+ = -e u_n- would be one phase, and a law that r alone proves; but with friction or
 // coupled contacts it gains energy (T. R. Kane, 1984) where nothing could scale it, and such an answer cannot be `ok`.
 //
-// With --warm-start the solver begins where the impulses of the events before lead to.
+// With --warm-start the impulses of the previous event are where the solver begins.
 // Fails as the solver does; its ending and reason are passed on, with the best impulses it met. What did not come to
 // the tolerance and is off by 1e-6 at most is `inaccurate`: a run goes on with it, and says so.
 
@@ -23,7 +23,6 @@
 #include <memory>
 
 #include "methods/convex_island.h"
-#include "methods/expected_impulses.h"
 #include "methods/registry.h"
 #include "methods/restitution.h"
 #include "methods/same_event.h"
@@ -86,8 +85,7 @@ class Coulomb {
   std::vector<int> block_in_island_;
   ConvexIsland island_;
   NcpSolution answer_;
-  ExpectedImpulses expected_;
-  std::vector<double> start_;  // 3 nc of the island, N s
+  std::vector<double> previous_, start_;  // 3 nc, N s: of the event before; of the island's
 
   Restitution restitution_;
   std::vector<char> bounded_;  // per island
@@ -153,15 +151,14 @@ bool Coulomb::pulls_by_rounding(double weight, const double* r, const double* u)
 // One phase (restitution has two), from v0, island by island.
 void Coulomb::solve(const ContactProblem& problem, const std::vector<double>& v0, bool may_start,
                     ContactSolution& solution) {
-  const std::vector<double>& expected = expected_.next();
-  const bool start = may_start && expected.size() == solution.impulse.size();
+  const bool start = may_start && previous_.size() == solution.impulse.size();
   bool accepted = start;
   for (int g = 0; g < islands_.count; ++g) {
     NcpProblem part = island(problem, v0, g);
     const std::size_t nc = part.mu.size();
     if (start) {
       start_.resize(3 * nc);
-      for (std::size_t k = 0; k < nc; ++k) copy(expected, contacts_of_[g][k], start_, k);
+      for (std::size_t k = 0; k < nc; ++k) copy(previous_, contacts_of_[g][k], start_, k);
       part.start = start_;
     }
     solver_(part, answer_);
@@ -187,7 +184,7 @@ void Coulomb::solve(const ContactProblem& problem, const std::vector<double>& v0
     solution.reason = answer_.reason;
   }
   if (accepted && warm_starts_) ++*warm_starts_;
-  if (may_start) expected_.note(solution.impulse);
+  if (may_start) previous_ = solution.impulse;
 }
 
 // Taken out where there are others. Views of the problem, or of island_.
@@ -225,7 +222,7 @@ MethodRow coulomb_row() {
                   .expected = "a factor more than 0 and less than 2, as in --relaxation 1.3",
                   .most = std::nextafter(2.0, 0.0),
                   .positive = true},
-                 warm_start_option("begin with the impulses that the events before lead to")},
+                 warm_start_option("begin with the previous event's impulses")},
                 [](const MethodOptions& options) -> ContactMethod {
                   auto method = std::make_shared<Coulomb>(options);
                   const auto solve = [method](const ContactProblem& problem, ContactSolution& solution) {
