@@ -202,6 +202,26 @@ TEST_CASE("an event is the one before up to its last bits alone", "[warm_start]"
   CHECK(solved > 0);
 }
 
+TEST_CASE("of what moves from event to event none is kept, of what comes to rest its second", "[warm_start]") {
+  const auto reused = std::make_shared<Counter>(0);
+  const ContactMethod once =
+      reuse_same_event([](const ContactProblem&, ContactSolution& solution) { solution.clear(); }, reused);
+  const auto is_reused = [&](double vx) {
+    ContactSolution solution;
+    const long before = *reused;
+    once(moving_sphere(0.2, vx, -0.5), solution);
+    return *reused > before;
+  };
+  CHECK_FALSE(is_reused(1));
+  CHECK(is_reused(1));
+  CHECK_FALSE(is_reused(0.9));
+  CHECK_FALSE(is_reused(0.8));
+  CHECK_FALSE(is_reused(0.8));
+  CHECK(is_reused(0.8));
+  CHECK_FALSE(is_reused(0.8 + 1e-8));  // as good as at rest
+  CHECK(is_reused(0.8 + 1e-8));
+}
+
 // A body slides on two points; then both are the same point, and the matrix of those that carried is singular: to the
 // last bit, as all numbers are sums of powers of two.
 TEST_CASE("contacts that carried each its share and are redundant now get a cold start", "[warm_start]") {
