@@ -388,13 +388,30 @@ int edge_of_side(const Polytope& form, int face, int k) {
   return -1;
 }
 
-void face_patch(const PlacedCore& reference, const PlacedCore& other, int face, double slack, CorePatch& patch) {
+namespace {
+
+// Of the faces at the lowest vertex, or one as low, that which looks most against n. Another one may do so more, and
+// have nothing of what is lowest.
+int incident_face(const PlacedCore& core, const Vec3& n, double slack) {
   constexpr double equal_cosines = 1e-9;
+  double lowest = HUGE_VAL;
+  for (const Vec3& x : core.x) lowest = std::min(lowest, n.dot(x));
+  int found = -1;
+  for (int f = 0; f < static_cast<int>(core.n.size()); ++f) {
+    if (found >= 0 && core.n[f].dot(n) >= core.n[found].dot(n) - equal_cosines) continue;
+    const Polytope::Face& face = core.form->faces[f];
+    for (int k = 0; k < face.count; ++k)
+      if (n.dot(core.x[core.form->corner(face, k)]) <= lowest + slack) found = f;
+  }
+  return std::max(0, found);
+}
+
+}  // namespace
+
+void face_patch(const PlacedCore& reference, const PlacedCore& other, int face, double slack, CorePatch& patch) {
   patch.face = face;
   patch.n = reference.n[face];
-  patch.incident = 0;
-  for (int f = 1; f < static_cast<int>(other.n.size()); ++f)
-    if (other.n[f].dot(patch.n) < other.n[patch.incident].dot(patch.n) - equal_cosines) patch.incident = f;
+  patch.incident = incident_face(other, patch.n, slack);
   thread_local Clipped first, second;
   first.point.clear();
   first.edge.clear();

@@ -323,6 +323,37 @@ TEST_CASE("Random rocks never sink into each other before the time returned, and
   CHECK(landed > 50);
 }
 
+// Faces that are nearly one plane: that which looks most against the other's need not be the one that is deepest.
+TEST_CASE("Of two worn blocks that overlap the deepest point is one of those in contact") {
+  Random random(96);
+  const auto worn_block = [&random] {
+    std::vector<Vec3> corners;
+    for (int k = 0; k < 8; ++k)
+      corners.push_back(Vec3(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1).cwiseProduct(Vec3(0.6, 0.3, 0.5)) +
+                        0.03 * random.vector(1));
+    for (int k = 0; k < 12; ++k)
+      corners.emplace_back(random.in(-0.6, 0.6), (k & 1 ? 1 : -1) * random.in(0.3, 0.33), random.in(-0.5, 0.5));
+    return hull(corners);
+  };
+  constexpr double overlap = 1e-2;
+  for (int k = 0; k < 1000; ++k) {
+    const Shape a = worn_block(), b = worn_block();
+    const Pose below = at(0, 0, 0), tilted = at(Vec3::Zero(), turn(random.in(0, 0.05), random.vector(1)));
+    const Vec3 beside(random.in(-1, 1), 0, random.in(-0.8, 0.8));
+    const auto at_height = [&](double y) { return at(beside + Vec3(0, y, 0), tilted.q); };
+    const auto apart = [&](double t) { return separation(a, below, b, at_height(t)) + overlap; };
+    double in = 0, out = 2;
+    REQUIRE((apart(in) < 0 && apart(out) > 0));
+    while (out - in > 1e-12) (apart(0.5 * (in + out)) < 0 ? in : out) = 0.5 * (in + out);
+    const Pose above = at_height(in);
+    const double depth = separation(a, below, b, above);
+    double deepest = 0;
+    for (const ContactPoint& point : points(a, below, b, above, tol)) deepest = std::min(deepest, point.gap);
+    INFO(k);
+    CHECK(deepest == Approx(depth).margin(1e-9));
+  }
+}
+
 TEST_CASE("Rocks that touch and turn find what closes next") {
   // Turning about the point that touches, until the time returned: no deeper than the arcs, which run faster along
   // edges that cross at a small angle; and what is found closes there.
