@@ -103,6 +103,11 @@ class Bounds(unittest.TestCase):
         self.assertAlmostEqual(sum(axes[1].get_xlim()) / 2, 0.3)
         plt.close(figure)
 
+    def test_the_exact_way_of_the_pushed_box(self):
+        # 1 N on 1 kg from 1 to 5 s against mu g = 0.98: 0.02 m/s^2, then 0.08 m/s against 0.98 m/s^2.
+        slides, stops = 0.02 * 4**2 / 2, 0.08**2 / (2 * 0.98)
+        np.testing.assert_allclose(figures.pushed(np.array([0, 1, 3, 5, 8])), [0, 0, 0.04, slides, slides + stops], atol=1e-12)
+
     def test_a_quaternion_turns_and_turns_back(self):
         quarter, x = np.array([[0.5**0.5], [0], [0], [0.5**0.5]]), np.array([[1.0], [0], [0]])  # about z
         np.testing.assert_allclose(robots.turned(quarter, x), [[0], [1], [0]], atol=1e-15)

@@ -23,6 +23,19 @@ class Bisection(unittest.TestCase):
         self.assertEqual(limits.bisect(lambda x: ("ok", 0, False), 1, 2, 1e-6).note, "falls at either end")
         self.assertEqual(limits.bisect(lambda x: ("ok", 0, True), 1, 2, 1e-6).note, "stands at either end")
 
+    def test_the_largest_stable_step_is_found_however_short_it_is(self):
+        for largest in (3e-6, 0.2):
+            with tempfile.TemporaryDirectory() as folder:
+                def run(_, *arguments, folder=folder, largest=largest):
+                    step = float(arguments[arguments.index("--step") + 1])
+                    summary = {"status": "ok" if step <= largest else "energy_blowup", "control": {"largest_stable_step": 7}}
+                    (Path(folder) / "summary.json").write_text(json.dumps(summary))
+
+                with mock.patch.object(limits.program, "call", run):
+                    found, estimate = limits.stable_step("program", "robot.xml", [], folder)
+            self.assertAlmostEqual(found / largest, 1, delta=limits.NEARNESS)
+            self.assertEqual(estimate, 7)
+
     def test_a_trial_that_fails_ends_it_with_its_status(self):
         found = limits.bisect(lambda x: ("ray", None, False) if 1.2 < x < 1.9 else ("ok", 0, x > 1.5), 1, 2, 1e-6)
         self.assertEqual((found.status, found.value), ("ray", None))

@@ -117,6 +117,18 @@ double off_circle(const State& state) {
 
 }  // namespace
 
+TEST_CASE("two states are as far apart as their bodies' points, to first order", "[accuracy]") {
+  State a;
+  a.pose.resize(2);
+  State b = a;
+  CHECK(distance({0.5, 2}, a, b) == 0);
+  b.pose[0].p = Vec3(3e-6, 0, 4e-6);
+  CHECK(distance({0.5, 2}, a, b) == Approx(5e-6));
+  b.pose[1].q = Quat(Eigen::AngleAxisd(1e-5, Vec3(1, 2, 2) / 3));
+  CHECK(distance({0.5, 2}, a, b) == Approx(2e-5));
+  CHECK(distance({0.5, 2}, b, a) == Approx(2e-5));
+}
+
 TEST_CASE("extrapolation in powers of h is exact for polynomials of a degree below its order") {
   std::vector<std::vector<double>> results;
   const std::vector<int> n = {1, 2, 3, 4};
