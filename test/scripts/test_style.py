@@ -43,6 +43,14 @@ class Style(unittest.TestCase):
 
 
 class Shape(unittest.TestCase):
+    def test_no_file_is_so_large_that_others_refuse_it(self):
+        if not (ROOT / ".git").exists():
+            self.skipTest("no repository: which files are kept is not known")
+        listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split("\0")
+        kept = [ROOT / name for name in listed if name and (ROOT / name).is_file()]
+        self.assertGreater(len(kept), 500)
+        self.assertEqual([str(path) for path in kept if path.stat().st_size > 5_000_000], [])
+
     def test_one_file_starts_processes(self):
         starts = re.compile(r"^\s*(import|from) (subprocess|pty|multiprocessing)\b|\bos\.(system|popen|spawn|fork)|\bPopen\(", re.MULTILINE)
         self.assertEqual([p.name for p in [*PACKAGE, *ENTRIES] if starts.search(p.read_text())], ["program.py"])
