@@ -194,7 +194,9 @@ def judge(cell, case, method):
         return "right"
     if cell["estimate"] > cell["wanted"]:
         return "typed"
-    return "model" if reason_of(case, method) else "wrong"
+    if reason_of(case, method):
+        return "model"
+    return "typed" if cell["status"] == "inaccurate" else "wrong"
 
 
 def judged(cell, case, method):

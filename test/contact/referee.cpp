@@ -513,3 +513,28 @@ TEST_CASE("what the last bits of a common velocity of 1e6 m/s make of an exact a
         CHECK_FALSE(held(problem(common), answer(0.99), laws()[l]));
       }
 }
+
+TEST_CASE("what epsilon allows is looked at as closely as what it does not") {
+  // Two spheres that meet head-on at 1e-3 m/s and then part by what the last bits of 1e6 m/s are in doubt of.
+  const auto residuals = [](double common, double epsilon) {
+    const Vector3d v = common * Vector3d(0.6, -0.48, 0.64), n = Vector3d(1, 2, 3).normalized();
+    Eigen::Matrix3d axes;
+    axes << n.transpose(), n.unitOrthogonal().transpose(), n.cross(n.unitOrthogonal()).transpose();
+    ContactProblem p;
+    test::add_body(p, 1, Vector3d::Constant(0.4), v - 1e-3 * n);
+    test::add_body(p, 1, Vector3d::Constant(0.4), v);
+    test::add_contact(p, 0, -n, 1, n, axes, 0.25);
+    ContactSolution s;
+    s.impulse = {0.5e-3 * (1 + 1e-6), 0, 0};
+    s.witness = ConvexWitness{false, epsilon, {}, {0}, {}, {}};
+    Residuals out;
+    CHECK(held(p, s, convex_law(), &out) == (common > 0 || epsilon > 0));
+    CHECK(out.infeasibility.value() <= Referee::accepted);
+    return out;
+  };
+  for (const double epsilon : {0.0, 1.0}) {
+    CHECK(residuals(0, epsilon).model ==
+          Approx(3e-6 / 8).epsilon(1e-3));  // r u / (w r^2), w = 16/3: no bits are in doubt
+    CHECK(residuals(1e6, epsilon).model <= Referee::accepted);
+  }
+}

@@ -10,9 +10,10 @@ import tempfile
 import types
 import unittest
 from pathlib import Path
+from unittest import mock
 
 import standin
-from contactbench import engines, program, recommend, references
+from contactbench import engines, ladder, program, recommend, references
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -219,6 +220,20 @@ class Recommend(unittest.TestCase):
         self.assertEqual((made["basis"], made["reference"], made["best"]), ("residual", "missing", None))
         self.assertEqual(made["why"], "to 1e-08 m: convex: inaccurate; to 1e-06 m: convex: inaccurate")
         self.assertTrue(made["nearest"]["run"].startswith("my__"))
+
+    def test_where_nothing_can_be_measured_the_runner_up_is_another_setting_that_is_right_as_well(self):
+        class Cell(dict):
+            key = property(lambda self: self["setting"])
+
+        def settings(*rows):
+            return [{"cell": Cell(setting=key, status=status, false_claims=claims), "time_per_step": 0.0} for key, status, claims in rows]
+
+        best, again, refuted = ("a", "ok", "0"), ("a", "ok", "0"), ("b", "ok", "1")
+        for others, second in (([], None), ([again, refuted], None), ([again, refuted, ("c", "inaccurate", "0"), ("d", "ok", "0")], "d")):
+            with mock.patch.multiple(ladder, finished=lambda *of: [], own_steps=lambda *of: {}, sound=lambda *of: settings(best, *others)):
+                row, = ladder.steps_down(None, "my", "", 1e-3, None)
+            self.assertEqual(row["best"]["cell"].key, "a")
+            self.assertEqual(row["runner_up"] and row["runner_up"]["cell"].key, second, others)
 
     def test_all_methods_on_one_scene_are_one_command_with_a_report_of_it_alone(self):
         scene = self.top / "my.xml"

@@ -88,7 +88,10 @@ class Verdicts(unittest.TestCase):
         self.assertEqual(self.judge(status="ray"), "typed")
         self.assertEqual(self.judge(residual=1e-3), "silent")
         self.assertEqual(self.judge(status="inaccurate", residual=1e-3), "typed")
-        self.assertEqual(self.judge(status="inaccurate", error=1.0), "wrong")
+        # An answer that the run itself calls inaccurate is right, explained or a typed failure, however small its residual.
+        self.assertEqual(self.judge(status="inaccurate"), "right")
+        self.assertEqual(self.judge("convex/bound-off", status="inaccurate", error=1.0), "model")
+        self.assertEqual(self.judge(status="inaccurate", error=1.0), "typed")
         self.assertEqual(self.judge(false_claims=1), "silent")
         for fault in ({"status": "crash"}, {"hung": True}, {"nan": True}):
             self.assertEqual(self.judge(**fault), "defect")
