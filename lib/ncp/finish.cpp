@@ -7,6 +7,7 @@
 // a rule, and this picks the answer next to the iterate. With P = I - d d^T, d = x_t / |x_t|, b = mu r_n / |x_t|,
 // slipping friction is
 //   dr_t = d (mu (r_n + dr_n) - d.r_t) - P r_t / s - b P du_t / (w s),     s = 1 - b (1 - proximal)
+// A proximal point is the answer where u has a term t w (r - r0) besides: its own rows are these with t for `proximal`.
 //
 // Source: P. Alart, A. Curnier, A mixed formulation for frictional contact problems prone to Newton like solution
 // methods, Comput. Methods Appl. Mech. Eng. 92 (1991), with the disc of the unknown normal impulse.
@@ -112,6 +113,12 @@ bool AlartCurnierNewton::linearise(double proximal, double touching) {
   return as_before;
 }
 
+void AlartCurnierNewton::find_velocities() {
+  measure_->velocities(r_, v_, u_);
+  if (anchor_ == 0) return;
+  for (std::size_t i = 0; i < r_.size(); ++i) u_[i] += anchor_ * problem_->weight[i / 3] * (r_[i] - r0_[i]);
+}
+
 // Share of change_ at which the first contact that carries opens, one that sticks slips, or one that slips has turned.
 double AlartCurnierNewton::share_before_change() const {
   double share = HUGE_VAL;
@@ -156,16 +163,18 @@ bool AlartCurnierNewton::step(double proximal, double touching, bool cut, bool c
     last_ = change_;
   }
   for (std::size_t i = 0; i < r_.size(); ++i) r_[i] += share * change_[i];
-  measure_->velocities(r_, v_, u_);
+  find_velocities();
   return true;
 }
 
 double AlartCurnierNewton::solve(const Options& o, std::vector<double>& r, std::vector<double>& u, int& steps) {
   r_ = r;
   piece_.clear();
-  measure_->velocities(r_, v_, u_);
+  anchor_ = o.anchor;
+  if (anchor_ != 0) r0_ = r;
+  find_velocities();
   if (o.cut) last_.assign(r_.size(), 0.0);
-  double best = measure_->residual(r_, u_), proximal = o.proximal;
+  double best = measure_->residual(r_, u_), proximal = std::max(o.proximal, o.anchor);
   if (!std::isfinite(best)) best = HUGE_VAL;
   double before = HUGE_VAL;
   u = u_;
@@ -177,7 +186,7 @@ double AlartCurnierNewton::solve(const Options& o, std::vector<double>& r, std::
         step(proximal, k == 0 ? o.touching : 0, o.cut, chord) ? measure_->residual(r_, u_) : HUGE_VAL;
     if (residual < 0.5 * best) {
       without = 0;
-      if (residual > o.fast * best) proximal = std::max(o.least, o.falls * proximal);
+      if (residual > o.fast * best) proximal = std::max({o.least, o.anchor, o.falls * proximal});
     } else if (++without >= o.patience || !std::isfinite(residual)) {
       if (best <= o.enough || ++returns > o.returns) break;
       without = 0;

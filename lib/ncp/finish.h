@@ -23,6 +23,8 @@ class AlartCurnierNewton {
     /// m/s: contacts that part more slowly are closed in the first step, and stick where they slip more slowly: what
     /// rests, carries.
     double touching = 0;
+    /// -: t of a term t w (r - r0) that velocities have, r0 where it begins: the answer is then a proximal point.
+    double anchor = 0;
     bool cut = false;                 ///< do steps end where the first contact opens or slips?
     double falls = 0.1, grows = 100;  ///< of it, after a step that went well, and one that did not
     /// -: natural residual from which a step that came to the tolerance left the map's slopes as they were.
@@ -31,8 +33,8 @@ class AlartCurnierNewton {
   };
   /// Of this problem, which must stay alive; `system` is prepared for it.
   void begin(const NcpProblem& problem, VelocitySystem& system, NcpMeasure& measure);
-  /// From r (3 nc): replaced by the best that was met, u (3 nc) with it. Returns its natural residual; `steps` is
-  /// counted up.
+  /// From r (3 nc): replaced by the best that was met, u (3 nc) with it, the anchor's term in u as well. Returns its
+  /// natural residual; `steps` is counted up.
   double solve(const Options& options, std::vector<double>& r, std::vector<double>& u, int& steps);
 
  private:
@@ -41,12 +43,15 @@ class AlartCurnierNewton {
   enum class Piece : char { open, frictionless, sticks, slips };
   bool step(double proximal, double touching, bool cut, bool chord);
   bool linearise(double proximal, double touching);
+  void find_velocities();
 
   const NcpProblem* problem_ = nullptr;
   NcpMeasure* measure_ = nullptr;
   VelocitySystem* system_ = nullptr;
   std::vector<Piece> piece_;  // nc, of the map where it was linearised last; empty: not yet
   double proximal_ = 0;       // of that
+  double anchor_ = 0;
+  std::vector<double> r0_;
   std::vector<double> r_, u_, v_, G_, c_, du_, h_, change_, last_;
 };
 

@@ -11,6 +11,9 @@
 //   path     the central path followed wherever it turns (interior.h), and the finish: hundreds of factorisations where
 //            it turns often
 //   far      the same from a start that is farther out: another path
+//   points   proximal points (finish.h), each about the one before: u + t w (r - r0) has answers that Newton's method
+//            finds where those of u bend too much, and t falls to rounding as fast as it goes on finding them. Contacts
+//            of a heap at rest, some hundreds of corners that hardly slip
 // And after each of the interior point's, after `long` where the best is near, the finish from the best so far
 //   careful  by steps that make things better, with a proximal term as large as that takes
 //   cut      by many steps that end where the first contact opens or slips. Where rows are all but redundant (corners
@@ -19,7 +22,8 @@
 // Every impulse that is met is measured on fresh velocities (NcpMeasure); the best is returned, whatever its ending.
 //
 // Source: D. Stewart, J. Trinkle (1996) for the problem in the form that interior_system.cpp has; Mehrotra's steps;
-// E. Allgower, K. Georg (2003) for the path; P. Alart, A. Curnier (1991) for the finish.
+// E. Allgower, K. Georg (2003) for the path; P. Alart, A. Curnier (1991) for the finish; R. T. Rockafellar, Monotone
+// operators and the proximal point algorithm, SIAM J. Control Optim. 14 (1976), though (1) is not monotone.
 //
 // Returns: solved; nonconverged, where no attempt came to the tolerance; not_finite.
 
@@ -40,7 +44,15 @@ namespace {
 
 struct NewtonOptions : NcpOptions {
   AlartCurnierNewton::Options quick{.returns = 0}, finish, careful{.limit = 100, .returns = 6},
-      cut{.limit = 1000, .patience = 100, .cut = true}, patient{.limit = 500, .patience = 50};
+      cut{.limit = 1000, .patience = 100, .cut = true}, patient{.limit = 500, .patience = 50},
+      point{.tolerance = 1e-11, .limit = 60, .patience = 6, .returns = 0};
+  struct Points {
+    double first = 0.1, least = 1e-10, most = 1e3;  ///< -: t
+    double falls = 0.1, slowest = 0.8;  ///< of t after a point that was found; nearer to 1 where one was not
+    double grows = 3;                   ///< of t after one that was not
+    double found = 1e-9;                ///< -: natural residual of a point
+    int limit = 1500;                   ///< steps of all
+  } points;
   InteriorSystem::Options interior;
   LongSteps::Options long_steps;
   PathSteps::Options path;
@@ -78,12 +90,14 @@ class NcpNewton {
   bool go_straight(std::string_view who, NcpSolution& solution);
   bool stop(std::string_view who, NcpSolution& solution);
   bool follow_path(double start, std::string_view who, NcpSolution& solution);
+  bool go_by_points(std::string_view who, NcpSolution& solution);
   bool finish_best(std::string_view who, NcpSolution& solution);
   void begin_interior(double start);
   bool try_finish(std::string_view who, NcpSolution& solution);
   bool finish_interior(const AlartCurnierNewton::Options& o, std::string_view who, NcpSolution& solution);
   bool finish(AlartCurnierNewton::Options o, double proximal, std::string_view who, NcpSolution& solution);
   bool offer(double residual, std::string_view who, NcpSolution& solution);
+  bool offer_beside_rounding(double residual, std::string_view who, NcpSolution& solution);
 
   NewtonOptions o_;
   NcpMeasure measure_;
@@ -131,7 +145,10 @@ bool NcpNewton::guess(std::string_view who, NcpSolution& solution) {
 
 bool NcpNewton::finish(AlartCurnierNewton::Options o, double proximal, std::string_view who, NcpSolution& solution) {
   o.proximal = proximal;
-  const double residual = finish_.solve(o, tried_, tried_u_, solution.iterations);
+  return offer_beside_rounding(finish_.solve(o, tried_, tried_u_, solution.iterations), who, solution);
+}
+
+bool NcpNewton::offer_beside_rounding(double residual, std::string_view who, NcpSolution& solution) {
   if (offer(residual, who, solution)) return true;
   if (!(residual < o_.near_rounding)) return false;
   // What is left may be rounding.
@@ -211,8 +228,34 @@ bool NcpNewton::follow_path(double start, std::string_view who, NcpSolution& sol
   return false;
 }
 
+// From the best so far.
+bool NcpNewton::go_by_points(std::string_view who, NcpSolution& solution) {
+  const NewtonOptions::Points& of = o_.points;
+  AlartCurnierNewton::Options o = o_.point;
+  std::vector<double> last = solution.r;
+  const int until = solution.iterations + of.limit;
+  double found_at = HUGE_VAL, falls = of.falls;
+  for (double t = of.first; t > of.least && t < of.most && solution.iterations < until;) {
+    o.anchor = t;
+    tried_ = last;
+    if (finish_.solve(o, tried_, tried_u_, solution.iterations) <= of.found) {
+      last = tried_;
+      measure_.velocities(tried_, v_, tried_u_);
+      if (offer_beside_rounding(measure_.residual(tried_, tried_u_), who, solution)) return true;
+      found_at = t;
+      t *= falls;
+      falls = std::max(of.falls, falls * falls);
+    } else {
+      falls = std::min(of.slowest, std::sqrt(falls));
+      t = t < found_at ? std::min(found_at, of.grows * t) : of.grows * t;
+    }
+  }
+  return false;
+}
+
 bool NcpNewton::finish_best(std::string_view who, NcpSolution& solution) {
-  if (who == "guess" || who == "stops" || (who == "long" && !(solution.residual < o_.near))) return false;
+  if (who == "guess" || who == "stops" || who == "points" || (who == "long" && !(solution.residual < o_.near)))
+    return false;
   if (solution.residual == finished_from_) return false;  // from there it went already
   for (const auto& [way, o] :
        {std::pair("careful", &o_.careful), std::pair("cut", &o_.cut), std::pair("patient", &o_.patient)}) {
@@ -227,6 +270,7 @@ bool NcpNewton::attempt(std::string_view who, NcpSolution& solution) {
   if (who == "guess") return guess(who, solution);
   if (who == "long") return go_straight(who, solution);
   if (who == "stops") return stop(who, solution);
+  if (who == "points") return go_by_points(who, solution);
   return follow_path(who == "path" ? 1 : o_.far, who, solution);
 }
 
@@ -246,7 +290,7 @@ void NcpNewton::operator()(const NcpProblem& p, NcpSolution& solution) {
   system_.prepare(*p.M, *p.J);
   finish_.begin(p, system_, measure_);
   finished_from_ = HUGE_VAL;
-  for (const std::string_view who : {"guess", "long", "stops", "path", "far"}) {
+  for (const std::string_view who : {"guess", "long", "stops", "path", "far", "points"}) {
     poll_stop();
     const bool done = attempt(who, solution) || finish_best(who, solution);
     if (done || solution.residual <= o_.accepted) {

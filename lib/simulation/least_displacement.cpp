@@ -1,7 +1,7 @@
 // Problem: min d.M d / 2 with N d >= wanted (m), many points. By duality d = M^-1 N^T r with 0 <= r _|_ N d - wanted >=
 // 0, contact without friction in displacements. With a spring of hardness 1 / R at each point it has no constraints:
 //   min d.M d / 2 + sum max(0, wanted - N d)^2 / (2 R),     R = ridge N M^-1 N^T                                  (1)
-// and the last, hardest springs leave of `wanted` what the next linearisation takes away.
+// and the hardest springs that come to an answer leave of `wanted` what the next linearisation takes away.
 // How: Newton on M d = N^T r and r = max(0, r - (N d - wanted + R r) / w), w = N M^-1 N^T, d and r each in their own
 // right as in methods/soft.cpp: one factorisation by bodies a step, whatever the number of points and however redundant
 // they are. Steps are whole where they halve the least error so far, else as far as (1) is near its least. Soft springs
@@ -9,8 +9,8 @@
 // exchanged whole (overlap.cpp) need ever more exchanges on such islands, or cycle.
 // Source: M. Hintermueller, K. Ito, K. Kunisch, The primal-dual active set strategy as a semismooth Newton method, SIAM
 // J. Optim. 13 (2003).
-// Bodies that are wedged in come to rest where the springs balance. When it fails: Newton's method comes to a stand,
-// and nothing is moved.
+// Bodies that are wedged in come to rest where the springs balance. When it fails: Newton's method comes to a stand
+// whatever the springs, and nothing is moved.
 #include "simulation/least_displacement.h"
 
 #include <algorithm>
@@ -29,7 +29,7 @@ constexpr int limit = 50;                        // steps, of each
 constexpr double whole = 0.5;                    // -: of the least error so far, up to which a whole step is taken
 constexpr double astray = 0.25;                  // -: length of a step from which on r goes along
 constexpr double sharp = 1e-6;                   // -: error at which it stops
-constexpr double accepted = 1e-2;                // -: up to which the last springs' answer is taken
+constexpr double accepted = 1e-2;                // -: up to which the springs' answer is one
 constexpr double least_block = 3;                // mean size of a block of M from which on it is factored by blocks
 
 }  // namespace
@@ -166,14 +166,16 @@ bool LeastDisplacement::solve(const ContactProblem& problem, std::span<const int
   for (std::vector<double>* x : {&r_, &dr_, &given_, &opened_, &opening_}) x->assign(3 * w_.size(), 0.0);
   for (std::vector<double>* x : {&d_, &dd_, &moment_}) x->assign(M_.order(), 0.0);
   G_.assign(9 * w_.size(), 0.0);
-  double error = HUGE_VAL;
+  bool found = false;
   for (const double ridge : ridges) {
     for (std::size_t c = 0; c < w_.size(); ++c) R_[c] = ridge * (is_limit_[c] ? of_limits : 1) * w_[c];
-    error = relax();
+    if (!(relax() <= accepted)) continue;
+    found = true;
+    hardest_ = best_;
   }
-  if (!(error <= accepted)) return false;
+  if (!found) return false;
   moved_.assign(M_.order(), 0.0);
-  multiply_transposed_add(J_, M_, best_, moved_);
+  multiply_transposed_add(J_, M_, hardest_, moved_);
   factor_.solve_in_place(moved_);
   for (const int b : blocks)
     for (int i = 0; i < problem.M.block_size(b); ++i) d[problem.M.first[b] + i] = moved_[M_.first[place_[b]] + i];

@@ -39,6 +39,7 @@ class LeastDisplacement {
   std::vector<double> wanted_, w_, R_;    // per point: m; N M^-1 N^T and R, 1/kg
   std::vector<double> r_, dr_, r_was_;    // 3 per point, kg m: with nothing along the surface, as what follows
   std::vector<double> given_, best_;      // that hold nothing back
+  std::vector<double> hardest_;           // the best of the hardest springs that came to an answer
   std::vector<double> opened_, opening_;  // 3 per point, m: N d, N dd
   std::vector<double> d_, dd_, d_was_, moved_, moment_;
   std::vector<double> G_;  // 9 per point, kg
