@@ -6,6 +6,7 @@
 #include <fstream>
 #include <functional>
 #include <numbers>
+#include <random>
 
 #include "closed_forms.h"
 #include "simulation/stepping/extrapolation.h"
@@ -400,4 +401,28 @@ TEST_CASE("a try that no answer was found in leaves nothing but its cost") {
   CHECK(failures >= 3);
   CHECK(simulation.accuracy()->refused >= failures);
   CHECK(solves == calls);
+}
+
+TEST_CASE("a step is noisy where its estimate is more than its share of the error and no more than noise") {
+  const Scenario s = circle(0.25);  // not 1 s, in which a share over the duration is one times it
+  const ContactMethod right = precise("convex");
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> uniform(-1e-7, 1e-7);
+  const ContactMethod noisy = [&](const ContactProblem& problem, ContactSolution& solution) {
+    right(problem, solution);
+    for (double& r : solution.impulse) r *= 1 + uniform(random);
+  };
+  const SimulationOptions options = accurate(s, 1e-8);
+  Simulation simulation(s, options, noisy, find_method("convex")->law);
+  long before = 0, within = 0;
+  while (!simulation.done()) {
+    const StepRecord& record = simulation.step();
+    const bool beyond = record.accuracy->estimate * options.duration > options.accuracy * record.accuracy->length;
+    const long now = simulation.accuracy()->noisy;
+    if (now > before) CHECK(beyond);
+    within += !beyond;
+    before = now;
+  }
+  CHECK(before > 5);
+  CHECK(within > 5);
 }
