@@ -341,6 +341,19 @@ TEST_CASE("the largest stable step of springs and dampers is that of the lineari
   }
 }
 
+TEST_CASE("a bar that turns about its centre is given no energy", "[robots]") {
+  const std::string wheel = R"(<robot name="wheel"><link name="bar" mass="3" position="0 0 0" inertia="1e-3 0.25 0.25"/>
+    <joint name="hinge" kind="revolute" parent="world" child="bar" anchor="0 0 0" axis="0 0 1" velocity="2"/></robot>)";
+  const Scenario s = scene(wheel, "", 1e-3, 0.01);
+  for (const double factor : {1 - 1e-9, 1 + 1e-9}) {  // of what was put in, beyond which a run ends
+    SimulationOptions options = options_of(s);
+    options.blowup_factor = factor;
+    Simulation simulation(s, options, method("newton"), find_method("newton")->law);
+    CHECK(simulation.step().kinetic_energy == Approx(0.5 * 0.25 * 2 * 2).epsilon(1e-12));
+    CHECK((simulation.step().status == Status::energy_blowup) == (factor < 1));
+  }
+}
+
 TEST_CASE("a damper far too strong for an explicit step brings its joint to rest and never drives it", "[robots]") {
   // h d / I = 100, where the explicit step would multiply the rate by -99.
   const Scenario s = scene(pendulum("velocity=\"2\" damping=\"1e5\""), "", 1e-3, 0.01, "0 0 0");
