@@ -140,40 +140,49 @@ TEST_CASE("a wheel that turns by radians a step stays where it touches", "[drift
   CHECK(state.pose[0].q.angularDistance(upright) < 1e-9);
 }
 
-// A plate that stands on the ground on its lower edge, leaning by 0.05 rad. Its other lower edge is within reach of the
-// ground too: closing both would lay it upright, by 5 cm at its top. A cube beside it drifted further.
+// A plate that stands on its lower edge on the ground, or on a belt, leaning by 0.05 rad. Its other lower edge is
+// within reach of that, too: closing both would lay it upright, by 5 cm at its top. A cube beside it drifted further.
 TEST_CASE("a gap that only a turn by more than arcs can have made would close is left open, and others are closed",
           "[drift]") {
-  const double thickness = 1e-5, lean = 0.05, off = 1e-6, reach = 1e-5, cube_off = 8e-6;
-  Scenario s = without_gravity();
-  test::add_ground(s);
+  const double thickness = 1e-4, lean = 0.05, off = 1e-6, reach = 1e-5, cube_off = 8e-6;
   const Quat tilt(Eigen::AngleAxisd(lean, Vec3::UnitX()));
-  const double height = 0.5 * (std::cos(lean) + thickness * std::sin(lean));
-  test::add_box(s, {1, 1, thickness}, 1, {{0, height, 0}, tilt});
-  test::add_box(s, {1, 1, 1}, 1, {{5, 0.5, 0}, Quat::Identity()});
-  test::collide_all(s, 0);
-  State state = s.initial;
-  std::vector<Motion> motions = motions_at(s, state);
-  const auto points = [&](const std::vector<Motion>& at, int shape) {
-    std::vector<ContactPoint> found;
-    contact_points(s.shapes[0], at[0].pose, 0, s.shapes[shape], at[shape].pose, shape, reach, found);
-    return found;
-  };
-  std::vector<ContactPoint> touching = points(motions, 1);
-  REQUIRE(touching.size() == 4);
-  for (const ContactPoint& point : points(motions, 2)) touching.push_back(point);
-  for (const double lifted : {-off, off}) {
-    State moved = state;
-    std::vector<Motion> now = motions;
-    moved.pose[0].p[1] += lifted;
-    moved.pose[1].p[1] += cube_off;
-    for (std::size_t i = 1; i < 3; ++i) shape_motion(s.shapes[i], moved, now[i]);
-    Drift().close(s, now, touching, {1e-9, 1e-9, 1e-9}, 1e-9, {{0, 1}, {0, 2}}, {}, reach, moved);
-    CHECK(moved.pose[0].q.angularDistance(tilt) < 10 * off);
-    for (const int shape : {1, 2}) {
-      double lowest = 1;
-      for (const ContactPoint& point : points(now, shape)) lowest = std::min(lowest, point.gap);
-      CHECK(std::abs(lowest) < 1e-10);
+  for (const bool on_belt : {false, true}) {
+    INFO((on_belt ? "on a belt" : "on the ground"));
+    Scenario s = without_gravity();
+    const double height = 0.5 * (std::cos(lean) + thickness * std::sin(lean));
+    test::add_box(s, {1, 1, thickness}, 1, {{0, height, 0}, tilt});
+    test::add_box(s, {1, 1, 1}, 1e8, {{5, 0.5, 0}, Quat::Identity()});
+    if (on_belt) {
+      test::add_box(s, {20, 1, 20}, 1, {{0, -0.5, 0}, Quat::Identity()});
+      join(s, 2, JointKind::prismatic, Vec3::UnitX());
+    } else {
+      test::add_ground(s);
+    }
+    test::collide_all(s, 0);
+    const State state = s.initial;
+    const std::vector<Motion> motions = motions_at(s, state);
+    const auto points = [&](const std::vector<Motion>& at, int shape) {
+      std::vector<ContactPoint> found;
+      contact_points(s.shapes[shape], at[shape].pose, shape, s.shapes[2], at[2].pose, 2, reach, found);
+      return found;
+    };
+    std::vector<ContactPoint> touching = points(motions, 0);
+    REQUIRE(touching.size() == 4);
+    for (const ContactPoint& point : points(motions, 1)) touching.push_back(point);
+    for (const double lifted : {-off, off}) {
+      State moved = state;
+      std::vector<Motion> now = motions;
+      moved.pose[0].p[1] += lifted;
+      moved.pose[1].p[1] += cube_off;
+      for (std::size_t i = 0; i < 2; ++i) shape_motion(s.shapes[i], moved, now[i]);
+      const std::vector<char> driven(s.model.trees.size(), 1);
+      Drift().close(s, now, touching, {1e-9, 1e-9, 1e-9}, 1e-9, {{0, 2}, {1, 2}}, driven, reach, moved);
+      CHECK(moved.pose[0].q.angularDistance(tilt) < 10 * off);
+      for (const int shape : {0, 1}) {
+        double lowest = 1;
+        for (const ContactPoint& point : points(now, shape)) lowest = std::min(lowest, point.gap);
+        CHECK(std::abs(lowest) < 1e-10);
+      }
     }
   }
 }
