@@ -51,7 +51,7 @@ struct NewtonOptions : NcpOptions {
     double falls = 0.1, slowest = 0.8;  ///< of t after a point that was found; nearer to 1 where one was not
     double grows = 3;                   ///< of t after one that was not
     double found = 1e-9;                ///< -: natural residual of a point
-    int limit = 1500;                   ///< steps of all
+    int limit = 3000;                   ///< steps of all
   } points;
   InteriorSystem::Options interior;
   LongSteps::Options long_steps;

@@ -24,13 +24,14 @@ struct Answer {
   std::vector<double> v_plus;
 };
 
-Answer solve(const ContactProblem& p, const std::string& solver, const NcpOptions& options = {}) {
+Answer solve(const ContactProblem& p, const std::string& solver, const NcpOptions& options = {},
+             const std::vector<double>& start = {}) {
   BlockCholesky factor;
   REQUIRE(factor.factor(p.M));
   std::vector<double> weight;
   contact_weights(p, factor, weight);
   Answer out;
-  find_ncp_solver(solver)->make(options)({&p.M, &factor, &p.J, p.v_minus, p.offset, p.mu, weight, {}}, out.solution);
+  find_ncp_solver(solver)->make(options)({&p.M, &factor, &p.J, p.v_minus, p.offset, p.mu, weight, start}, out.solution);
   ContactSolution claim;
   claim.impulse = out.solution.r;
   out.residuals = Referee().check(p, claim, coulomb_law(), out.v_plus);
@@ -297,6 +298,15 @@ TEST_CASE("Gauss and Seidel end with the sweep that changes nothing, and with th
   CHECK(resting.solution.status == NcpStatus::solved);
   CHECK(resting.solution.iterations > 1);
   CHECK(resting.solution.iterations % 10 != 0);
+}
+
+TEST_CASE("rounds of the cascade that begin with an answer count their steps", "[ncp]") {
+  const ContactProblem before = stack(3, 0.5, {0.3, -1, 0.1}, 0.1), after = stack(3, 0.5, {0.3, -1.001, 0.1}, 0.1);
+  const Answer first = solve(before, "cascade"), cold = solve(after, "cascade");
+  const Answer warm = solve(after, "cascade", {}, first.solution.r);
+  CHECK(Referee::holds(warm.residuals, 1e-9));
+  CHECK(warm.solution.iterations > 0);
+  CHECK(warm.solution.iterations < cold.solution.iterations);
 }
 
 TEST_CASE("what overflows is no answer, however small a part of it the errors are", "[ncp]") {
