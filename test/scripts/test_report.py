@@ -101,6 +101,7 @@ class Bounds(unittest.TestCase):
         figure, axes = plt.subplots(1, 2)
         figures.figure01(table, axes)
         self.assertAlmostEqual(sum(axes[1].get_xlim()) / 2, 0.3)
+        np.testing.assert_allclose(table.draw.call_args.args[2], [0.3])  # what is within 0.05 s of it
         plt.close(figure)
 
     def test_the_exact_way_of_the_pushed_box(self):
