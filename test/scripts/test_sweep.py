@@ -226,6 +226,20 @@ class Sweep(unittest.TestCase):
     def test_a_program_that_never_stops_talking_neither_blocks_nor_fills_memory(self):
         self.assertEqual(self.one("spew")["status"], "ok")
 
+    def test_the_last_words_of_a_run_are_its_reason(self):
+        job = {"statuses": ["ok"], "memory_limit_mb": 1000, "wall_limit_s": 1}
+
+        def ends(code, said, peak_mb=10):
+            return program.verdict(code, False, peak_mb, said, None, job)
+
+        self.assertEqual(ends(1, "first\nlast"), ("crash", "last"))
+        self.assertEqual(ends(1, ""), ("crash", "exit code 1 without a message"))
+        self.assertEqual(ends(2, "first\nlast"), ("input_error", "last"))
+        self.assertEqual(ends(2, ""), ("input_error", "exit code 2 without a message"))
+        self.assertEqual(ends(-11, "last"), ("crash", "SIGSEGV: last"))
+        self.assertEqual(ends(-6, "last", 900), ("memory_limit", "died at 1000 MB: last"))
+        self.assertEqual(ends(-6, "", 899), ("crash", "SIGABRT"))
+
     def test_a_refused_scene_keeps_its_message(self):
         row = self.one("refuse")
         self.assertEqual((row["status"], row["reason"]), ("input_error", "bad scene"))
