@@ -82,6 +82,42 @@ TEST_CASE("the Jacobian's rows are the velocity of a's point less that of b's al
   }
 }
 
+TEST_CASE("a body's inertia turns with it, whichever of its moments are equal") {
+  const std::vector<Vec3> inertias = {
+      {0.3, 0.3, 0.7}, {0.3, 0.7, 0.3}, {0.7, 0.3, 0.3}, {0.3, 0.3, 0.3}, {0.3, 0.5, 0.7}};
+  for (unsigned seed = 1; seed <= 3; ++seed)
+    for (const Vec3& inertia : inertias) {
+      INFO("seed " << seed << ", " << inertia.transpose());
+      World world(seed, false);
+      for (int b : {5, 6}) world.robot.model.bodies[b].inertia = inertia;
+      const std::vector<ContactPoint> contacts = {{world.robot.vector(2), {0, 1, 0}, 0, 5, 6},
+                                                  {world.robot.vector(2), {0, 1, 0}, 0, 0, 6}};
+      ContactProblem p;
+      std::vector<BlockOwner> owners;
+      Assembler().assemble(world.robot.model, world.robot.state, world.shapes, contacts, {}, {0, 0}, {0, 0}, 0, p,
+                           owners);
+      CHECK(0.5 * quadratic_form(p.M, p.v_minus) ==
+            Approx(kinetic_energy(world.robot.model, world.robot.state)).epsilon(1e-12));
+      const Mat3 R = world.robot.state.pose[5].q.toRotationMatrix();
+      CHECK((p.M.block(0).bottomRightCorner<3, 3>() - R * inertia.asDiagonal() * R.transpose()).norm() < 1e-15);
+    }
+}
+
+TEST_CASE("a contact's bodies stand in the order of M, whichever of them is named first") {
+  World world(2, true);
+  std::vector<ContactPoint> contacts;
+  for (const auto& [a, b] : {std::pair{5, 6}, {6, 5}, {0, 5}, {5, 0}, {6, 3}, {4, 6}})
+    contacts.push_back({world.robot.vector(2), world.robot.vector(1).normalized(), 0, a, b});
+  const std::vector<double> zeros(contacts.size(), 0.0);
+  ContactProblem p;
+  std::vector<BlockOwner> owners;
+  Assembler().assemble(world.robot.model, world.robot.state, world.shapes, contacts, {}, zeros, zeros, 0, p, owners);
+  for (int c = 0; c < p.nc(); ++c) {
+    REQUIRE(p.J.band[c + 1] == p.J.band[c] + 2);
+    CHECK(p.J.block[p.J.band[c]] < p.J.block[p.J.band[c] + 1]);
+  }
+}
+
 TEST_CASE("a driven robot is no unknown, and its contacts have the same velocities") {
   for (unsigned seed = 0; seed < 5; ++seed) {
     World world(seed, seed % 2 == 0);

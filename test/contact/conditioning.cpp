@@ -70,6 +70,23 @@ TEST_CASE("other units of mass leave rank and condition as they are") {
   CHECK(g.condition == Approx(kg.condition).epsilon(1e-10));
 }
 
+TEST_CASE("a light body beside a heavy one, each with its contact, leaves the condition as it is") {
+  ContactProblem p = on_ground({{0, -0.5, 0}}, 0.5, 0.1);
+  const double alone = measure(p).condition;
+  const int heavy = p.M.add_block(6);
+  p.M.block(heavy) = 1e6 * p.M.block(0);
+  p.v_minus.resize(12, 0.0);
+  p.J.add_band();
+  const int entry = p.J.add_entry(1, 6);
+  p.J.entry(entry) = p.J.entry(0);
+  p.offset.resize(6, 0.0);
+  p.mu.push_back(0.5);
+  p.restitution.push_back(0);
+  const Conditioning both = measure(p);
+  CHECK(both.rank == 6);
+  CHECK(both.condition == Approx(alone).epsilon(1e-12));
+}
+
 TEST_CASE("contacts that come together lose rank's meaning by the square of their distance") {
   // Two points d apart: turning about their normal is resisted with a lever of d / 2, W's eigenvalue falls as d^2.
   const auto condition = [](double d) { return measure(on_ground({{-d, 0, 0}, {d, 0, 0}}, 1, 1)).condition; };
