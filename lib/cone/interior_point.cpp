@@ -264,6 +264,11 @@ bool InteriorPoint::polish(const ConeProgram& program, ConeSolution& solution, c
   return cb::polish(program, options_, rules, workspace_, solution);
 }
 
+bool InteriorPoint::go_by_points(const ConeProgram& program, ConeSolution& solution) {
+  workspace_.prepare(program, options_);
+  return cb::go_by_points(program, options_, workspace_, solution);
+}
+
 void solve_dense(const ConeProgram& program, const ConeOptions& options, ConeSolution& solution) {
   solution = {};
   solution.r.assign(3 * program.nc(), 0.0);

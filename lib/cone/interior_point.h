@@ -5,6 +5,7 @@
 #include "cone/cone_workspace.h"
 #include "cone/iterates.h"
 #include "cone/polish.h"
+#include "cone/proximal_points.h"
 #include "cone/sparse_newton.h"
 
 namespace cb {
@@ -19,6 +20,9 @@ class InteriorPoint {
   void solve(const ConeProgram& program, ConeSolution& solution);
   /// Newton's method alone, from what is in `solution` (polish.h).
   bool polish(const ConeProgram& program, ConeSolution& solution, const PolishRules& rules);
+
+  /// By proximal points, from what is in `solution` (proximal_points.h).
+  bool go_by_points(const ConeProgram& program, ConeSolution& solution);
 
   const ConeOptions& options() const { return options_; }
   const KktSystem& system() const { return workspace_.newton.kkt(); }

@@ -8,7 +8,7 @@
 // (0). Differences: 1. along a the linearised equation fixes y, not r, which is not unique: the proximal term dr_a =
 // -(y_a + dy_a) / (proximal w) takes its place, which picks the answer next to the iterate and does not move it;
 // 2. careful steps (PolishRules::goes_back) in place of a line search: a wrong guess of the active constraints asks for
-// the impossible.
+// the impossible; 3. terms of a proximal point (PolishRules::anchor).
 // Fails where no iterate is at rounding: the active constraints were named wrongly, or the system could not be
 // factored.
 
@@ -33,7 +33,16 @@ class Polish {
  public:
   Polish(const ConeProgram& program, const ConeOptions& options, const PolishRules& rules, ConeWorkspace& workspace,
          ConeSolution& x)
-      : p_(program), options_(options), rules_(rules), w_(workspace), x_(x), proximal_(rules.proximal) {}
+      : p_(program),
+        options_(options),
+        rules_(rules),
+        w_(workspace),
+        x_(x),
+        proximal_(std::max(rules.proximal, rules.anchor)) {
+    if (!anchored()) return;
+    r0_ = x.r;
+    eta0_ = x.eta;
+  }
 
   bool operator()() {
     for (int k = 0; k <= rules_.limit; ++k) {
@@ -43,7 +52,7 @@ class Polish {
       if (!over || residual < best_) keep_or_go_back(residual);
       if (over || cannot_be_better() || k == rules_.limit || !step()) break;
     }
-    return accept();
+    return anchored() ? take_point() : accept();
   }
 
  private:
@@ -54,6 +63,7 @@ class Polish {
     double impulses = 0;  // J, squares of r by the weights of the natural map; velocities have nothing of eta
   };
 
+  bool anchored() const { return rules_.anchor > 0; }
   double linearise();
   void linearise_contact(int c, Sums& sums);
   double linearise_slip(int c, const Vector3d& y, const Vector3d& z, double t);
@@ -64,6 +74,7 @@ class Polish {
   bool cannot_be_better() const;
   bool step();
   bool accept();
+  bool take_point();
   double last_bits();
 
   const ConeProgram& p_;
@@ -72,8 +83,9 @@ class Polish {
   ConeWorkspace& w_;
   ConeSolution& x_;
   double proximal_;
-  double best_ = HUGE_VAL;    // sqrt(J), least natural map
-  double best_impulses_ = 0;  // sqrt(J), size of r there
+  std::vector<double> r0_, eta0_;  // 3 nc, N s, and nc; of a proximal point
+  double best_ = HUGE_VAL;         // sqrt(J), least natural map
+  double best_impulses_ = 0;       // sqrt(J), size of r there
   int stalled_ = 0;
   Sums sums_;
   bool s_active_ = false;
@@ -101,17 +113,18 @@ double Polish::linearise() {
   const Vector3d a(1 / root, mu * c1 / root, mu * c2 / root);
   const Vector3d b(mu / root, -c1 / root, -c2 / root);
   const Vector3d across(0, -c2, c1);
-  const double n = (z[0] + mu * t) / (1 + mu * mu), k = mu * n / t;
+  const double n = (z[0] + mu * t) / (1 + mu * mu), k = mu * n / t, s = 1 - k * (1 - rules_.anchor);
   const double y_a = a.dot(y), r_b = b.dot(r), r_p = across.dot(r);
-  mat3(&w_.newton.G[9 * c]).noalias() = stiff * a * a.transpose() + (k / ((1 - k) * w)) * across * across.transpose();
-  vec3(&w_.newton.c_r[3 * c]) = -stiff * y_a * a - r_b * b - (r_p / (1 - k)) * across;
+  mat3(&w_.newton.G[9 * c]).noalias() = stiff * a * a.transpose() + (k / (s * w)) * across * across.transpose();
+  vec3(&w_.newton.c_r[3 * c]) = -stiff * y_a * a - r_b * b - (r_p / s) * across;
   return y_a * y_a / w + w * (r_b * r_b + r_p * r_p);
 }
 
 [[gnu::always_inline]] inline void Polish::linearise_contact(int c, Sums& sums) {
   const double w = w_.scales.w_r[c], mu = (*p_.mu)[c], stiff = 1 / (proximal_ * w);
   const auto r = vec3(&x_.r[3 * c]);
-  const Vector3d y = vec3(&w_.velocities.u_hat[3 * c]) + x_.s * vec3(&w_.newton.d[3 * c]);
+  Vector3d y = vec3(&w_.velocities.u_hat[3 * c]) + x_.s * vec3(&w_.newton.d[3 * c]);
+  if (anchored()) y += rules_.anchor * w * (r - vec3(&r0_[3 * c]));
   auto G = mat3(&w_.newton.G[9 * c]);
   auto step = vec3(&w_.newton.c_r[3 * c]);
   const Vector3d z = r - y / w;
@@ -145,7 +158,9 @@ double Polish::linearise() {
 }
 
 [[gnu::always_inline]] inline void Polish::linearise_multiplier(int c, Sums& sums) {
-  const double u_n = w_.velocities.u[3 * c] + p_.slack_of(c), w_eta = w_.scales.w_eta[c], eta = x_.eta[c];
+  const double w_eta = w_.scales.w_eta[c], eta = x_.eta[c];
+  double u_n = w_.velocities.u[3 * c] + p_.slack_of(c);
+  if (anchored()) u_n += rules_.anchor * w_eta * (eta - eta0_[c]);
   sums.products += std::abs(eta * u_n);
   if (p_.is_fixed(c) || eta - u_n / w_eta > 0) {
     w_.newton.D[c] = 1 / (proximal_ * w_eta);
@@ -184,7 +199,7 @@ void Polish::keep_or_go_back(double residual) {
     best_ = residual;
     best_impulses_ = std::sqrt(sums_.impulses);
     w_.best = x_;
-    proximal_ = std::max(options_.proximal, 0.1 * proximal_);
+    proximal_ = std::max({options_.proximal, rules_.anchor, 0.1 * proximal_});
   } else if (rules_.goes_back) {
     w_.best.iterations = x_.iterations;
     x_ = w_.best;
@@ -233,6 +248,13 @@ bool Polish::accept() {
       (at_rounding || std::abs(x_.gap) <= std::max(exact_gap * size * size, certificate.gap_rounding));
   x_.status = accepted ? ConeStatus::solved : ConeStatus::nonconverged;
   return accepted;
+}
+
+bool Polish::take_point() {
+  if (!(best_ < HUGE_VAL)) return false;
+  w_.best.iterations = x_.iterations;
+  x_ = w_.best;
+  return best_ <= PolishRules::point_found * w_.scales.size;
 }
 
 // Of the natural map: what the last bits of velocities without impulses leave of it, sqrt(J).

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "cone/rows.h"
+#include "linalg/finite.h"
 
 namespace cb {
 
@@ -87,6 +88,7 @@ bool from_guess(const ConvexEvent& event, ConvexScratch& scratch, ConeSolution& 
 
 bool interior_point(const ConvexEvent& event, ConvexScratch& scratch, ConeSolution& answer) {
   scratch.solver.solve(reduced(event), answer);
+  scratch.interior = answer;
   return true;
 }
 
@@ -121,7 +123,17 @@ bool dense_short(const ConvexEvent& event, ConvexScratch& scratch, ConeSolution&
   return solve_densely(event, reduced(event), options, scratch, answer);
 }
 
-constexpr std::array<ConvexProposer, 8> proposers = {{
+// Heaps of more contacts than the dense method takes; some hundreds of Newton steps.
+bool points(const ConvexEvent& event, ConvexScratch& scratch, ConeSolution& answer) {
+  answer = scratch.interior;
+  if (!all_finite(answer.r) || !all_finite(answer.eta)) return false;
+  const ConeProgram program = reduced(event);
+  if (!program.has_bound()) answer.s = 0;
+  scratch.solver.go_by_points(program, answer);
+  return true;
+}
+
+constexpr std::array<ConvexProposer, 9> proposers = {{
     {"previous answer", from_previous, Allowed::exact, true, true},
     {"stopping", stopping, Allowed::exact, false, false},
     {"sticking", sticking, Allowed::exact, false, false},
@@ -130,6 +142,7 @@ constexpr std::array<ConvexProposer, 8> proposers = {{
     {"dense", dense, Allowed::exact, true, false},
     {"dense, relaxed", dense_relaxed, Allowed::backward, true, false},
     {"dense, short steps", dense_short, Allowed::exact, true, false},
+    {"points", points, Allowed::exact, true, false, true},
 }};
 
 }  // namespace

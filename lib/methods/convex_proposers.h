@@ -26,6 +26,7 @@ struct ConvexScratch {
   InteriorPoint finisher;  ///< of dense answers: other proximal terms
   StopScratch stop;
   StickScratch stick;
+  ConeSolution interior;  ///< what the interior point method came to
   ConeSolution finished;
   std::vector<double> slack;  ///< nc, m/s, of the relaxed program
 };
@@ -35,8 +36,9 @@ struct ConvexProposer {
   std::string_view name;
   bool (*propose)(const ConvexEvent& event, ConvexScratch& scratch, ConeSolution& answer);
   Allowed allowed;
-  bool starts_next;  ///< may Newton's method start from it in the next event?
-  bool is_start;     ///< is it such a start? Counted as a warm start
+  bool starts_next;        ///< may Newton's method start from it in the next event?
+  bool is_start;           ///< is it such a start? Counted as a warm start
+  bool last_word = false;  ///< is it asked only where nobody before it had a good answer, excused or not?
 };
 
 /// In the order in which they are asked, cheapest first.

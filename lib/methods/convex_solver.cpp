@@ -69,7 +69,9 @@ ConeStatus ConvexSolver::propose(ConvexPrevious* previous) {
   const ConvexEvent event{tolerances_, *island_, bound_, program_, start_of(previous)};
   if (previous != nullptr) previous->by_newton = false;
   ConeStatus ending = ConeStatus::nonconverged;
+  const auto good = [this] { return judge_.good(*island_, best_.certificate, Allowed::backward); };
   for (const ConvexProposer& proposer : convex_proposers()) {
+    if (proposer.last_word && good()) break;
     answer_.iterations = 0;
     answer_.s = 0;
     const bool proposes = proposer.propose(event, scratch_, answer_);
@@ -82,7 +84,7 @@ ConeStatus ConvexSolver::propose(ConvexPrevious* previous) {
     }
     if (answer_.status != ConeStatus::solved) ending = answer_.status;
   }
-  return judge_.good(*island_, best_.certificate, Allowed::backward) ? ConeStatus::solved : ending;
+  return good() ? ConeStatus::solved : ending;
 }
 
 // Keeps answer_ where it is better than what there is. Is it as good as is asked?

@@ -300,6 +300,49 @@ TEST_CASE("Newton's method comes from the answer without a bound to that with on
   CHECK(came >= 8);
 }
 
+TEST_CASE("the proximal point of a mass on a plane is the projection of its momentum, over 1 + t", "[cone]") {
+  for (const double t : {1e-3, 1.0, 100.0})
+    for (const double slip : {0.3, 2.0, -5.0}) {  // sticks, slides
+      INFO("t = " << t << ", slip " << slip << " m/s");
+      const PointMass point(2, {-1, slip, 0}, {1});
+      ConeProgram p = point.program();
+      ConeOptions options;
+      PolishRules rules{60, 6, options.proximal, false};
+      rules.anchor = t;
+      ConeSolution x;
+      x.r.assign(3, 0.0);
+      REQUIRE(InteriorPoint(options).polish(p, x, rules));
+      // The cone of mu = 0.4; its dual's edge is along (0.4, 1).
+      const double size = std::abs(slip), along = std::max(0.0, (1 + 0.4 * size) / (1 + 0.4 * 0.4));
+      const Eigen::Vector3d momentum =
+          size <= 0.4 ? Eigen::Vector3d(1, -slip, 0) : Eigen::Vector3d(along, -std::copysign(0.4 * along, slip), 0);
+      CHECK((map(x.r.data()) - 2 / (1 + t) * momentum).norm() <= 1e-9);
+    }
+}
+
+TEST_CASE("proximal points lead from nothing to the answer, with normal velocities bounded and without", "[cone]") {
+  for (unsigned seed = 0; seed < 10; ++seed)
+    for (const bool bounded : {false, true}) {
+      INFO("seed " << seed << (bounded ? ", bounded" : ""));
+      const Chain chain(4, 3, seed);
+      ConeProgram p = chain.program();
+      p.bounded_below = bounded;
+      p.gap = 1e-10;
+      ConeSolution x, y;
+      InteriorPoint().solve(p, x);
+      REQUIRE(x.status == ConeStatus::solved);
+      y.r.assign(3 * p.nc(), 0.0);
+      y.eta.assign(p.nc(), 0.0);
+      CHECK(InteriorPoint().go_by_points(p, y));
+      CHECK(y.status == ConeStatus::solved);
+      CHECK(y.iterations > 0);
+      ConeVelocities by_path, by_points;
+      by_path.evaluate(p, x.r, x.eta);
+      by_points.evaluate(p, y.r, y.eta);
+      for (int i = 0; i < 3 * p.nc(); ++i) CHECK(by_points.u[i] == Approx(by_path.u[i]).margin(1e-8));
+    }
+}
+
 TEST_CASE("an answer that violates its constraints is not solved, whatever gap is asked for", "[cone]") {
   ConeOptions hasty;
   hasty.polish_from = 0;

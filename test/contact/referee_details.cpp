@@ -651,7 +651,7 @@ TEST_CASE("ap: friction alone proves an answer that slides, by the slip that is 
   Islands islands;
   find_islands(p, islands);
   const std::vector<double> u_minus = {-1, 5, 0}, u_plus = {0, 4, 0};
-  const Witness terms = PolygonWitness{.k = 4};
+  const Witness terms = PolygonWitness{.k = 4, .regularisation = 0, .z = {}};
   CHECK(anitescu_potra_law().prove({p, islands, terms, u_minus, u_plus}, answer).empty());
   CHECK(answer.as<PolygonWitness>().z == std::vector<double>{2, 0, 0, 2, 0, 4});
   CHECK(held(p, anitescu_potra_law(), answer.impulse, answer.witness));

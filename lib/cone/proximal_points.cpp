@@ -1,0 +1,67 @@
+// Proximal points of a cone program, each about the one before: the last word where many contacts of a heap hardly
+// slip, so that the cones are too curved for the interior point method, and Newton's method finds no way from where
+// that ends.
+//
+// Problem: as in interior_point.cpp, with terms t w (r - r0) in y and t w (eta - eta0) in u_n, (r0, eta0) the point
+// before. The larger t, the better conditioned, and the nearer its answer: Newton's method (polish.h) finds it in some
+// steps. t falls as fast as it goes on finding them, and each point is tried as the start of the program's own answer.
+//
+// Source: R. T. Rockafellar, Monotone operators and the proximal point algorithm, SIAM J. Control Optim. 14 (1976): the
+// points come to an answer whatever t, where there is one; the smaller t, the faster. Difference: s has no such term.
+// Fails where points come no nearer, the limit of steps is reached, or no t lets Newton's method find the next.
+
+#include "cone/proximal_points.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "cone/polish.h"
+
+namespace cb {
+
+namespace {
+
+constexpr double first = 0.1, least = 1e-12, most = 1e3;  // -: t
+constexpr double fastest = 0.1, slowest = 0.8;            // of t after a point that was found: nearer to 1 where not
+constexpr double grows = 3;                               // of t after one that was not
+constexpr int steps = 60, patience = 6;                   // of Newton's method to a point
+constexpr int limit = 1500;                               // steps of all
+constexpr int without = 12;                               // points in a row that do not halve the least gap
+
+}  // namespace
+
+bool go_by_points(const ConeProgram& p, const ConeOptions& options, ConeWorkspace& workspace, ConeSolution& x) {
+  if (!p.has_eta()) x.eta.assign(p.nc(), 0.0);
+  const int until = x.iterations + limit;
+  double found_at = HUGE_VAL, falls = fastest, least_gap = HUGE_VAL;
+  PolishRules rules{steps, patience, options.proximal, false};
+  ConeSolution last = x, trial, answer;
+  int since = 0;
+  for (double t = first; t > least && t < most && since < without && last.iterations < until;) {
+    rules.anchor = t;
+    trial = last;
+    const bool found = polish(p, options, rules, workspace, trial);
+    last.iterations = trial.iterations;
+    if (!found) {
+      falls = std::min(slowest, std::sqrt(falls));
+      t = t < found_at ? std::min(found_at, grows * t) : grows * t;
+      continue;
+    }
+    last = answer = trial;
+    const bool solved = polish(p, options, PolishRules::bold(options, options.iterate_patience), workspace, answer);
+    last.iterations = answer.iterations;
+    const bool feasible = answer.infeasibility <= options.feasibility;
+    const double gap = std::abs(answer.gap);
+    if (solved || (feasible && gap < least_gap)) x = answer;
+    if (solved) return true;
+    since = feasible && !(gap < 0.5 * least_gap) ? since + 1 : 0;
+    if (feasible) least_gap = std::min(least_gap, gap);
+    found_at = t;
+    t *= falls;
+    falls = std::max(fastest, falls * falls);
+  }
+  x.iterations = last.iterations;
+  return false;
+}
+
+}  // namespace cb
