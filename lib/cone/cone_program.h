@@ -75,6 +75,8 @@ struct ConeOptions {
   /// term (it falls by tens while that goes well).
   int careful_limit = 40;
   double careful_proximal = 1e-3;
+  /// Newton steps from proximal point to proximal point (proximal_points.h).
+  int points_limit = 1500;
   /// -: complementarity over energy at which the first polish is tried; each later one at a hundredth.
   double polish_from = 1e-5;
   /// -: regularisation of the equalities of Newton's method, as a fraction of W_ii; r is not unique, and this picks the

@@ -25,14 +25,13 @@ constexpr double first = 0.1, least = 1e-12, most = 1e3;  // -: t
 constexpr double fastest = 0.1, slowest = 0.8;            // of t after a point that was found: nearer to 1 where not
 constexpr double grows = 3;                               // of t after one that was not
 constexpr int steps = 60, patience = 6;                   // of Newton's method to a point
-constexpr int limit = 1500;                               // steps of all
 constexpr int without = 12;                               // points in a row that do not halve the least gap
 
 }  // namespace
 
 bool go_by_points(const ConeProgram& p, const ConeOptions& options, ConeWorkspace& workspace, ConeSolution& x) {
   if (!p.has_eta()) x.eta.assign(p.nc(), 0.0);
-  const int until = x.iterations + limit;
+  const int until = x.iterations + options.points_limit;
   double found_at = HUGE_VAL, falls = fastest, least_gap = HUGE_VAL;
   PolishRules rules{steps, patience, options.proximal, false};
   ConeSolution last = x, trial, answer;

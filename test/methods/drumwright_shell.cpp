@@ -604,6 +604,7 @@ TEST_CASE("broken data ends in a typed status with finite impulses", "[convex]")
   tolerances.cone.iteration_limit = 1;
   tolerances.cone.polish_limit = 0;
   tolerances.cone.careful_limit = 0;
+  tolerances.cone.points_limit = 0;
   const ContactSolution s = solve(p, tolerances);
   CHECK(s.status == Status::nonconverged);
   CHECK(!s.reason.empty());

@@ -300,6 +300,17 @@ TEST_CASE("Gauss and Seidel end with the sweep that changes nothing, and with th
   CHECK(resting.solution.iterations % 10 != 0);
 }
 
+TEST_CASE("where nothing approaches but by rounding, nothing is the first guess", "[ncp]") {
+  if (!fclib_available()) return;
+  for (const char* event : {"coulomb_nothing", "coulomb_next_to_nothing"}) {
+    INFO(event);
+    const Answer at =
+        solve(read_contact_problem(std::string(TEST_DATA "/events/") + event + ".hdf5").problem, "newton");
+    CHECK(Referee::holds(at.residuals, 1e-9));
+    CHECK(at.solution.who == "guess");
+  }
+}
+
 TEST_CASE("rounds of the cascade that begin with an answer count their steps", "[ncp]") {
   const ContactProblem before = stack(3, 0.5, {0.3, -1, 0.1}, 0.1), after = stack(3, 0.5, {0.3, -1.001, 0.1}, 0.1);
   const Answer first = solve(before, "cascade"), cold = solve(after, "cascade");
