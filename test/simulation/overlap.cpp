@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <random>
 
 #include "scenario/scenario.h"
 #include "scenes.h"
@@ -280,6 +281,39 @@ TEST_CASE("a box that whirls on a ball is met again before it has turned into it
         CHECK(seen.inside < 2e-3 * 0.3);
         CHECK(seen.deepest < 1e-8);
       }
+}
+
+// What a move may turn a body into another is a thousandth of its size, to first order (longest_move).
+TEST_CASE("boxes that whirl about the corner on which they stand turn in by a few thousandths at most", "[overlap]") {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const auto draw = [&] { return Vec3(uniform(random), uniform(random), uniform(random)); };
+  double worst = 0;
+  for (int k = 0; k < 3000; ++k) {
+    Scenario s = without_gravity();
+    if (k % 3 == 0)
+      test::add_ground(s);
+    else if (k % 3 == 1)
+      fix_box(s, {0.4, 1, 0.4}, {{0, -0.5, 0}, Quat::Identity()});
+    else
+      test::add_box(s, {0.3, 0.3, 0.3}, 1, {{0, -0.15, 0}, Quat::Identity()});
+    const Quat q = turn(3 * uniform(random), draw());
+    const Vec3 half = 0.15 * (Vec3(1.1, 1, 1.1) + Vec3(1, 0, 1).cwiseProduct(draw()));
+    Vec3 corner = Vec3::Zero();  // the lowest, from the centre
+    for (int i = 0; i < 8; ++i) {
+      const Vec3 c = q * Vec3(i & 1 ? half[0] : -half[0], i & 2 ? half[1] : -half[1], i & 4 ? half[2] : -half[2]);
+      if (c[1] < corner[1]) corner = c;
+    }
+    const Vec3 w = std::pow(10, 1.5 + 2 * std::abs(uniform(random))) * draw().cwiseProduct(Vec3(1, 0.3, 1));
+    const Vec3 at = 0.1 * draw().cwiseProduct(Vec3(1, 0, 1));
+    test::add_box(s, 2 * half, 1, {at - corner, q}, corner.cross(w), w);  // the corner stands
+    test::collide_all(s, 0.5);
+    const Seen seen = look(s, "newton");
+    CHECK(seen.status == Status::ok);
+    worst = std::max(worst, seen.inside / 0.3);
+  }
+  CHECK(worst < 5e-3);
+  CHECK(worst > 1e-4);  // they do meet
 }
 
 TEST_CASE("a body that turns too fast for its times of contact ends the run as a stall, with the reason", "[overlap]") {
