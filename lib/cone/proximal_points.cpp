@@ -16,34 +16,32 @@
 #include <cmath>
 
 #include "cone/polish.h"
+#include "linalg/proximal_term.h"
 
 namespace cb {
 
 namespace {
 
-constexpr double first = 0.1, least = 1e-12, most = 1e3;  // -: t
-constexpr double fastest = 0.1, slowest = 0.8;            // of t after a point that was found: nearer to 1 where not
-constexpr double grows = 3;                               // of t after one that was not
-constexpr int steps = 60, patience = 6;                   // of Newton's method to a point
-constexpr int without = 12;                               // points in a row that do not halve the least gap
+constexpr double least = 1e-12;          // -: t
+constexpr int steps = 60, patience = 6;  // of Newton's method to a point
+constexpr int without = 12;              // points in a row that do not halve the least gap
 
 }  // namespace
 
 bool go_by_points(const ConeProgram& p, const ConeOptions& options, ConeWorkspace& workspace, ConeSolution& x) {
   if (!p.has_eta()) x.eta.assign(p.nc(), 0.0);
   const int until = x.iterations + options.points_limit;
-  double found_at = HUGE_VAL, falls = fastest, least_gap = HUGE_VAL;
+  double least_gap = HUGE_VAL;
   PolishRules rules{steps, patience, options.proximal, false};
   ConeSolution last = x, trial, answer;
   int since = 0;
-  for (double t = first; t > least && t < most && since < without && last.iterations < until;) {
-    rules.anchor = t;
+  for (ProximalTerm t(least); !t.over() && since < without && last.iterations < until;) {
+    rules.anchor = t();
     trial = last;
     const bool found = polish(p, options, rules, workspace, trial);
     last.iterations = trial.iterations;
     if (!found) {
-      falls = std::min(slowest, std::sqrt(falls));
-      t = t < found_at ? std::min(found_at, grows * t) : grows * t;
+      t.missed();
       continue;
     }
     last = answer = trial;
@@ -55,9 +53,7 @@ bool go_by_points(const ConeProgram& p, const ConeOptions& options, ConeWorkspac
     if (solved) return true;
     since = feasible && !(gap < 0.5 * least_gap) ? since + 1 : 0;
     if (feasible) least_gap = std::min(least_gap, gap);
-    found_at = t;
-    t *= falls;
-    falls = std::max(fastest, falls * falls);
+    t.found();
   }
   x.iterations = last.iterations;
   return false;

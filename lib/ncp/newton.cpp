@@ -31,6 +31,7 @@
 #include <cmath>
 
 #include "linalg/finite.h"
+#include "linalg/proximal_term.h"
 #include "linalg/stop.h"
 #include "linalg/stopping_impulse.h"
 #include "ncp/finish.h"
@@ -47,11 +48,9 @@ struct NewtonOptions : NcpOptions {
       cut{.limit = 1000, .patience = 100, .cut = true}, patient{.limit = 500, .patience = 50},
       point{.tolerance = 1e-11, .limit = 60, .patience = 6, .returns = 0};
   struct Points {
-    double first = 0.1, least = 1e-10, most = 1e3;  ///< -: t
-    double falls = 0.1, slowest = 0.8;  ///< of t after a point that was found; nearer to 1 where one was not
-    double grows = 3;                   ///< of t after one that was not
-    double found = 1e-9;                ///< -: natural residual of a point
-    int limit = 3000;                   ///< steps of all
+    double least = 1e-10;  ///< -: t
+    double found = 1e-9;   ///< -: natural residual of a point
+    int limit = 3000;      ///< steps of all
   } points;
   InteriorSystem::Options interior;
   LongSteps::Options long_steps;
@@ -234,21 +233,17 @@ bool NcpNewton::go_by_points(std::string_view who, NcpSolution& solution) {
   AlartCurnierNewton::Options o = o_.point;
   std::vector<double> last = solution.r;
   const int until = solution.iterations + of.limit;
-  double found_at = HUGE_VAL, falls = of.falls;
-  for (double t = of.first; t > of.least && t < of.most && solution.iterations < until;) {
-    o.anchor = t;
+  for (ProximalTerm t(of.least); !t.over() && solution.iterations < until;) {
+    o.anchor = t();
     tried_ = last;
-    if (finish_.solve(o, tried_, tried_u_, solution.iterations) <= of.found) {
-      last = tried_;
-      measure_.velocities(tried_, v_, tried_u_);
-      if (offer_beside_rounding(measure_.residual(tried_, tried_u_), who, solution)) return true;
-      found_at = t;
-      t *= falls;
-      falls = std::max(of.falls, falls * falls);
-    } else {
-      falls = std::min(of.slowest, std::sqrt(falls));
-      t = t < found_at ? std::min(found_at, of.grows * t) : of.grows * t;
+    if (!(finish_.solve(o, tried_, tried_u_, solution.iterations) <= of.found)) {
+      t.missed();
+      continue;
     }
+    last = tried_;
+    measure_.velocities(tried_, v_, tried_u_);
+    if (offer_beside_rounding(measure_.residual(tried_, tried_u_), who, solution)) return true;
+    t.found();
   }
   return false;
 }
