@@ -830,3 +830,242 @@ TEST_CASE("ap: what decompression adds is no part of what is given back") {
   CHECK_FALSE(answer(1 - 1e-6));
   CHECK_FALSE(answer(1 + 1e-6));
 }
+
+TEST_CASE("a referee that has judged an event judges the next as if it were the first: what excused the first") {
+  // Last bits of 1e12 m/s, and restitution.
+  ContactProblem fast = points({2}, {0});
+  fast.v_minus[1] = -1e12;
+  Referee kept;
+  CHECK_FALSE(held_by(kept, fast, coulomb_law(), {0, 0, 0}));
+  CHECK_FALSE(held_by(kept, points({2}, {0}), coulomb_law(), {2 * (1 + 1e-8), 0, 0}));
+  CHECK(held_by(kept, points({2}, {0}, 0.5, 0.5), coulomb_law(), {3, 0, 0}));
+  CHECK_FALSE(held_by(kept, points({2}, {0}), coulomb_law(), {3, 0, 0}));
+}
+
+TEST_CASE("what is measured of any answer is that of the worst contact, and the law's where nothing rebounds") {
+  ContactProblem p = points({2, 2}, {0, 1});
+  CHECK(judged(p, newton_law(), {0, 0, 0, 2, 0, 0}).approach == 1);
+  CHECK(judged(p, newton_law(), {-3, 0, 0, -4, 0, 0}).cone_violation == Approx(4));
+  p.v_minus[0] = 2;
+  CHECK(judged(p, newton_law(), {2, 0, 0, 2, 0, 0}).dissipation_gap == Approx(2));
+  CHECK(judged(p, newton_law(), {2, 0, 0, 2, 0, 0}).law.has_value());
+  CHECK_FALSE(judged(points({2}, {0}, 0.5, 0.5), newton_law(), {3, 0, 0}).law.has_value());
+}
+
+TEST_CASE("a contact is about its own island's energy, however much the first has") {
+  // "What moves elsewhere in its island" behind a body of 1e6 kg that lands.
+  ContactProblem p = points({1e6, 1, 100}, {0, 1}, 0);
+  p.v_minus[13] = 0;
+  const Matrix3d side = axes_of(Vector3d::UnitX(), Vector3d::UnitZ());
+  add_contact(p, 2, Vector3d::Zero(), -1, {}, side, 0);
+  add_contact(p, 1, Vector3d::Zero(), 2, Vector3d::Zero(), side, 0);
+  for (const int e : {3, 4}) p.J.entry(e).row(2).setZero();
+  for (const double part : {below, above})
+    CHECK(held(p, newton_law(), {1e6, 0, 0, 1, 0, 0, 0, part * accepted * 10, 0, 0, 0, 0}) == (part < 1));
+}
+
+TEST_CASE("a limit is about no more than its own island's energy, whatever stops would make of its rate") {
+  // Behind a body of 1e6 kg: M^-1 = ((2, 1.3), (1.3, 1)), a contact stops 1 m/s and the limit's rate of 0.65 rad/s; the
+  // limit pulls. Stops would make 2.6 of its rate, the island has 3/2 + 0.65^2.
+  Eigen::Matrix2d inverse;
+  inverse << 2, 1.3, 1.3, 1;
+  const double size = std::sqrt(1.5 + 0.65 * 0.65);
+  for (const double part : {below, above}) {
+    ContactProblem p = points({1e6}, {0}, 0);
+    const int b = p.M.add_block(2);
+    p.M.block(b) = inverse.inverse();
+    p.v_minus.insert(p.v_minus.end(), {-1, -0.65 + 1e-6});
+    for (const int rate : {0, 1}) {
+      p.J.add_band();
+      p.J.entry(p.J.add_entry(b, 2))(0, rate) = 1;
+      p.offset.insert(p.offset.end(), 3, 0.0);
+      p.mu.push_back(0);
+      p.restitution.push_back(0);
+    }
+    p.J.entry(1)(1, 0) = 1e-12;  // a contact has tangents
+    const double pull = part * accepted * size;
+    CHECK(held(p, newton_law(), {1e6, 0, 0, 0.5 + 0.65 * pull, 0, 0, -pull, 0, 0}) == (part < 1));
+  }
+}
+
+TEST_CASE("newton: an impulse where nothing approaches counts from 1e-9 of the contact's size, whatever its mass") {
+  for (const double mass : {1e6, 1e-6}) {
+    ContactProblem p = points({mass}, {0});
+    p.v_minus[1] = 1;
+    for (const double part : {below, above}) CHECK(held(p, newton_law(), {part * accepted * mass, 0, 0}) == (part < 1));
+  }
+}
+
+TEST_CASE("a work is a fraction of what the island has, not of what its contact has") {
+  const ContactProblem p = points({2}, {0, 0});  // 2 J / contact, 4 J
+  for (const double part : {below, above}) {
+    const double given = part * accepted * 4;
+    CHECK(held(p, mirtich_law(), {1, 0, 0, 1, 0, 0}, WorkWitness{{-1 - given, 0}, {0, 0}, {0, given}}) == (part < 1));
+  }
+}
+
+TEST_CASE("mirtich: works of impulses known alone are friction, an equal share of their island's at each contact") {
+  const ContactProblem p = points({2, 2}, {0, 0, 1});
+  ContactSolution answer;
+  answer.impulse = {1.5, 0, 0, 0.5, 0, 0, 2, 0, 0};
+  Islands islands;
+  find_islands(p, islands);
+  const std::vector<double> u_minus = {-1, 0, 0, -1, 0, 0, -1, 0, 0}, u_plus(9, 0.0);
+  const Witness terms = WorkWitness{};
+  CHECK(mirtich_law().prove({p, islands, terms, u_minus, u_plus}, answer).empty());
+  CHECK(answer.as<WorkWitness>().friction == std::vector<double>{-0.5, -0.5, -1});
+}
+
+TEST_CASE("ap: friction alone proves each contact by its own directions") {
+  const ContactProblem p = points({2, 2}, {0, 1}, 1);
+  ContactSolution answer;
+  answer.impulse = {2, 0, 0, 2, -1, 1};
+  Islands islands;
+  find_islands(p, islands);
+  const std::vector<double> u_minus(6, 0.0), u_plus(6, 0.0);
+  const Witness terms = PolygonWitness{.k = 4, .regularisation = 0, .z = {}};
+  CHECK(anitescu_potra_law().prove({p, islands, terms, u_minus, u_plus}, answer).empty());
+  CHECK(answer.as<PolygonWitness>().z == std::vector<double>{2, 2, 0, 0, 0, 0, 0, 1, 1, 0, 0, 0});
+}
+
+TEST_CASE("soft: velocities are made impulses by their own contact's weight") {
+  const Witness rigid = SoftWitness{{.rule = Softness::Rule::mujoco, .impedance = 1}};
+  const ContactProblem p = points({1e-6, 2}, {0, 1}, 0);
+  CHECK(held(p, soft_law(), {1e-6, 0, 0, 2, 0, 0}, rigid));
+  CHECK_FALSE(held(p, soft_law(), {1e-6, 0, 0, 2 * (1 - 1e-6), 0, 0}, rigid));
+}
+
+TEST_CASE("convex: each island is held against what it has itself, however much the first has") {
+  ContactProblem p = points({1e12, 2}, {0, 1}, 0);
+  const std::vector<double> z = {0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0};
+  const auto bounded = [&](double r, double f) {
+    return held(p, convex_law(), {1e12, 0, 0, r, 0, 0}, ConvexWitness{true, 1, {}, {0, 0}, {1e12, f}, z});
+  };
+  CHECK(bounded(2, 2));
+  CHECK_FALSE(bounded(2, 2 * (1 + 1e-6)));  // f
+  CHECK_FALSE(bounded(2 * (1 + 1e-6), 2));  // the bound
+  p.v_minus[7] = 1;
+  const ConvexWitness free{false, 1, {}, {0, 0}, {}, {}};
+  CHECK(held(p, convex_law(), {1e12, 0, 0, 0, 0, 0}, free));
+  CHECK_FALSE(held(p, convex_law(), {1e12, 0, 0, -2e-6, 0, 0}, free));
+  const ConvexWitness multiplier{false, 1, {}, {0, 1e-3}, {}, {}};  // 1e-3 J of 2 J
+  CHECK(judged(p, convex_law(), {1e12, 0, 0, 0, 0, 0}, multiplier).model == Approx(5e-4));
+  // With restitution: a gain of 4e-6 J.
+  p.v_minus[7] = -1;
+  p.restitution = {1, 1};
+  CHECK(held(p, convex_law(), {2e12, 0, 0, 4, 0, 0}, free));
+  CHECK_FALSE(held(p, convex_law(), {2e12, 0, 0, 4 * (1 + 1e-6), 0, 0}, free));
+}
+
+TEST_CASE("convex: multipliers excuse no gap beyond 1e-9 of their own island's energy") {
+  // A point slides at 1 m/s between two walls and leaves one by 1e-14 m/s; multipliers of both cancel. 4 J.
+  ContactProblem p = points({1e12, 2}, {0}, 0);
+  for (const double side : {1.0, -1.0})
+    add_contact(p, 1, Vector3d::Zero(), -1, {}, axes_of(side * Vector3d::UnitX(), Vector3d::UnitZ()), 0);
+  p.v_minus[6] = 1e-14;
+  for (const double eta : {1e5, 1e6})
+    CHECK(held(p, convex_law(), {1e12, 0, 0, 0, 0, 0, 0, 0, 0}, ConvexWitness{false, 0, {}, {0, eta, eta}, {}, {}}) ==
+          (eta < 4e5));
+}
+
+TEST_CASE("convex: a negative gap is held against epsilon as a positive one is, and uses it") {
+  const auto pulls = [](const std::vector<int>& touching, double epsilon) {
+    ContactProblem p = points({2, 2}, touching, 0);
+    p.v_minus[1] = p.v_minus[7] = 1;
+    std::vector<double> r(3 * touching.size(), 0.0);
+    for (std::size_t c = 0; c < touching.size(); ++c) r[3 * c] = -1e-10;
+    return held(p, convex_law(), r,
+                ConvexWitness{false, epsilon, {}, std::vector<double>(touching.size(), 0.0), {}, {}});
+  };
+  CHECK(pulls({0, 0}, 3e-10));
+  CHECK_FALSE(pulls({0, 0}, 1e-10));
+  CHECK(pulls({0, 0, 1, 1}, 5e-10));
+  CHECK_FALSE(pulls({0, 0, 1, 1}, 3e-10));
+}
+
+TEST_CASE("convex: the bound is about itself where it is more than the velocities before") {
+  // A narrow wedge: sum f = m v / sin = 20 N s, of velocities 0.4 N s.
+  const double sine = 0.1;
+  ContactProblem p = points({2}, {}, 0);
+  for (const double side : {1.0, -1.0}) {
+    const Vector3d n(side * std::sqrt(1 - sine * sine), sine, 0);
+    add_contact(p, 0, Vector3d::Zero(), -1, {}, axes_of(n, Vector3d::UnitZ()), 0);
+  }
+  for (const double part : {below, above}) {
+    const double r = 10 * (1 + part * accepted);
+    CHECK(held(p, convex_law(), {r, 0, 0, r, 0, 0},
+               ConvexWitness{true, 1, {}, {0, 0}, {10, 10}, {0, 1 / sine, 0, 0, 0, 0}}) == (part < 1));
+  }
+}
+
+TEST_CASE("coulomb with restitution: a pull is one beside what its contact has, not its island") {
+  // 10 mg leave a wall at 1 m/s, and 1 kg that they are joined to.
+  const double light = 1e-8;
+  for (const double pull : {0.0, 1e-6 * light}) {
+    ContactProblem p = points({1, light}, {0}, 0, 0.5);
+    p.v_minus[6] = 1;
+    add_contact(p, 1, Vector3d::Zero(), -1, {}, axes_of(Vector3d::UnitX(), Vector3d::UnitZ()), 0);
+    add_contact(p, 0, Vector3d::Zero(), 1, Vector3d::Zero(), axes_of(-Vector3d::UnitX(), Vector3d::UnitZ()), 0);
+    CHECK(held(p, coulomb_law(), {1.5, 0, 0, -pull, 0, 0, 0, 0, 0}) == (pull == 0));
+  }
+}
+
+TEST_CASE("an offset between fixed bodies is no energy") {
+  ContactProblem p = points({2}, {0});
+  p.J.add_band();
+  p.offset.insert(p.offset.end(), {3.0, 0.0, 0.0});
+  p.mu.push_back(0);
+  p.restitution.push_back(0);
+  CHECK(energy_before(p) == Approx(1));
+}
+
+TEST_CASE("an answer that is cleared has no terms of the one before") {
+  ContactSolution s;
+  s.restitution_scale = 0.5;
+  s.as<ConvexWitness>().epsilon_relative = 0.1;
+  s.clear();
+  CHECK(s.restitution_scale == 1);
+  CHECK_FALSE(s.as<ConvexWitness>().epsilon_relative.has_value());
+  s.as<PolygonWitness>().regularisation = 0.1;
+  s.clear();
+  CHECK(s.as<PolygonWitness>().regularisation == 0);
+}
+
+TEST_CASE("convex: what rounding leaves open of a slip's gap is of its own island's bound") {
+  // As "a gap is open by the last bits" has it, behind a body that rests.
+  const double mu = 9, V = Meeting::V, rho = Meeting::rho;
+  for (const double part : {0.0, 0.9, 1.1}) {
+    ContactProblem p = points({1, 1, 1}, {2}, 0);
+    p.v_minus = {part * (2 + mu) / mu * rho, V - 1e-3, 0, 0, 0, 0, 0, V, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+    add_contact(p, 0, Vector3d::Zero(), 1, Vector3d::Zero(), ground_axes(), mu);
+    const double r = (V - p.v_minus[1]) / 2;
+    std::vector<double> z = Meeting::dual(1, 0);
+    z.resize(18, 0.0);
+    CHECK(held(p, convex_law(), {0, 0, 0, r, 0, 0}, ConvexWitness{true, 0, {}, {0, 0}, {0, r}, z}) == (part < 1));
+  }
+}
+
+TEST_CASE("W_ii of a contact between trees of any size is the sum of both") {
+  for (const int size : {6, 10, 70}) {
+    ContactProblem p;
+    p.J.add_band();
+    for (const int b : {0, 1}) {
+      p.M.block(p.M.add_block(size)).setIdentity();
+      p.J.entry(p.J.add_entry(b, size))(0, b) = 1;
+    }
+    p.v_minus.assign(2 * static_cast<std::size_t>(size), 0.0);
+    p.offset.assign(3, 0.0);
+    p.mu = p.restitution = {0};
+    BlockCholesky factor;
+    REQUIRE(factor.factor(p.M));
+    std::vector<Eigen::Matrix3d> W;
+    diagonal_blocks(p, factor, W);
+    CHECK(W[0](0, 0) == 2);
+  }
+}
+
+TEST_CASE("there is a thread for what little there is") {
+  Islands islands;
+  find_islands(points({2}, {0}), islands);
+  CHECK(worthwhile_threads(islands, 4) == 1);
+}
