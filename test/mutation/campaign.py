@@ -211,7 +211,8 @@ def order(copy, fault, nearest_only):
         near = [test for prefix, test in sorted(SCRIPTS.items(), key=lambda row: -len(row[0])) if file.startswith(prefix)][:1]
     else:
         can = [name for name in copy.tests if name not in stand_in]
-        near = {"app": ["program"], "cone": ["cone", "methods"], "contact": ["contact", "second_referee"]}.get(room, [room])
+        near = {"app": ["program"], "cone": ["cone", "methods"], "ncp": ["ncp", "methods"],
+                "contact": ["contact", "second_referee"]}.get(room, [room])
     near = [name for name in near if name in can]
     if nearest_only:
         return near
