@@ -511,16 +511,7 @@ TEST_CASE("what is open of a tree's rate is of the energy that this tree is give
   for (const double part : {0.9, 1.1}) {
     ContactProblem p = points({1}, {0}, 0);
     p.v_minus[1] = 0;
-    const int b = p.M.add_block(2);
-    p.M.block(b).setIdentity();
-    p.v_minus.insert(p.v_minus.end(), {-part * unit, -1});
-    for (const int rate : {1, 0}) {
-      p.J.add_band();
-      p.J.entry(p.J.add_entry(b, 2))(0, rate) = 1;
-      p.offset.insert(p.offset.end(), 3, 0.0);
-      p.mu.push_back(0);
-      p.restitution.push_back(0);
-    }
+    add_limited_rates(p, -part * unit, -1);
     INFO(part << " of the rounding");
     CHECK(held(p, coulomb_law(), {0, 0, 0, 1, 0, 0, 0, 0, 0}) == (part < 1));
   }

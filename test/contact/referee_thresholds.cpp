@@ -441,16 +441,7 @@ TEST_CASE("a tree's last bits are those of the energy that it is given, whatever
   for (const double part : {0.9, 1.1}) {
     Exact out{"a joint at its limit beside what is stopped", coulomb_law(), {}, {}, {}};
     ContactProblem& p = out.problem;
-    const int b = p.M.add_block(2);
-    p.M.block(b).setIdentity();
-    p.v_minus = {-part * rho, -1};
-    for (const int rate : {1, 0}) {
-      p.J.add_band();
-      p.J.entry(p.J.add_entry(b, 2))(0, rate) = 1;
-      p.offset.insert(p.offset.end(), 3, 0.0);
-      p.mu.push_back(0);
-      p.restitution.push_back(0);
-    }
+    add_limited_rates(p, -part * rho, -1);
     out.solution.impulse = {1, 0, 0, 0, 0, 0};
     INFO(part << " of the rounding");
     CHECK(held(out) == (part < 1));
