@@ -28,7 +28,7 @@ class PolygonCheck {
  public:
   void operator()(const ContactProblem& problem, const ContactSolution& solution, const Evidence& at, Residuals& out) {
     Worst worst = natural_map(problem, solution, at);
-    see_gains(solution.impulse, 0, at, sum_, worst);
+    see_gains(solution.impulse, 0, at, Which::all, sum_, worst);
     see_approach(at, worst);
     worst.report(out);
   }

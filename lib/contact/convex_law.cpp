@@ -1,8 +1,9 @@
 // convex: least kinetic energy over impulses in the friction cones, with a bound kappa on the sum of normal impulses of
 // each island (drumwright_shell.cpp has the program). An answer is feasible, and its duality gap
 //   eta.(u_n)+ + r.y + s (kappa - 1.r_n)+,   y = u - W_(:,n) eta,   s: the least that puts y + s e_n into the dual cone
-// is within epsilon; the frictionless impulses f and z prove kappa. With restitution Poisson's second phase moves the
-// answer off the optimum of the first: what is left is feasibility, and that no energy comes from nowhere.
+// is within epsilon; the frictionless impulses f and z prove kappa. On an island with restitution Poisson's second
+// phase moves the answer off the optimum of the first: what is left is feasibility, and that no energy comes from
+// nowhere.
 //
 // A contact alone, W = diag(W_n, w, w): r_n = -u_n / W_n, r_t = -u_t / w where |u_t| <= w mu r_n, else mu r_n against
 // u_t; eta = 0; z = M^-1 N^T / W_n. Without the bound a contact that slides lifts as well: no closed form.
@@ -54,6 +55,8 @@ class ConvexCheck {
   void operator()(const ContactProblem& problem, const ContactSolution& solution, const Evidence& at, Residuals& out);
 
  private:
+  void with_restitution(const ContactProblem& problem, const ContactSolution& solution, const Evidence& at,
+                        Worst& worst);
   void least_sum(const ContactProblem& problem, const ConvexWitness& proof, const Evidence& at, Worst& worst);
   void find_misses(const std::vector<double>& f, const Evidence& at);
   void feasibility(const ContactProblem& problem, const ContactSolution& solution, const Evidence& at, Worst& worst);
@@ -62,6 +65,7 @@ class ConvexCheck {
   double rounding_of_gap(int island, const Evidence& at) const;
 
   std::vector<double> y_, u_frictionless_, u_dual_, v_, scratch_;  // 3 nc, 3 nc, 3 nc, nv, 3 nc
+  std::vector<double> gains_;                                      // of see_gains
   // Per island: least s, and what rounding leaves open of it; sum of r_n; kappa, and what it is made of; what f leaves
   // of f_i u_n,i = 0; the gap, and what rounding leaves open of it.
   std::vector<double> slack_, slack_rounding_, sum_, kappa_, kappa_scale_, miss_, gap_, gap_rounding_;
@@ -71,24 +75,35 @@ void ConvexCheck::operator()(const ContactProblem& problem, const ContactSolutio
                              Residuals& out) {
   const ConvexWitness& proof = solution.as<ConvexWitness>();
   Worst worst;
-  if (at.elastic) {
-    worst = feasible(problem, solution.impulse, at, Scale::island);
-    see_gains(solution.impulse, proof.epsilon, at, sum_, worst);
-    return worst.report(out);
+  const bool two_phases_all =
+      at.elastic && std::find(at.elastic_island.begin(), at.elastic_island.end(), 0) == at.elastic_island.end();
+  if (!two_phases_all) {
+    if (static_cast<int>(proof.eta.size()) != problem.nc() || !all_finite(proof.eta)) {
+      out.gap = out.infeasibility = out.model = out.island_gap = HUGE_VAL;
+      return;
+    }
+    dual_velocities(problem, at.factor, at.u_plus, proof.eta, v_, scratch_, y_);
+    kappa_.assign(at.islands.count, 0.0);
+    kappa_scale_.assign(at.islands.count, 0.0);
+    if (proof.bounded) least_sum(problem, proof, at, worst);
+    feasibility(problem, solution, at, worst);
   }
-  if (static_cast<int>(proof.eta.size()) != problem.nc() || !all_finite(proof.eta)) {
-    out.gap = out.infeasibility = out.model = out.island_gap = HUGE_VAL;
-    return;
-  }
-  dual_velocities(problem, at.factor, at.u_plus, proof.eta, v_, scratch_, y_);
-  kappa_.assign(at.islands.count, 0.0);
-  kappa_scale_.assign(at.islands.count, 0.0);
-  if (proof.bounded) least_sum(problem, proof, at, worst);
-  feasibility(problem, solution, at, worst);
+  if (at.elastic) with_restitution(problem, solution, at, worst);
+  see_approach(at, worst);
   worst.report(out);
+  if (two_phases_all) return;
   out.infeasibility = worst.ratio;
   find_gaps(problem, solution, at);
   judge_gaps(proof, at, out);
+}
+
+// What is left of islands with restitution.
+void ConvexCheck::with_restitution(const ContactProblem& problem, const ContactSolution& solution, const Evidence& at,
+                                   Worst& worst) {
+  for (int c = 0; c < problem.nc(); ++c)
+    if (at.is_elastic(c))
+      see_feasible(problem, solution.impulse, at, at.island_size[at.islands.of_contact[c]], c, worst);
+  see_gains(solution.impulse, solution.as<ConvexWitness>().epsilon, at, Which::elastic, gains_, worst);
 }
 
 // kappa: the frictionless impulses must solve min 1/2 v.M v, N v + w_n >= 0, and z must prove that no other solution of
@@ -110,6 +125,7 @@ void ConvexCheck::least_sum(const ContactProblem& problem, const ConvexWitness& 
   multiply(problem.J, problem.M, z, u_dual_);
   find_misses(f, at);
   for (int c = 0; c < nc; ++c) {
+    if (at.is_elastic(c)) continue;
     const int g = at.islands.of_contact[c];
     const double size = at.island_size_q[g];  // impulses with friction, however large, are no matter here
     const double root_w = std::sqrt(at.weight[c]), u_n = u_frictionless_[3 * c];
@@ -150,6 +166,7 @@ void ConvexCheck::feasibility(const ContactProblem& problem, const ContactSoluti
   slack_rounding_.assign(at.islands.count, 0.0);
   sum_.assign(at.islands.count, 0.0);
   for (int c = 0; c < problem.nc(); ++c) {
+    if (at.is_elastic(c)) continue;
     const int g = at.islands.of_contact[c];
     const double root_w = std::sqrt(at.weight[c]), size = at.island_size[g], mu = problem.mu[c];
     const double short_of = mu * tangential(y_, c) - y_[3 * c];
@@ -164,7 +181,6 @@ void ConvexCheck::feasibility(const ContactProblem& problem, const ContactSoluti
     at.see(worst, -proof.eta[c] * root_w, size, c);
     if (!limit) sum_[g] += r[3 * c];
   }
-  see_approach(at, worst);
   if (proof.bounded)
     for (int g = 0; g < at.islands.count; ++g) Evidence::see_island(worst, sum_[g] - kappa_[g], kappa_scale_[g], g);
 }
@@ -200,6 +216,7 @@ void ConvexCheck::judge_gaps(const ConvexWitness& proof, const Evidence& at, Res
   double total = 0, excess = 0, worst = -1;
   int worst_island = -1;
   for (int g = 0; g < at.islands.count; ++g) {
+    if (at.elastic_island[g]) continue;
     total += gap_[g];
     const double size = at.island_size[g] * at.island_size[g];
     // One number for the law: the gap as a fraction of the energy that the island is about.
@@ -237,7 +254,10 @@ void rest(const ContactProblem& problem, const Witness& terms, ContactSolution& 
 // Without the bound u_n >= 0 follows from optimality and eta = 0. With restitution nothing is asked of the witness.
 std::string_view prove(const ImpulsesAlone& answer, ContactSolution& solution) {
   rest(answer.problem, answer.terms, solution);
-  if (is_elastic(answer.problem) || !solution.as<ConvexWitness>().bounded) return {};
+  std::vector<char> elastic;
+  find_elastic(answer.problem, answer.islands, elastic);
+  const bool asked = std::find(elastic.begin(), elastic.end(), 0) != elastic.end();
+  if (!asked || !solution.as<ConvexWitness>().bounded) return {};
   return "the bound on the sum of normal impulses is known with its proof only from solving the problem";
 }
 

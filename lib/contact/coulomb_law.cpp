@@ -28,7 +28,7 @@ class CoulombCheck {
     Worst worst;
     for (int c = 0; c < problem.nc(); ++c) {
       const double size = std::sqrt(at.size2[c]);
-      if (at.elastic_island[at.islands.of_contact[c]]) {
+      if (at.is_elastic(c)) {
         see_feasible(problem, r, at, size, c, worst);
         continue;
       }
@@ -39,7 +39,7 @@ class CoulombCheck {
       at.see(worst, error.norm(), std::max(size, floor), c);
     }
     see_approach(at, worst);
-    see_gains(r, 0, at, sum_, worst);
+    see_gains(r, 0, at, Which::all, sum_, worst);
     worst.report(out);
   }
 

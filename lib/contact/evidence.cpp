@@ -40,11 +40,9 @@ void see_feasible(const ContactProblem& problem, std::span<const double> r, cons
   at.see(worst, error_of((tangential(r, c) - problem.mu[c] * r_n) * root_w), size, c);
 }
 
-Worst feasible(const ContactProblem& problem, std::span<const double> r, const Evidence& at, Scale scale) {
+Worst feasible(const ContactProblem& problem, std::span<const double> r, const Evidence& at) {
   Worst worst;
-  for (int c = 0; c < problem.nc(); ++c)
-    see_feasible(problem, r, at,
-                 scale == Scale::contact ? std::sqrt(at.size2[c]) : at.island_size[at.islands.of_contact[c]], c, worst);
+  for (int c = 0; c < problem.nc(); ++c) see_feasible(problem, r, at, std::sqrt(at.size2[c]), c, worst);
   see_approach(at, worst);
   return worst;
 }
@@ -62,8 +60,8 @@ void see_approach(const Evidence& at, Worst& worst) {
 // What contacts do to an island as seen from the stops, driven ones too, is gain = sum r.(u+ + u-)/2, held against a
 // fourth of |sum r.u-|: where an answer gains no more than that that is at most the island's kinetic energy, in every
 // frame in which its stops rest.
-void see_gains(std::span<const double> r, double epsilon, const Evidence& at, std::vector<double>& scratch,
-               Worst& worst) {
+void see_gains(std::span<const double> r, double epsilon, const Evidence& at, Which islands,
+               std::vector<double>& scratch, Worst& worst) {
   constexpr std::size_t fields = 3;  // gain, sum r.u-, what rounding leaves open of the gain, all J
   scratch.assign(fields * static_cast<std::size_t>(at.islands.count), 0.0);
   for (int c = 0; c < static_cast<int>(at.weight.size()); ++c) {
@@ -75,6 +73,7 @@ void see_gains(std::span<const double> r, double epsilon, const Evidence& at, st
   }
   Worst gain;
   for (int g = 0; g < at.islands.count; ++g) {
+    if (islands == Which::elastic && !at.elastic_island[g]) continue;
     const double* island = &scratch[fields * static_cast<std::size_t>(g)];
     // Suboptimality that was allowed may be a gain, where it is little beside the island.
     const double allowed = std::min(epsilon / Referee::accepted, at.island_size[g] * at.island_size[g]);

@@ -57,6 +57,7 @@ struct Evidence {
   std::vector<double> island_size_q;    ///< and what there is before any impulse
   std::vector<double> rounding;         ///< m/s: what the data's last bits leave open of u; empty: not asked for yet
 
+  bool is_elastic(int contact) const { return elastic_island[islands.of_contact[contact]] != 0; }
   /// m/s: what rounding leaves open of a contact's velocity; 0 while nobody had to ask.
   double open(int contact) const { return rounding.empty() ? 0 : rounding[contact]; }
   /// What rounding leaves open of r.(u + q)/2, J: of the velocities, and by them of the impulses.
@@ -79,20 +80,20 @@ struct Evidence {
   }
 };
 
-/// What feasibility is a fraction of: what the contact is about, or its island.
-enum class Scale { contact, island };
-/// Nothing approaches at a contact any more, and its impulse lies in its cone.
+/// Nothing approaches at a contact any more, and its impulse lies in its cone; errors are fractions of `size`.
 void see_feasible(const ContactProblem& problem, std::span<const double> r, const Evidence& at, double size,
                   int contact, Worst& worst);
-/// So at all contacts.
-Worst feasible(const ContactProblem& problem, std::span<const double> r, const Evidence& at, Scale scale);
+/// So at all contacts, as fractions of what each is about.
+Worst feasible(const ContactProblem& problem, std::span<const double> r, const Evidence& at);
 /// Where no answer exists impulses may grow until any approach is small beside them. So that nothing approaches is,
 /// with every law whose contacts do not give way, a matter of the island's velocities before any impulse, too.
 void see_approach(const Evidence& at, Worst& worst);
+/// Islands that a check looks at.
+enum class Which { all, elastic };
 /// No law of restitution with e <= 1 gains energy. `epsilon`: suboptimality that the solver was allowed, J; `scratch`
 /// is kept by the caller.
-void see_gains(std::span<const double> r, double epsilon, const Evidence& at, std::vector<double>& scratch,
-               Worst& worst);
+void see_gains(std::span<const double> r, double epsilon, const Evidence& at, Which islands,
+               std::vector<double>& scratch, Worst& worst);
 
 /// Error of an impulse in Coulomb's law, r - P(r - u~ / w), N s: P projects on |x_t| <= mu x_n, and u~ is u with mu
 /// |u_t| added to the normal component (De Saxce and Feng, 1998).

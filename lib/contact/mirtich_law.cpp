@@ -19,7 +19,7 @@ class MirtichCheck {
     const WorkWitness& work = solution.as<WorkWitness>();
     for (const auto* of : {&work.compression, &work.restitution, &work.friction})
       if (static_cast<int>(of->size()) != nc || !all_finite(*of)) return Worst{.ratio = HUGE_VAL}.report(out);
-    Worst worst = feasible(problem, solution.impulse, at, Scale::contact);
+    Worst worst = feasible(problem, solution.impulse, at);
     sum_.assign(at.islands.count, 0.0);
     for (int c = 0; c < nc; ++c) {
       const int g = at.islands.of_contact[c];
@@ -33,7 +33,7 @@ class MirtichCheck {
     }
     for (int g = 0; g < at.islands.count; ++g)
       Evidence::see_island(worst, std::abs(sum_[g]), at.island_size[g] * at.island_size[g], g);
-    see_gains(solution.impulse, 0, at, gains_, worst);
+    see_gains(solution.impulse, 0, at, Which::all, gains_, worst);
     worst.report(out);
   }
 

@@ -12,7 +12,7 @@ namespace cb {
 namespace {
 
 void check(const ContactProblem& problem, const ContactSolution& solution, const Evidence& at, Residuals& out) {
-  Worst worst = feasible(problem, solution.impulse, at, Scale::contact);
+  Worst worst = feasible(problem, solution.impulse, at);
   std::vector<int> contacts(at.islands.count, 0);
   for (const int g : at.islands.of_contact) ++contacts[g];
   for (int c = 0; c < problem.nc(); ++c) {

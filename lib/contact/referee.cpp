@@ -153,9 +153,7 @@ void Referee::observe(const ContactProblem& problem, std::span<const double> r, 
   at_.size2.resize(nc);
   at_.island_size_q.resize(at_.islands.count);
   at_.island_size.resize(at_.islands.count);
-  at_.elastic_island.assign(at_.islands.count, 0);
-  for (int c = 0; c < nc && at_.elastic; ++c)
-    if (problem.restitution[c] != 0) at_.elastic_island[at_.islands.of_contact[c]] = 1;
+  find_elastic(problem, at_.islands, at_.elastic_island);
   sum_.assign(4 * static_cast<std::size_t>(at_.islands.count), 0.0);  // squares: r, u+, u-, error in Coulomb's law
   double outside = 0;
   for (int c = 0; c < nc; ++c) {
@@ -255,11 +253,11 @@ void Referee::look_at_terms(const ContactProblem& problem, const ContactSolution
 void Referee::find_changes(const ContactProblem& problem, const ContactSolution& solution, const Law& law) {
   const BandMatrix& J = problem.J;
   const int nc = problem.nc();
-  const std::span<const double> more =
-      law.witness_normals && !at_.elastic ? law.witness_normals(solution) : std::span<const double>();
+  const std::span<const double> more = law.witness_normals ? law.witness_normals(solution) : std::span<const double>();
   const auto load_of = [&](int c) -> Vector3d {
     Vector3d load = ConstVec3(&solution.impulse[3 * c]).cwiseAbs();
-    if (static_cast<int>(more.size()) == nc && std::isfinite(more[c])) load[0] += std::abs(more[c]);
+    if (static_cast<int>(more.size()) == nc && !at_.is_elastic(c) && std::isfinite(more[c]))
+      load[0] += std::abs(more[c]);
     return load;
   };
   find_loads(problem, load_of);

@@ -1,9 +1,9 @@
 // soft: contacts that give way. Impulses r minimise 1/2 r.(W + R) r + r.q over the friction cones, that is
 //   r in K,   y = u + R r in K*,   r.y = 0
 // with R = diag(R_n, R_t, R_t) a contact, which follows from the problem and the terms (softness.h). The check is the
-// natural map of these conditions, contact by contact. W + R is definite: the answer is unique, impulses too. With
-// restitution (Poisson) the answer is that of two phases: what is left is y_n >= 0, r in K, and that no energy comes
-// from nowhere.
+// natural map of these conditions, contact by contact. W + R is definite: the answer is unique, impulses too. Of an
+// island with restitution (Poisson) the answer is that of two phases: what is left is y_n >= 0, r in K, and that no
+// energy comes from nowhere.
 //
 // A contact alone, W = diag(W_n, w, w): r_n = -u_n / (W_n + R_n), r_t = -u_t / (w + R_t) where that lies in the cone,
 // else with slip s = |u_t|
@@ -31,13 +31,13 @@ class SoftCheck {
     diagonal_blocks(problem, at.factor, W_);
     const Softness& softness = solution.as<SoftWitness>().softness;
     Worst worst;
-    if (at.elastic) see_gains(solution.impulse, 0, at, sum_, worst);
+    if (at.elastic) see_gains(solution.impulse, 0, at, Which::elastic, sum_, worst);
     for (int c = 0; c < problem.nc(); ++c) {
       const double w = at.weight[c], mu = problem.mu[c], size = std::sqrt(at.size2[c]), root_w = std::sqrt(w);
       const Regularisation R = regularisation(W_[c], is_limit(problem, c), softness);
       const ConstVec3 r(&solution.impulse[3 * c]);
       const Vector3d y = ConstVec3(&at.u_plus[3 * c]) + Vector3d(R.n, R.t, R.t).cwiseProduct(r);
-      if (at.elastic) {
+      if (at.is_elastic(c)) {
         at.see(worst, -y[0] / root_w, size, c);
         at.see(worst, -r[0] * root_w, size, c);
         at.see(worst, (tangential(solution.impulse, c) - mu * r[0]) * root_w, size, c);

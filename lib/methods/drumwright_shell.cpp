@@ -29,12 +29,11 @@
 // with multipliers eta of either sign. Since W_(:,n) lambda = 1_n, (eta + t lambda, s = t) is a certificate of (1) for
 // every t large enough.
 //
-// Restitution (Poisson): normal impulses of the first phase times 1 + theta e; where a contact still approaches, a
-// second phase from the velocity reached. In the paper theta = 1, by which events with friction or coupled contacts
-// gain energy; here theta <= 1 is the largest by which an island does not (restitution.h).
-// Fails: `nonconverged`, `singular`, with the best feasible impulses met (at worst the frictionless ones);
-// `inaccurate`, where rounding left more than epsilon over all islands; `not_finite`, `input_error` for the data,
-// without impulses.
+// Islands with restitution (Poisson): normal impulses of the first phase times 1 + theta e; where a contact still
+// approaches, a second phase from the velocity reached. In the paper theta = 1, by which events with friction or
+// coupled contacts gain energy; here theta <= 1 is the largest by which an island does not (restitution.h). Fails:
+// `nonconverged`, `singular`, with the best feasible impulses met (at worst the frictionless ones); `inaccurate`, where
+// rounding left more than epsilon over all islands; `not_finite`, `input_error` for the data, without impulses.
 
 #include "methods/drumwright_shell.h"
 
@@ -50,10 +49,9 @@ namespace cb {
 
 DrumwrightShell::DrumwrightShell(const Tolerances& tolerances) : tolerances_(tolerances) {}
 
-// One phase (restitution has two): from `v0` to impulses with their certificate, island by island.
+// One phase: from `v0` to impulses with their certificate, island by island. Islands with restitution have two.
 void DrumwrightShell::solve(const ContactProblem& problem, const std::vector<double>& v0, ConvexPhase phase,
                             ContactSolution& solution) {
-  find_islands(problem, islands_);
   const int count = islands_.count;
   contacts_of_.assign(islands_.of_contact, count);
   blocks_of_.assign(islands_.of_block, count);
@@ -63,9 +61,12 @@ void DrumwrightShell::solve(const ContactProblem& problem, const std::vector<dou
   while (static_cast<int>(workers_.size()) < threads) workers_.emplace_back(tolerances_);
   const double epsilon = solution.as<ConvexWitness>().epsilon;
   for_each_item(count, threads, [&](int i, int worker) {
+    endings_[i] = {};
+    if (phase == ConvexPhase::second && !elastic_[i]) return;
     Worker& own = workers_[worker];
     extract(problem, v0, weight_, contacts_of_[i], blocks_of_[i], own.block_in_island, own.island);
-    endings_[i] = own.solver(epsilon / count, phase, tolerances_.warm_start ? &previous_[i] : nullptr, own.island);
+    endings_[i] = own.solver(epsilon / count, elastic_[i] ? phase : ConvexPhase::only,
+                             tolerances_.warm_start ? &previous_[i] : nullptr, own.island);
     write(problem, own, solution);
   });
   say(epsilon, solution);
@@ -86,20 +87,23 @@ void DrumwrightShell::operator()(const ContactProblem& problem, ContactSolution&
   proof.epsilon =
       tolerances_.epsilon_relative ? *tolerances_.epsilon_relative * energy_before(problem) : tolerances_.epsilon;
   if (nc == 0) return;
-  const bool elastic = is_elastic(problem);
-  solve(problem, problem.v_minus, elastic ? ConvexPhase::compression : ConvexPhase::only, solution);
+  find_islands(problem, islands_);
+  find_elastic(problem, islands_, elastic_);
+  solve(problem, problem.v_minus, ConvexPhase::compression, solution);
 
   // Poisson: what compression took in, restitution gives back by the fraction e.
-  if (!elastic) return;
+  if (!is_elastic(problem)) return;
   bounded_.assign(islands_.count, tolerances_.bounded_restitution ? 1 : 0);
   solution.restitution_scale = restitution_.give_back(problem, factor_, islands_, bounded_, solution.impulse);
   if (!approaches_again()) return;
   first_impulse_ = solution.impulse;
   solve(problem, restitution_.v(), ConvexPhase::second, solution);
-  for (int i = 0; i < 3 * nc; ++i) solution.impulse[i] += first_impulse_[i];
+  for (int i = 0; i < 3 * nc; ++i)
+    if (elastic_[islands_.of_contact[i / 3]]) solution.impulse[i] += first_impulse_[i];
 }
 
-// Does any contact still approach, at more than a fraction of what its island's normal velocities are worth?
+// Does any contact with restitution on its island still approach, at more than a fraction of what its island's normal
+// velocities are worth?
 bool DrumwrightShell::approaches_again() {
   const auto scaled = [&](std::size_t c) { return restitution_.u()[3 * c] / std::sqrt(weight_[c]); };
   std::vector<double>& fastest = fastest_;
@@ -107,7 +111,8 @@ bool DrumwrightShell::approaches_again() {
   for (std::size_t c = 0; c < islands_.of_contact.size(); ++c)
     fastest[islands_.of_contact[c]] = std::max(fastest[islands_.of_contact[c]], std::abs(scaled(c)));
   for (std::size_t c = 0; c < islands_.of_contact.size(); ++c)
-    if (-scaled(c) > tolerances_.infeasibility * fastest[islands_.of_contact[c]]) return true;
+    if (elastic_[islands_.of_contact[c]] && -scaled(c) > tolerances_.infeasibility * fastest[islands_.of_contact[c]])
+      return true;
   return false;
 }
 
@@ -141,7 +146,7 @@ void DrumwrightShell::say(double epsilon, ContactSolution& solution) const {
     solution.size += of.size;
     solution.claimed_residual += of.gap;
     if (of.warm_start && tolerances_.warm_starts) ++*tolerances_.warm_starts;
-    if (tolerances_.answered_by) tolerances_.answered_by->add(of.who);
+    if (tolerances_.answered_by && !of.who.empty()) tolerances_.answered_by->add(of.who);
   }
   switch (worst) {
     case ConeStatus::solved:

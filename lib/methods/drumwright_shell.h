@@ -46,9 +46,9 @@ class DrumwrightShell {
   std::vector<Worker> workers_;
   std::vector<double> weight_;
 
-  // Of the second phase of restitution.
+  // Of restitution.
   Restitution restitution_;
-  std::vector<char> bounded_;  // per island
+  std::vector<char> elastic_, bounded_;  // per island
   std::vector<double> first_impulse_, fastest_;
 };
 

@@ -22,11 +22,11 @@
 // Differences: 1. no step h is known: `sap` is near rigid (R_n = beta^2 w / (4 pi^2)) unless --compliance says what
 // 1 / (h (h + tau_d) k) is, and gaps are the offset's, w_n = g / h by steps (docs/stepping.md); 2. `mujoco` asks that a
 // contact stop within the step, which is its stiffest time constant, 2 h; impedance is a constant; 3. restitution,
-// which neither has (Poisson, as `ap` and `convex` have it): normal impulses of a first phase times 1 + theta e,
-// theta <= 1 the largest by which no island gains energy (restitution.h), and then (1) once more from the velocity
-// reached; 4. solved to rounding.
-// Fails: `nonconverged` where the conditions hold to less than `accepted`, with the best impulses; `singular`: M or H
-// not positive definite; `not_finite`, `input_error`: the data, without impulses.
+// which neither has (Poisson, as `ap` and `convex` have it), on islands that have any: normal impulses of a first phase
+// times 1 + theta e, theta <= 1 the largest by which no island gains energy (restitution.h), and then (1) once more
+// from the velocity reached; 4. solved to rounding. Fails: `nonconverged` where the conditions hold to less than
+// `accepted`, with the best impulses; `singular`: M or H not positive definite; `not_finite`, `input_error`: the data,
+// without impulses.
 
 #include <algorithm>
 #include <cmath>
@@ -103,8 +103,8 @@ class Soft {
   // Of restitution.
   Restitution restitution_;
   Islands islands_;
-  std::vector<char> bounded_;          // per island
-  std::vector<double> first_impulse_;  // 3 nc, N s
+  std::vector<char> elastic_, bounded_;  // per island
+  std::vector<double> first_impulse_;    // 3 nc, N s
 };
 
 void Soft::operator()(const ContactProblem& problem, ContactSolution& solution) {
@@ -122,11 +122,14 @@ void Soft::operator()(const ContactProblem& problem, ContactSolution& solution) 
   }
   previous_nv_ = -1;
   find_islands(problem, islands_);
+  find_elastic(problem, islands_, elastic_);
   bounded_.assign(islands_.count, 1);
   solution.restitution_scale = restitution_.give_back(problem, factor_, islands_, bounded_, solution.impulse);
   first_impulse_ = solution.impulse;
-  if (!solve(problem, restitution_.v(), solution)) return;
-  for (std::size_t i = 0; i < first_impulse_.size(); ++i) solution.impulse[i] += first_impulse_[i];
+  solve(problem, restitution_.v(), solution);
+  // An island without restitution has its answer: what gives way would be pushed a second time.
+  for (std::size_t i = 0; i < first_impulse_.size(); ++i)
+    solution.impulse[i] = first_impulse_[i] + (elastic_[islands_.of_contact[i / 3]] ? solution.impulse[i] : 0);
 }
 
 // One phase (restitution has two), from v0.

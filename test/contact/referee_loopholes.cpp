@@ -42,6 +42,24 @@ ContactProblem between_walls() {
 }
 std::vector<double> pushed_on(double grip) { return {grip, 0.5, 0, grip, 0.5, 0}; }
 
+/// The sphere without restitution by the law's own formula, and beside it one with e = 1/2, which has 3 N s.
+Exact beside_restitution(const Law& law, const Witness& terms, double slip) {
+  const ContactProblem alone = spheres({slip}, {0}, 0.5);
+  Exact out{"beside restitution", law, spheres({slip, 0}, {0, 0.5}, 0.5), {}, {}};
+  BlockCholesky factor;
+  factor.factor(alone.M);
+  std::vector<double> u;
+  contact_velocity(alone, alone.v_minus, u);
+  ContactSolution lone;
+  law.leave_out(terms).closed_form({alone, factor, 1.0 / 2, 3.5 / 2, u}, lone);
+  law.rest(out.problem, terms, out.solution);
+  const int first[] = {0};
+  if (law.join) law.join({out.problem, alone, first, first}, lone, out.solution);
+  out.solution.impulse = lone.impulse;
+  for (const double r : {3.0, 0.0, 0.0}) out.solution.impulse.push_back(r);
+  return out;
+}
+
 }  // namespace
 
 TEST_CASE("impulses beyond what has a square hold under no law") {
@@ -140,6 +158,76 @@ TEST_CASE("coulomb: an island without restitution is held to the law beside one 
   CHECK(held(p, coulomb_law(), {r, t1, t2, 1.5 * r, 0, 0}));
   CHECK_FALSE(held(p, coulomb_law(), {r, 0, 0, 1.5 * r, 0, 0}));  // no friction
   CHECK_FALSE(held(p, coulomb_law(), {1.9 * r, 1.9 * t1, 1.9 * t2, 1.5 * r, 0, 0}));
+}
+
+TEST_CASE("convex and soft: an island without restitution is held to the optimum beside one that has some") {
+  for (const double slip : {0.0, 3.0})
+    for (const auto& [law, terms] :
+         {std::pair{convex_law(), Witness(ConvexWitness{true, 0, {}, {}, {}, {}})}, {soft_law(), SoftWitness{}}}) {
+      INFO(law.name << ", slip " << slip);
+      const Exact exact = beside_restitution(law, terms, slip);
+      const auto holds = [&](std::vector<double> r) {
+        return held(exact.problem, law, std::move(r), exact.solution.witness);
+      };
+      const std::vector<double>& right = exact.solution.impulse;
+      CHECK(holds(right));
+      // Feasible, and no gain of energy: more than it takes to stop; no friction.
+      for (const double more : {1 + 1e-6, 1.5}) CHECK_FALSE(holds({more * right[0], right[1], right[2], 3, 0, 0}));
+      if (slip > 0) CHECK_FALSE(holds({right[0], 0, 0, 3, 0, 0}));
+      // An island with restitution may part with any speed that gains nothing.
+      for (const double other : {2.0, 4.0}) CHECK(holds({right[0], right[1], right[2], other, 0, 0}));
+      CHECK_FALSE(holds({right[0], right[1], right[2], 4 * (1 + 1e-6), 0, 0}));
+      CHECK_FALSE(holds({right[0], right[1], right[2], 1, 0, 0}));
+      CHECK_FALSE(holds({right[0], right[1], right[2], -1, 0, 0}));
+      CHECK_FALSE(holds({right[0], right[1], right[2], 3, 2, 0}));
+    }
+  // Without the bound optimality says so.
+  const ContactProblem p = spheres({0, 0}, {0, 0.5}, 0.5);
+  const Witness unbounded = ConvexWitness{false, 0, {}, {0, 0}, {}, {}};
+  CHECK(held(p, convex_law(), {2, 0, 0, 3, 0, 0}, unbounded));
+  CHECK_FALSE(held(p, convex_law(), {2 * (1 + 1e-6), 0, 0, 3, 0, 0}, unbounded));
+}
+
+TEST_CASE("convex: what proves the bound counts on islands without restitution, and there alone") {
+  const Exact exact = beside_restitution(convex_law(), ConvexWitness{true, 0, {}, {}, {}, {}}, 3);
+  const ConvexWitness right = exact.solution.as<ConvexWitness>();
+  const auto holds = [&](const ConvexWitness& proof) {
+    return held(exact.problem, convex_law(), exact.solution.impulse, proof);
+  };
+  CHECK(holds(right));
+  ConvexWitness proof = right;
+  proof.frictionless[1] = 1e15;
+  proof.eta[1] = -1;
+  for (int i = 6; i < 12; ++i) proof.kappa_dual[i] = 1e3;
+  CHECK(holds(proof));
+  // Impulses of a witness that proves nothing are no terms, either.
+  CHECK_FALSE(held(exact.problem, convex_law(), {1, 0, 0, 3, 0, 0}, proof));
+  CHECK_FALSE(held(exact.problem, convex_law(), {2, 0, 0, 5, 0, 0}, proof));
+  proof = right;
+  proof.frictionless[0] *= 1 + 1e-6;
+  CHECK_FALSE(holds(proof));
+  proof = right;
+  proof.eta[0] = -1e-6;
+  CHECK_FALSE(holds(proof));
+  proof = right;
+  for (int i = 0; i < 6; ++i) proof.kappa_dual[i] *= 1 + 1e-6;
+  CHECK_FALSE(holds(proof));
+  proof = right;
+  proof.eta.clear();
+  CHECK_FALSE(holds(proof));
+}
+
+TEST_CASE("convex: impulses alone prove a bound where all islands have restitution, and nowhere else") {
+  for (const auto& [e, proven] : {std::pair{std::vector{0.5, 0.5}, true}, {{0.0, 0.5}, false}, {{0.0, 0.0}, false}}) {
+    const ContactProblem p = spheres({0, 0}, e, 0.5);
+    Islands islands;
+    find_islands(p, islands);
+    const std::vector<double> u(6, 0.0);
+    const Witness terms = ConvexWitness{true, 0, {}, {}, {}, {}};
+    ContactSolution s;
+    s.impulse = {3, 0, 0, 3, 0, 0};
+    CHECK(convex_law().prove({p, islands, terms, u, u}, s).empty() == proven);
+  }
 }
 
 TEST_CASE("what a mass matrix is known to is no error of an answer") {

@@ -97,10 +97,11 @@ TEST_CASE("an approach that is left counts from 1e-9 of the velocity before") {
   for (const Law& law : {newton_law(), convex_law()}) {
     Exact sphere{"a sphere that stops", law, {}, {}, {}};
     add_body(sphere.problem, m, Vector3d::Constant(0.4 * m), {0, -v, 0});
-    // With restitution convex is judged by its feasibility; a second sphere away from it makes it so.
-    add_body(sphere.problem, m, Vector3d::Constant(0.4 * m), {0, 1, 0});
-    for (int b = 0; b < 2; ++b) add_contact(sphere.problem, b, {0, -1, 0}, -1, {}, ground_axes(), 0.5, 0.5 * b);
-    sphere.solution.impulse = {m * v, 0, 0, 0, 0, 0};
+    // With restitution convex is judged by its feasibility: a restitution so small that it makes no velocity makes it
+    // so.
+    const double e = law == convex_law() ? 1e-300 : 0;
+    add_contact(sphere.problem, 0, {0, -1, 0}, -1, {}, ground_axes(), 0.5, e);
+    sphere.solution.impulse = {m * v, 0, 0};
     from_both_sides(sphere, [&](ContactSolution& s, double factor) {
       s.impulse[0] *= 1 - factor * accepted;  // u_n = -d v; sqrt(w) m v is 8/3 of v / sqrt(w)
     });

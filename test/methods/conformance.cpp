@@ -140,6 +140,31 @@ TEST_CASE("every method of the table ends ten small problems with an answer that
   }
 }
 
+// Islands with restitution are answered in two phases, by methods that are not asked island by island, too.
+TEST_CASE("an island without restitution moves beside one that has some as it does alone", "[conformance]") {
+  for (const Choice& choice : choices()) {
+    const ContactMethod method = choice.row->make(choice.options);
+    for (const Case& c : cases()) {
+      INFO(choice.label << ": " << c.name);
+      ContactSolution alone;
+      method(c.problem, alone);
+      if (alone.status != Status::ok) continue;
+      ContactProblem beside = c.problem;
+      add_body(beside, 2, Vector3d::Constant(0.8), {0.5, -1, 0});
+      add_contact(beside, c.problem.M.blocks(), {0, -1, 0}, -1, {}, ground_axes(), 0.5, 0.5);
+      ContactSolution solution;
+      method(beside, solution);
+      CHECK(solution.status == Status::ok);
+      Referee referee;
+      std::vector<double> v_alone, v_plus;
+      referee.check(c.problem, alone, choice.row->law, v_alone);
+      CHECK(Referee::holds(referee.check(beside, solution, choice.row->law, v_plus), 1e-9));
+      for (int i = 0; i < c.problem.nv(); ++i)
+        CHECK(v_plus[i] == Approx(v_alone[i]).margin(1e-9 * (1 + largest(c.problem.v_minus))));
+    }
+  }
+}
+
 TEST_CASE("a method's answer does not depend on what it solved before", "[conformance]") {
   for (const Choice& choice : choices()) {
     const ContactMethod used = choice.row->make(choice.options);

@@ -162,7 +162,11 @@ ContactProblem random_problem(std::mt19937_64& random) {
   const double decades = 3 * unit(random);
   const double speed = random() % 3 == 0 ? std::pow(10, 6 * unit(random)) : 0;
   const Eigen::Vector3d common = speed * direction();
-  const bool elastic = random() % 3 == 0;
+  const int elastic = static_cast<int>(random() % 4);  // no contact, no contact, one in two, all
+  const auto restitution = [&] {
+    const double e = unit(random);
+    return elastic == 3 || (elastic == 2 && random() % 2 == 0) ? e : 0;
+  };
   for (int b = 0; b < bodies; ++b) {
     const double mass = std::pow(10, decades * both(random));
     test::add_body(p, mass, mass * Eigen::Vector3d(0.1 + unit(random), 0.1 + unit(random), 0.1 + unit(random)),
@@ -174,8 +178,7 @@ ContactProblem random_problem(std::mt19937_64& random) {
     const Eigen::Vector3d n = direction(), t = n.unitOrthogonal();
     Eigen::Matrix3d axes;
     axes << n.transpose(), t.transpose(), n.cross(t).transpose();
-    test::add_contact(p, a, direction(), other == a ? -1 : other, direction(), axes, mus[random() % 4],
-                      elastic ? unit(random) : 0);
+    test::add_contact(p, a, direction(), other == a ? -1 : other, direction(), axes, mus[random() % 4], restitution());
   }
   if (random() % 8 == 0)
     for (double& w : p.offset) w = 0.1 * both(random);
@@ -187,7 +190,7 @@ ContactProblem random_problem(std::mt19937_64& random) {
     p.J.entry(p.J.add_entry(b, 1))(0, 0) = 1;
     p.offset.insert(p.offset.end(), 3, 0.0);
     p.mu.push_back(0);
-    p.restitution.push_back(elastic ? unit(random) : 0);
+    p.restitution.push_back(restitution());
   }
   return p;
 }

@@ -130,7 +130,8 @@ class Judgement:
         self.v_plus = p.v + p.MiJt @ r
         self.u = (p.J @ self.v_plus + p.w).reshape(p.nc, 3)
         self.root = np.sqrt(p.weight)
-        self.elastic = bool(np.any(p.e != 0))
+        self.elastic = p.most(p.e != 0) > 0  # by islands
+        self.two_phases = self.elastic[p.island]
         self.find_terms()
         self.first_sizes()
         self.finite = bool(np.all(np.isfinite(self.S_g)))
@@ -177,7 +178,7 @@ class Judgement:
         self.energy_gain = float(np.sum(r * (u + p.u_minus - 2 * w)) / 2)
         self.energy_before = float(p.v @ p.M @ p.v / 2)
         self.law = None
-        if not self.elastic:
+        if not np.any(self.elastic):
             changed = u.copy()
             changed[:, 0] += p.mu * slip
             e = r - on_cone(r - changed / p.weight[:, None], p.mu)
@@ -189,8 +190,8 @@ class Judgement:
         p = self.p
         loads = np.abs(self.r)
         f = self.answer["f"]
-        if len(f) == p.nc and self.answer["bounded"] and not self.elastic:
-            loads[:, 0] += [abs(x) if x is not None else 0.0 for x in f]
+        if len(f) == p.nc and self.answer["bounded"]:
+            loads[:, 0] += [abs(x) if x is not None and not two_phases else 0.0 for x, two_phases in zip(f, self.two_phases)]
         self.d = (np.abs(p.J) @ (np.abs(p.MiJt) @ loads.ravel())).reshape(p.nc, 3)
         moved = p.MiJt @ self.r.ravel()
         momenta = np.maximum(np.abs(p.M) @ np.abs(moved), np.abs(p.J).T @ loads.ravel())
@@ -235,13 +236,14 @@ class Judgement:
 
     def judge(self):
         law = self.answer["law"]
-        if law == "convex" and not self.elastic:
+        if law == "convex" and not (self.p.islands and np.all(self.elastic)):
             return self.convex()
-        model = self.coulomb() if law == "coulomb" else self.polygon() if law == "ap" else self.soft() if law == "soft" and not self.elastic else self.impact(law)
+        model = {"coulomb": self.coulomb, "ap": self.polygon, "soft": self.soft}.get(law, lambda: self.impact(law))()
         look = Look(model=model, tolerance=self.noise(self.S_g[self.p.island] if law == "convex" else self.S))
-        if law in ("ap", "coulomb", "mirtich") or self.elastic and law in ("convex", "soft"):
-            look.model = largest(look.model, self.gains())
-            look.tolerance += self.gain_noise()
+        if law != "newton":
+            gaining = self.elastic if law in ("convex", "soft") else np.ones(self.p.islands, bool)
+            look.model = largest(look.model, self.gains()[gaining])
+            look.tolerance += self.gain_noise(gaining)
         if law != "soft":
             look.model = largest(look.model, self.approaching())
             look.tolerance += self.noise(self.before())
@@ -266,8 +268,8 @@ class Judgement:
     def open_work(self, r, u, rho):
         return self.p.sums(rho * (norm(r) + (norm(u) + norm(self.p.u_minus) + rho) / self.p.weight))
 
-    def gain_noise(self):
-        return NEAR * largest(over(self.open_work(self.r, self.u, self.terms_rho), self.gain_size()))
+    def gain_noise(self, islands):
+        return NEAR * largest(over(self.open_work(self.r, self.u, self.terms_rho), self.gain_size())[islands])
 
     def feasible(self, S, gives=0.0):
         p, r = self.p, self.r
@@ -277,8 +279,7 @@ class Judgement:
     def impact(self, law):
         p, r, u = self.p, self.r, self.u
         S = self.S_g[p.island] if law == "convex" else self.S
-        gives = self.given_way()[:, 0] * r[:, 0] if law == "soft" else 0
-        out = largest(*self.feasible(S, gives))
+        out = largest(*self.feasible(S))
         if law == "newton":
             alone = p.sums(np.ones(p.nc))[p.island] == 1
             wrong = np.where(p.u_minus[:, 0] < 0, np.abs(u[:, 0] + p.e * p.u_minus[:, 0]) / self.root, self.root * norm(r))
@@ -294,15 +295,17 @@ class Judgement:
         return out
 
     def coulomb(self):
-        """The law itself on islands without restitution, feasibility on the others."""
         p = self.p
         changed = self.u.copy()
         changed[:, 0] += p.mu * norm(self.u[:, 1:])
         e = self.r - on_cone(self.r - changed / p.weight[:, None], p.mu)
         F = self.rho / (ACCEPTED * self.root)
         law = over(norm(self.root[:, None] * e), np.maximum(self.S, (1 + p.mu) * F))
-        elastic = p.most(p.e != 0)[p.island] > 0
-        return largest(law[~elastic], *(ratio[elastic] for ratio in self.feasible(self.S)))
+        return self.by_phases(law, self.feasible(self.S))
+
+    def by_phases(self, law, feasible):
+        """The law itself on islands without restitution, feasibility on the others."""
+        return largest(law[~self.two_phases], *(ratio[self.two_phases] for ratio in feasible))
 
     def before(self):
         """Q_g, or what rounding makes of a contact."""
@@ -327,13 +330,14 @@ class Judgement:
     def soft(self):
         """The natural map of the regularised law."""
         p = self.p
-        y = self.u + self.given_way() * self.r
-        return largest(over(self.root * norm(self.r - on_cone(self.r - y / p.weight[:, None], p.mu)), self.S))
+        gives = self.given_way() * self.r
+        law = over(self.root * norm(self.r - on_cone(self.r - (self.u + gives) / p.weight[:, None], p.mu)), self.S)
+        return self.by_phases(law, self.feasible(self.S, gives[:, 0]))
 
     def polygon(self):
         p, k = self.p, self.answer["k"]
         unknowns = (k + 2) * p.nc
-        z = self.vector("z", unknowns * (2 if self.elastic else 1))
+        z = self.vector("z", unknowns * (2 if np.any(self.elastic) else 1))
         if z is None:
             return math.inf
         angles = 2 * math.pi * np.arange(k) / k
@@ -376,14 +380,14 @@ class Judgement:
         eta = self.vector("eta", p.nc)
         if eta is None:
             return Look(model=math.inf, infeasibility=math.inf, gap=math.inf)
-        S = self.S_g[p.island]
+        S, optimal = self.S_g[p.island], ~self.two_phases
         y = u - (p.W[:, ::3] @ eta).reshape(p.nc, 3)
         short_of = p.mu * norm(y[:, 1:]) - y[:, 0]
-        ratios = [over(-u[:, 0] / root, S), over(-r[:, 0] * root, S), over((norm(r[:, 1:]) - p.mu * r[:, 0]) * root, S), over(-eta * root, S)]
-        free = ~p.limit & bounded  # where the bound's multiplier helps
+        ratios = [*self.feasible(S), over(-eta * root, S)[optimal], self.gains()[self.elastic]]
+        free = ~p.limit & bounded & optimal  # where the bound's multiplier helps
         F = self.rho / (ACCEPTED * root)
         ratios.append(self.approaching())
-        ratios.append(over(np.where(free, 0, short_of / root), np.maximum(S, (1 + p.mu) * F)))
+        ratios.append(over(np.where(free, 0, short_of / root), np.maximum(S, (1 + p.mu) * F))[optimal])
         s = p.most(np.where(free, short_of, 0.0))
         kappa = np.zeros(p.islands)
         if bounded:
@@ -392,6 +396,7 @@ class Judgement:
         s_c = np.where(p.limit, 0.0, s[p.island])
         total = p.sums(np.where(p.limit, 0.0, r[:, 0]))
         gaps = p.sums(eta * np.maximum(u[:, 0], 0) + np.sum(r * y, axis=1)) + s * np.maximum(kappa, total)
+        gaps[self.elastic] = 0
 
         def rounding(rho):
             return p.sums(rho * (norm(r) + np.abs(eta) + (norm(y) + s_c) / p.weight)) + p.most((1 + p.mu) * rho) * np.abs(kappa)
@@ -401,7 +406,7 @@ class Judgement:
         epsilon = self.answer["epsilon"]
         noise = NEAR * rounding(self.terms_rho)  # of a gap
         look = Look(infeasibility=largest(*ratios), gap=float(np.sum(gaps)), gap_tolerance=float(np.sum(noise)))
-        look.tolerance = self.noise(S, self.Q_g[p.island], self.before()) + (self.proof_noise() if bounded else 0)
+        look.tolerance = self.noise(S, self.Q_g[p.island], self.before()) + (self.proof_noise() if bounded else 0) + self.gain_noise(self.elastic)
         look.model = largest(look.infeasibility, over(np.abs(gaps), energy))
         look.model_tolerance = largest(over(noise, energy))
         look.holds = look.infeasibility <= ACCEPTED and beyond <= epsilon
@@ -420,17 +425,18 @@ class Judgement:
         if f is None or z is None:
             return np.zeros(p.islands), [np.inf]
         u_f = (p.u_minus + (p.W[:, ::3] @ f).reshape(p.nc, 3))[:, 0] / root
-        load, a, one, Q = f * root, (p.J @ z)[::3], np.where(p.limit, 0.0, 1.0), self.Q_g[p.island]
+        load, a, one, Q, optimal = f * root, (p.J @ z)[::3], np.where(p.limit, 0.0, 1.0), self.Q_g[p.island], ~self.two_phases
         touches = ACCEPTED * Q
         if np.any(self.rho > 0):
             miss = p.most(np.maximum(-u_f, np.minimum(load, u_f)))
             touches = np.minimum(touches, self.rho / root + miss[p.island])
-        kappa = p.sums(one * f)
+        kappa = p.sums(np.where(optimal, one * f, 0.0))
         K = np.maximum(np.abs(kappa), p.sums((np.abs(p.u_minus[:, 0]) + self.rho / ACCEPTED) / p.weight))
         K[K == 0] = 1
         total = p.sums(one * self.r[:, 0])
-        return kappa, [over(-load, Q), over(-u_f, Q), over(np.minimum(load, u_f), Q), over(np.minimum((one - a) * Q, load), Q),
-                       over(np.where(u_f <= touches, a - one, 0), 1), over(total - kappa, K)]
+        proof = [over(-load, Q), over(-u_f, Q), over(np.minimum(load, u_f), Q), over(np.minimum((one - a) * Q, load), Q),
+                 over(np.where(u_f <= touches, a - one, 0), 1)]
+        return kappa, [*(ratio[optimal] for ratio in proof), over(total - kappa, K)[~self.elastic]]
 
 
 def on_cone(x, mu):

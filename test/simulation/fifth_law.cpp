@@ -21,7 +21,7 @@ namespace {
 
 void check(const ContactProblem& problem, const ContactSolution& solution, const Evidence& at, Residuals& out) {
   const auto& r = solution.impulse;
-  Worst worst = feasible(problem, r, at, Scale::contact);
+  Worst worst = feasible(problem, r, at);
   for (int c = 0; c < problem.nc(); ++c) {
     const double root_w = std::sqrt(at.weight[c]), size = std::sqrt(at.size2[c]);
     at.see(worst, std::min(r[3 * c] * root_w, at.u_plus[3 * c] / root_w), size, c);
