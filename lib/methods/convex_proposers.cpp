@@ -126,6 +126,7 @@ bool dense_short(const ConvexEvent& event, ConvexScratch& scratch, ConeSolution&
 // Heaps of more contacts than the dense method takes; some hundreds of Newton steps.
 bool points(const ConvexEvent& event, ConvexScratch& scratch, ConeSolution& answer) {
   answer = scratch.interior;
+  answer.iterations = 0;  // the interior point's are counted
   if (!all_finite(answer.r) || !all_finite(answer.eta)) return false;
   const ConeProgram program = reduced(event);
   if (!program.has_bound()) answer.s = 0;
