@@ -156,7 +156,7 @@ Certificate certify(const ConeProgram& p, std::span<const double> r, std::span<c
     gap += out.s * std::max(p.kappa - sum, 0.0);
     for (int c = 0; c < p.nc(); ++c) approaching += std::abs(q[3 * c]) / (*p.weight)[c];
     const double kappa_size = std::max(approaching, std::abs(p.kappa));
-    worst = std::max(worst, (sum - p.kappa - excuse.sum) / (kappa_size > 0 ? kappa_size : 1));
+    if (const double beyond = sum - p.kappa - excuse.sum; beyond > 0) worst = std::max(worst, beyond / kappa_size);
     const double sum_rounding = rounding_units * std::numeric_limits<double>::epsilon() * kappa_size;
     out.gap_rounding += std::abs(out.s) * (excuse.sum + sum_rounding) + excuse.s * std::abs(p.kappa);
   }

@@ -117,7 +117,6 @@ void ConvexCheck::least_sum(const ContactProblem& problem, const ConvexWitness& 
   if (static_cast<int>(f.size()) != nc || static_cast<int>(z.size()) != problem.nv() || !all_finite(f) ||
       !all_finite(z)) {
     worst.ratio = HUGE_VAL;
-    kappa_scale_.assign(at.islands.count, 1.0);
     return;
   }
   frictionless_velocities(problem, at.factor, f, v_, u_frictionless_);
@@ -141,10 +140,7 @@ void ConvexCheck::least_sum(const ContactProblem& problem, const ConvexWitness& 
     kappa_[g] += share * f[c];
     kappa_scale_[g] += (std::abs(at.u_minus[3 * c]) + at.open(c) / Referee::accepted) / at.weight[c];
   }
-  for (int g = 0; g < at.islands.count; ++g) {
-    kappa_scale_[g] = std::max(kappa_scale_[g], std::abs(kappa_[g]));
-    if (kappa_scale_[g] == 0) kappa_scale_[g] = 1;
-  }
+  for (int g = 0; g < at.islands.count; ++g) kappa_scale_[g] = std::max(kappa_scale_[g], std::abs(kappa_[g]));
 }
 
 // f solves exactly the problem whose velocities differ by what it leaves of f_i u_n,i = 0: there a contact touches.

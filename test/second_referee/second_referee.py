@@ -432,7 +432,6 @@ class Judgement:
             touches = np.minimum(touches, self.rho / root + miss[p.island])
         kappa = p.sums(np.where(optimal, one * f, 0.0))
         K = np.maximum(np.abs(kappa), p.sums((np.abs(p.u_minus[:, 0]) + self.rho / ACCEPTED) / p.weight))
-        K[K == 0] = 1
         total = p.sums(one * self.r[:, 0])
         proof = [over(-load, Q), over(-u_f, Q), over(np.minimum(load, u_f), Q), over(np.minimum((one - a) * Q, load), Q),
                  over(np.where(u_f <= touches, a - one, 0), 1)]
