@@ -407,6 +407,22 @@ TEST_CASE("an approach that is left is one of what approached, however large the
   CHECK(certify(p, r, eta, velocities, q).infeasibility == Approx(left / std::sqrt(2)));
 }
 
+TEST_CASE("the gap counts what the sum of normal impulses leaves of its bound, by the bound's multiplier", "[cone]") {
+  // A point that 1 N s stopped beside a wall it slides along at 3 m/s: s = mu |u_t| - u_n, and 2 of kappa's 3 are left.
+  const PointMass point(1, {0, 3, 0}, {1});
+  ConeProgram p = point.program();
+  p.bounded_below = true;
+  p.kappa = 3;
+  const std::vector<double> r{1, 0, 0}, eta{0}, q{-1, 3, 0};
+  ConeVelocities velocities;
+  velocities.evaluate(p, r, eta);
+  const Certificate certificate = certify(p, r, eta, velocities, q);
+  const double s = p.mu->front() * std::hypot(velocities.u_hat[1], velocities.u_hat[2]) - velocities.u_hat[0];
+  REQUIRE(s > 0);
+  const double along = r[0] * velocities.u_hat[0];
+  CHECK(certificate.gap == Approx(along + s * 3));
+}
+
 TEST_CASE("what still approaches violates by its speed over the root of its weight", "[cone]") {
   for (const double mass : {0.25, 1.0, 100.0}) {
     INFO(mass << " kg");

@@ -75,6 +75,25 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("the gains are what the torques lose as coordinates and rates grow, the damping fed forward among it") {
+  for (const bool computed : {true, false}) {
+    Arm arm(3, computed);
+    const auto nv = static_cast<std::size_t>(arm.robot.tree().nv);
+    JointGains gains(nv);
+    arm.spec.row->gains_of_joints(arm.robot.model, arm.spec, gains);
+    for (const ControllerSpec::ControlledJoint& part : arm.spec.joints) {
+      const Joint& joint = arm.robot.tree().joints[part.joint];
+      const bool tracks = part.role == tracking;
+      INFO("computed " << computed << ", tracks " << tracks);
+      CHECK(gains.stiffness[joint.v] == (tracks && !computed ? 40 : 0));
+      CHECK(gains.damping[joint.v] ==
+            Approx((tracks && !computed ? 9 : 0) - (computed || !tracks ? joint.damping : 0)).margin(1e-14));
+      CHECK(gains.stiffness_by_mass[joint.v] == (tracks && computed ? 30 : 0));
+      CHECK(gains.damping_by_mass[joint.v] == (tracks && computed ? 7 : 0));
+    }
+  }
+}
+
 TEST_CASE("with gains that are torques the errors ask for torques, beside what the wanted accelerations need") {
   for (unsigned seed = 1; seed <= 10; ++seed) {
     Arm arm(seed, false);

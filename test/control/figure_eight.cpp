@@ -91,7 +91,7 @@ TEST_CASE("the controller drives by the point between the wheels, where that is 
   state.qd[7] = -0.6;
   model.trees = {tree};
 
-  const FigureEight law;
+  const FigureEight law{.x_amplitude = 3, .z_amplitude = 5, .velocity_gain = 0.2};
   ControllerSpec spec;
   spec.row = find_controller("figure_eight");
   const double kv = 2.5;

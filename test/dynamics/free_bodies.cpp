@@ -25,6 +25,22 @@ TEST_CASE("kinetic energy is 1/2 m v.v + 1/2 w.(R I R^T) w") {
   CHECK(potential_energy(t.model, t.state, {0, -9.8, 0}) == Approx(2 * 9.8 * 2).epsilon(1e-14));
 }
 
+TEST_CASE("potential energy is that of weights, and of springs from where they rest") {
+  Model model;
+  model.bodies = {{"ball", 2, Vec3(1, 1, 1)}};
+  Joint spring;
+  spring.q = 0;
+  spring.stiffness = 4;
+  spring.rest = 0.5;
+  Tree tree;
+  tree.joints = {spring};
+  model.trees = {tree};
+  State state;
+  state.pose = {{Vec3(0, 3, 0), Quat::Identity()}};
+  state.q = {0.2};
+  CHECK(potential_energy(model, state, Vec3(0, -10, 0)) == Approx(2 * 10 * 3 + 0.5 * 4 * 0.3 * 0.3));
+}
+
 TEST_CASE("the spin's acceleration is that of Euler's equations in the world: d(I w)/dt = 0 without torque") {
   // With W = R I R^T and dW/dt = [w] W - W [w]: W dw/dt + w x W w = 0.
   Tumbler t;

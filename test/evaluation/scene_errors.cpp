@@ -119,6 +119,22 @@ TEST_CASE("The exact sliding box has no error, in whatever direction it is pushe
   }
 }
 
+TEST_CASE("Pushes count by their times, in whatever order they are written") {
+  Scenario scenario = sliding_box();
+  const Vec3 force = scenario.forces[0].force;
+  Errors in_order;
+  for (const bool latest_first : {false, true}) {
+    scenario.forces = {{0, force, 1, 1.5}, {0, force, 4, 5}};  // at rest between
+    if (latest_first) std::swap(scenario.forces[0], scenario.forces[1]);
+    const Errors errors =
+        errors_of(scenario, 8, 1e-3, 0, 8, [&](double t) { return moved(scenario, Vec3(0.01 * t, 0, 0)); });
+    if (!latest_first) in_order = errors;
+    CHECK(errors == in_order);
+  }
+  CHECK(in_order.at("creep_before_push_m") == Approx(0.01));
+  CHECK(in_order.at("creep_after_stop_m") == Approx(0.01 * 2.7));
+}
+
 TEST_CASE("What is added to the sliding box's way comes out as its errors") {
   const Scenario scenario = sliding_box();
   // 1 % too far, 1e-4 m/s sideways drift to -z, 2e-5 m lift at the end, creep of 1e-5 m/s over the whole time.

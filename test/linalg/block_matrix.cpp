@@ -151,3 +151,24 @@ TEST_CASE("bands of three rows multiply as the whole Jacobian does, from both si
                           {y.data(), static_cast<std::size_t>(n)});
   CHECK(off(y, start + dense.transpose() * r) < rounding);
 }
+
+TEST_CASE("sizes of terms are sums of absolute values, whatever cancels", "[block_matrix]") {
+  BlockDiagonalMatrix columns;
+  for (int b = 0; b < 2; ++b) columns.add_block(2);
+  BandMatrix J;
+  MatrixXd dense = MatrixXd::Zero(6, 4);
+  for (int c = 0; c < 2; ++c) {
+    J.add_band();
+    for (int b = c; b < 2; ++b) {
+      const int e = J.add_entry(b, 2);
+      J.entry(e) = MatrixXd::Random(3, 2);
+      dense.block(3 * c, 2 * b, 3, 2) = J.entry(e);
+    }
+  }
+  const std::vector<double> v{1, -2, 3, -4}, w{0.5, -0.25, 2, -1, 3, -0.125};
+  std::vector<double> terms(2);
+  sizes_of_terms(J, columns, v, w, terms);
+  const VectorXd sums =
+      dense.cwiseAbs() * VectorXd::Map(v.data(), 4).cwiseAbs() + VectorXd::Map(w.data(), 6).cwiseAbs();
+  for (int c = 0; c < 2; ++c) CHECK(terms[c] == Approx(sums.segment<3>(3 * c).norm()));
+}

@@ -311,6 +311,33 @@ TEST_CASE("where nothing approaches but by rounding, nothing is the first guess"
   }
 }
 
+TEST_CASE("the cascade sees gaps and moving stops as the others do, in each of its rounds", "[ncp]") {
+  for (const double start_offset : {0.3, -0.2}) {
+    ContactProblem p = stack(2, 0.5, {0.4, -1, 0.1}, 0.1);
+    for (int c = 0; c < p.nc(); ++c) p.offset[3 * c] = start_offset * (1 + c % 4);
+    const Answer cascade = solve(p, "cascade");
+    CHECK(cascade.solution.status == NcpStatus::solved);
+    CHECK(Referee::holds(cascade.residuals, 1e-9));
+  }
+}
+
+TEST_CASE("Gauss and Seidel that were given a number of sweeps return the last, better or worse", "[ncp]") {
+  const ContactProblem p = stack(8, 0.5, {0.3, -1, 0.2}, 0.5);
+  NcpOptions options;
+  options.sweeps = 1;
+  options.relaxation = 1.7;
+  Answer last = solve(p, "nsgs", options);
+  int worse = 0;
+  for (int sweeps = 2; sweeps <= 40; ++sweeps) {
+    const Answer next = solve(p, "nsgs", options, last.solution.r);
+    CHECK(next.solution.iterations == 1);
+    CHECK(next.solution.r != last.solution.r);
+    worse += next.solution.residual > last.solution.residual ? 1 : 0;
+    last = next;
+  }
+  CHECK(worse > 0);
+}
+
 TEST_CASE("rounds of the cascade that begin with an answer count their steps", "[ncp]") {
   const ContactProblem before = stack(3, 0.5, {0.3, -1, 0.1}, 0.1), after = stack(3, 0.5, {0.3, -1.001, 0.1}, 0.1);
   const Answer first = solve(before, "cascade"), cold = solve(after, "cascade");

@@ -65,6 +65,21 @@ TEST_CASE("a contact that bears nothing is open, one that bears sticks where it 
   CHECK(contact_mode(zero, zero, 0, 0) == ContactMode::open);
 }
 
+TEST_CASE("what an event stops to rounding sticks: speeds before count, too", "[output]") {
+  TemporaryDirectory directory;
+  Scene scene;  // approaches at 1 m/s
+  {
+    ContactFile file(directory.path(), scene.scenario, true, 1);
+    scene.v_plus = {1e-15, 0, 0, 0, 0, 0};
+    scene.solution.impulse = {1, 0, 0, 1, 0, 0, 1, 0, 0};
+    file.event(scene.event(0.1));
+    file.step(scene.step(1));
+  }
+  const auto rows = lines(read_file(directory.path() / "contacts.csv"));
+  REQUIRE(rows.size() == 4);
+  for (int c = 1; c < 4; ++c) CHECK(rows[c].ends_with(",stick"));
+}
+
 TEST_CASE("the contacts of a recorded step are rows in world axes", "[output]") {
   TemporaryDirectory directory;
   Scene scene;

@@ -173,6 +173,36 @@ TEST_CASE("a run that records nothing removes the rows of an earlier one", "[out
   CHECK_FALSE(std::filesystem::exists(directory.path() / "steps.csv"));
 }
 
+TEST_CASE("each joint has the torque of its rate, beside a base that floats, too", "[output]") {
+  TemporaryDirectory directory;
+  Model model = two_bodies();
+  Tree tree;
+  tree.nv = 8;
+  Joint base, first, second;
+  base.kind = JointKind::free;
+  base.v = 0;
+  first.name = "first";
+  first.q = 0;
+  first.v = 6;
+  second.name = "second";
+  second.q = 1;
+  second.v = 7;
+  tree.joints = {base, first, second};
+  model.trees.push_back(tree);
+  State state = state_at(0.5);
+  state.q = {0.25, -0.25};
+  state.qd = {1, 2, 3, 4, 5, 6, 7, 8};
+  {
+    RunFiles files(directory.path(), model, 1, {}, 0);
+    files.step(state, record_at(1, 0.5), std::vector<double>{10, 20, 30, 40, 50, 60, 70, 80});
+    CHECK(files.ok());
+  }
+  const auto joints = lines(read_file(directory.path() / "joints.csv"));
+  REQUIRE(joints.size() == 3);
+  CHECK(joints[1] == "0.5,first,0.25,7,70");
+  CHECK(joints[2] == "0.5,second,-0.25,8,80");
+}
+
 TEST_CASE("the loads of a robot's shapes add up over a step, friction in world axes", "[output]") {
   TemporaryDirectory directory;
   Model model = two_bodies();

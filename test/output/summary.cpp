@@ -157,6 +157,68 @@ TEST_CASE("the summary is JSON with every field of the contract", "[output]") {
   for (const char* field : {"cpu", "cores", "os"}) CHECK(json["machine"].contains(field));
 }
 
+TEST_CASE("each number of a tally stands in its own place of the summary", "[output]") {
+  RunSummary summary = some_summary();
+  RunTally& tally = summary.tally;
+  double next = 0;
+  const auto number = [&next](auto& x) { x = static_cast<std::decay_t<decltype(x)>>(++next); };
+  const auto some = [&next](std::optional<double>& x) { x = ++next; };
+  std::vector<std::pair<const char*, double>> places;
+  const auto put = [&](const char* place, auto& x) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(x)>, std::optional<double>>)
+      some(x);
+    else
+      number(x);
+    places.emplace_back(place, next);
+  };
+  put("/steps", tally.steps);
+  put("/t_reached", tally.t_reached);
+  put("/events", tally.events);
+  put("/solves", tally.solves);
+  put("/iterations_total", tally.iterations);
+  put("/contacts_max", tally.contacts_max);
+  put("/residuals/false_claims", tally.false_claims);
+  put("/residuals/inaccurate_events", tally.inaccurate_events);
+  put("/residuals/doubted", tally.doubted);
+  put("/residuals/max", tally.residual_max);
+  put("/residuals/claimed_max", tally.claimed_max);
+  put("/residuals/law_max", tally.law_max);
+  put("/residuals/gap_max_j", tally.gap_max);
+  put("/residuals/infeasibility_max", tally.infeasibility_max);
+  put("/energy/max_gain_j", tally.gain_max);
+  put("/energy/max_gain_relative", tally.gain_relative_max);
+  put("/max_penetration", tally.penetration_max);
+  put("/penetration/inside_steps_m", tally.penetration_inside_max);
+  put("/penetration/removals", tally.penetration_removals);
+  put("/penetration/largest_displacement_m", tally.penetration_displacement_max);
+  put("/restitution/bounces_left_out", tally.bounces_left_out);
+  put("/restitution/largest_speed_m_per_s", tally.bounce_speed_max);
+  put("/restitution/largest_distance_m", tally.bounce_distance_max);
+  put("/restitution/scaled_events", tally.scaled_events);
+  put("/restitution/least_scale", tally.restitution_scale_min);
+  put("/time/total_s", tally.times.step_s);
+  put("/time/dynamics_s", tally.times.dynamics_s);
+  put("/time/collision_s", tally.times.collision_s);
+  put("/time/assembly_s", tally.times.assembly_s);
+  put("/time/solve_s", tally.times.solve_s);
+  put("/time/write_s", summary.write_s);
+  put("/time/wall_s", summary.wall_s);
+  put("/peak_memory_mb", summary.peak_memory_mb);
+  tally.conditioning = Conditioning{};
+  put("/conditioning/condition", tally.conditioning->condition);
+  put("/conditioning/rank", tally.conditioning->rank);
+  put("/conditioning/rows", tally.conditioning->rows);
+  put("/conditioning/freedoms", tally.conditioning->freedoms);
+  put("/conditioning/t", tally.conditioning_t);
+  put("/conditioning/measured", tally.measured_events);
+  put("/conditioning/too_large", tally.too_large);
+  const Json json = Json::parse(to_json(summary));
+  for (const auto& [place, value] : places) {
+    INFO(place);
+    CHECK(json.at(Json::json_pointer(place)) == value);
+  }
+}
+
 TEST_CASE("what a run does not have is null in its summary, never 0 and never NaN", "[output]") {
   const std::string text = to_json(some_summary());
   const Json json = Json::parse(text);

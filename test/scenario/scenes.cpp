@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "scenario/scenario.h"
+#include "scenario_text.h"
 
 using namespace cb;
 
@@ -253,4 +254,41 @@ TEST_CASE("A stack of any number of boxes stands without gaps, and costs two gro
       for (int j = i + 1; j <= std::min(n, 20); ++j) CHECK(s.pairs.find(i, j) == &s.pairs.laws[1]);
     }
   }
+}
+
+TEST_CASE("What moves with a link that turns has the velocity of a part of it") {
+  // A link that turns about the origin at 2 rad/s, a quarter of pi from its zero pose; the ball was 1.5 m along x
+  // there.
+  const test::TextFile file(R"(<scenario title="test"><simulation step="1e-3" duration="1"/><reference kind="missing"/>
+    <gravity constant="0 0 0"/><bodies>
+    <robot name="arm"><link name="bar" mass="3" position="0.5 0 0" inertia="1 1 1"/>
+      <joint name="hinge" kind="revolute" parent="world" child="bar" anchor="0 0 0" axis="0 0 1" position="0.7853981633974483" velocity="2"/></robot>
+    <sphere name="ball" radius="0.1" mass="1" position="1.5 0 0" moves_with="bar"/></bodies></scenario>)");
+  const Scenario s = load_scenario(file.path(), {});
+  const double root = std::sqrt(0.5);
+  const Vec3 p = s.initial.pose[1].p;
+  CHECK((p - 1.5 * Vec3(root, root, 0)).norm() < 1e-14);
+  CHECK((velocity(s, 1) - Vec3(0, 0, 2).cross(p)).norm() < 1e-14);
+  CHECK((spin(s, 1) - Vec3(0, 0, 2)).norm() < 1e-14);
+}
+
+TEST_CASE("A heightfield is as long along each axis as its spacing there says") {
+  const test::TextFile file(R"(<scenario title="test"><simulation step="1e-3" duration="1"/><reference kind="missing"/>
+    <gravity constant="0 -9.8 0"/><bodies>
+    <heightfield name="ground" position="1 0 -1" columns="3" spacing="0.5 2" heights="0 0 0 0 0 0 0 0 0 0 0 0"/>
+    <sphere name="ball" radius="0.1" mass="1" position="1.5 1 1"/></bodies></scenario>)");
+  const Scenario s = load_scenario(file.path(), {});
+  Vec3 low = Vec3::Constant(1e9), high = -low;
+  for (const Shape& shape : s.shapes) {
+    if (!shape.hull || shape.body >= 0) continue;
+    for (const Vec3& x : shape.hull->polytope.vertices) {
+      const Vec3 at = shape.local * x;
+      low = low.cwiseMin(at);
+      high = high.cwiseMax(at);
+    }
+  }
+  CHECK(low[0] == Approx(1));
+  CHECK(high[0] == Approx(2));
+  CHECK(low[2] == Approx(-1));
+  CHECK(high[2] == Approx(5));
 }

@@ -111,6 +111,8 @@ class Verdicts(unittest.TestCase):
         self.assertAlmostEqual(measures.slowed(v, a, 10, h), sum(h * (v - a * h * k) for k in range(1, 11)), delta=1e-15)
         self.assertAlmostEqual(measures.slowed(v, a, 10**9, 1e-9), v * v / (2 * a), delta=1e-9)
         self.assertEqual(measures.slowed(v, 0, 10, h), 10 * h * v)
+        v, h = 0.5, 0.02  # stands still from the sixth step on
+        self.assertAlmostEqual(measures.slowed(v, a, 50, h), sum(h * max(v - a * h * k, 0) for k in range(1, 51)), delta=1e-15)
 
     @staticmethod
     def run_that_moved(moved, steps, h, **parameters):

@@ -121,6 +121,24 @@ TEST_CASE("a limit that moves takes the joint along, and what the joint pushes; 
   }
 }
 
+TEST_CASE("a joint meets a limit that moves where and when it is there") {
+  // From 0 at -1 towards -0.5, which comes at 0.25: after 0.4 s, inside a step.
+  const std::string ram = R"(<robot name="press"><link name="ram" mass="2" position="0 0 0" inertia="1 1 1"/>
+      <joint name="rail" kind="prismatic" parent="world" child="ram" axis="1 0 0" lower="-0.5" limit_rate="0.25" velocity="-1"/></robot>)";
+  const Scenario s = scene(ram, "", 0.3, 0.9, "0 0 0");
+  Simulation simulation(s, options_of(s), method("newton"), find_method("newton")->law);
+  std::vector<double> at;
+  simulation.on_event = [&](const EventRecord& event) { at.push_back(event.t); };
+  while (simulation.step_index() < simulation.steps_total()) {
+    REQUIRE(simulation.step().status == Status::ok);
+    const double t = simulation.state().t;
+    CHECK(simulation.state().q[0] == Approx(std::max(-t, -0.5 + 0.25 * t)).epsilon(1e-7));
+  }
+  REQUIRE_FALSE(at.empty());
+  CHECK(at.front() == Approx(0.4).epsilon(1e-7));
+  CHECK(simulation.state().qd[0] == Approx(0.25));
+}
+
 // A limit that hardly moves and one at 1 m/s: what the second puts in is 1e8 times what the first does, and a ball that
 // lands in the same event has nearly nothing.
 TEST_CASE("the work of every limit that moves counts as put in") {
@@ -339,6 +357,16 @@ TEST_CASE("the largest stable step of springs and dampers is that of the lineari
       ending = simulation.step().status;
     CHECK(ending == (factor < 1 ? Status::ok : Status::energy_blowup));
   }
+}
+
+TEST_CASE("a motor's rate and angle taken at the step's end brake it by 1 + h d + h^2 k", "[robots]") {
+  const Scenario s =
+      scene(pendulum(""), R"(<controllers><controller kind="computed_torque" robot="pendulum" kp="1e3" kd="10">
+    <track joint="hinge"/></controller></controllers>)",
+            1e-3, 1);
+  const double h = 0.1, d = 10, k = 1e3;
+  CHECK(*largest_eigenvalue(s, h, JointForces::explicit_euler) == Approx(h * d).epsilon(1e-6));
+  CHECK(*largest_eigenvalue(s, h, JointForces::implicit) == Approx(h * d / (1 + h * d + h * h * k)).epsilon(1e-6));
 }
 
 TEST_CASE("a bar that turns about its centre is given no energy", "[robots]") {
