@@ -26,6 +26,21 @@ TEST_CASE("check says what is in a scene as JSON, and what a method leaves out",
   CHECK(tried["method"] == "ap");
 }
 
+TEST_CASE("contacts at the start are those of shapes as they lie on their bodies", "[program]") {
+  TemporaryDirectory directory;
+  // A unit box on its edge: turned on its link, which is not.
+  std::ofstream(directory.path() / "edge.xml") << R"(<scenario title="test"><simulation step="1e-3" duration="1"/>
+    <reference kind="missing"/><gravity constant="0 -9.8 0"/><bodies>
+    <half_space name="ground" point="0 0 0" normal="0 1 0"/>
+    <robot name="sled"><link name="runner" mass="1" position="0 0 0" inertia="1 1 1">
+      <box name="keel" size="1 1 1" position="0 0.7071067811865476 0" axis="0 0 1" angle="0.7853981633974483"/></link>
+      <joint name="rail" kind="prismatic" parent="world" child="runner" axis="1 0 0"/></robot></bodies>
+    <contacts><pair a="keel" b="ground" mu="0.1"/></contacts></scenario>)";
+  const Json json = Json::parse(run(directory.path(), {"check", "edge.xml", "--json"}).out);
+  CHECK(json["contacts_at_start"] == 2);
+  CHECK(json["pairs_at_start"] == 1);
+}
+
 TEST_CASE("a trajectory as npz takes the place of the rows, whatever becomes of the run", "[program]") {
   TemporaryDirectory directory;
   const fs::path out = directory.path() / "r";

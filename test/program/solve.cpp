@@ -86,6 +86,18 @@ TEST_CASE("an LCP without a solution ends with exit code 3, a ray, and no answer
   CHECK(content(directory.path()).empty());
 }
 
+TEST_CASE("impulses of a contact problem that was not solved are written nowhere", "[program]") {
+  TemporaryDirectory directory;
+  const Json answer = solved(directory.path(),
+                             {data + "/hardest/random_2390.hdf5", "--kind", "contact", "--method", "coulomb",
+                              "--solver", "admm", "--out", "r.mtx", "--velocities", "u.mtx"},
+                             3);
+  CHECK(answer["status"] == "nonconverged");
+  CHECK(answer["residual"].get<double>() > 1e-6);
+  CHECK_FALSE(fs::exists(directory.path() / "r.mtx"));
+  CHECK_FALSE(fs::exists(directory.path() / "u.mtx"));
+}
+
 TEST_CASE("solve reads Siconos LCPs column by column", "[program]") {
   TemporaryDirectory directory;
   // A_ij = 4 [i = j] + i / 8 - j / 16 is positive definite, q < 0 and every z_i > 0: w = A z + q = 0.

@@ -12,6 +12,7 @@ TEST_CASE("a wanted accuracy is reached, and the summary says at what cost", "[p
   const Json json = summary(directory.path() / "out");
   CHECK(json["errors"]["position_linf_m"] <= 1e-7);
   CHECK(json["accuracy"]["wanted_m"] == 1e-8);
+  CHECK(json["options"]["epsilon"] == 1e-22);  // 1e-6 of its square, J/m^2: velocities are roots of energies
   CHECK(json["accuracy"]["estimated_error_m"] <= 1e-8);
   CHECK(json["accuracy"]["switches"] == 1);
   CHECK(json["accuracy"]["base_solves"] == json["solves"]);

@@ -188,6 +188,20 @@ class Report(unittest.TestCase):
                                 row("died", None, None)])
         self.assertEqual([r["who"] for r in front["stack", ""]], ["quick", "ours"])
 
+    def test_a_step_of_an_engine_is_timed_in_microseconds(self):
+        def cell(finished, steps="2000"):
+            keys = ("engine", "variant", "setting", "precision", "knobs", "step", "status", "reason")
+            return mock.MagicMock(finished=finished, seconds=0.5, unrepeated="run", busy=False, error=lambda _: 1e-3,
+                                  __getitem__=lambda _, key: steps if key == "steps" else "x" if key in keys else "")
+
+        results = mock.Mock(cells=lambda scene="", sweep="", **_: [cell(True), cell(False), cell(True, "0")] if scene and sweep
+                            else [{"scene": "stack", "parameters": ""}])
+        with mock.patch.object(engines.precision, "measure", return_value="position_linf_m"):
+            made = engines.rows(results)
+        self.assertEqual([row["us_a_step"] for row in made], [250, None, None])
+        self.assertEqual([row["time"] for row in made], [0.5, None, 0.5])
+        self.assertEqual([row["error"] for row in made], [1e-3, None, 1e-3])
+
     def test_drift_is_the_furthest_way_of_any_body(self):
         with tempfile.TemporaryDirectory() as folder:
             with open(Path(folder) / "trajectory.csv", "w", newline="") as file:
