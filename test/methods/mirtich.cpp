@@ -202,6 +202,24 @@ TEST_CASE("friction that drives the contact further in stores until the slip has
   }
 }
 
+TEST_CASE("an impact that friction drives in a second time returns e^2 of all the work that it stored") {
+  // Long arms, small moments and much friction: one in two hundred is compressed again while it parts.
+  std::mt19937_64 generator(3);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (int i = 0; i < 4000; ++i) {
+    const Vector3d arm(uniform(generator), uniform(generator), uniform(generator));
+    Vector3d inertia;
+    for (double& part : inertia) part = std::pow(10, -2 + 1.2 * std::abs(uniform(generator)));
+    const Vector3d u(-std::abs(uniform(generator)) - 0.05, 5 * uniform(generator), 5 * uniform(generator));
+    const double mu = 0.2 + 4 * std::abs(uniform(generator)), e = 0.3 + 0.6 * std::abs(uniform(generator));
+    Impact impact;
+    integrate_impact(corner(arm, 1, inertia), u, mu, e, 1e-14, 0, {}, impact);
+    INFO(i);
+    REQUIRE(impact.status == Status::ok);
+    CHECK(impact.restitution_work == Approx(-e * e * impact.compression_work).epsilon(1e-8));
+  }
+}
+
 TEST_CASE("where sticking is not stable the contact slides off along the one diverging ray") {
   // From rest u+ = K xi p with xi = (1, -mu t): the slip must point along t, and friction against it at full strength.
   std::mt19937 generator(5);

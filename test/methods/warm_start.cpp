@@ -133,6 +133,8 @@ TEST_CASE("a box at rest that is pushed too hard slides at once", "[warm_start]"
   for (const char* name : {"ap", "convex", "soft"}) {
     Pair pair(name);
     for (const double push : {0.0, 0.0, 2e-3, 6e-3, 0.0}) pair.meets(pushed_stack(1, 0.5, push));
+    // So little friction that it is no matter of who carries what: each corner holds more than it may.
+    for (const double push : {0.0, 0.0, 1e-3, 2.5e-3, 0.0}) pair.meets(pushed_stack(1, 0.2, push));
   }
 }
 
