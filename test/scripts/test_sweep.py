@@ -143,6 +143,16 @@ class Sweep(unittest.TestCase):
             file.write_text(json.dumps({k: v for k, v in json.loads(file.read_text()).items() if k != "timed"}))
         self.assertIn("0 of 15 runs to do", self.run_sweep("--dry-run"))
 
+    def test_a_run_whose_steps_are_too_coarse_or_none_is_done_again_where_they_are_wanted(self):
+        self.sweep.write_text("record_every = 0\n" + SMALL)
+        self.run_sweep()
+        self.assertIn("0 of 15 runs to do", self.run_sweep("--dry-run"))
+        self.sweep.write_text("record_every = 10\n" + SMALL)
+        self.assertIn("15 of 15 runs to do", self.run_sweep())
+        for every, todo in ((0, 0), (20, 0), (10, 0), (5, 15)):
+            self.sweep.write_text(f"record_every = {every}\n" + SMALL)
+            self.assertIn(f"{todo} of 15 runs to do", self.run_sweep("--dry-run"))
+
     def test_a_finished_run_is_done_again_when_a_file_that_its_scene_reads_changes(self):
         (self.top / "my.xml").write_text("<scenario/>")
         robot = self.top / "my.urdf"

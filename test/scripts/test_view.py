@@ -11,6 +11,7 @@ import unittest
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from contactbench import gltf, program, still, view
 
@@ -64,6 +65,13 @@ class Motions(unittest.TestCase):
         mass = sorted(last.groupby(last["py"].round(2))["ry"].sum())
         np.testing.assert_allclose(np.array(mass) / mass[0], np.arange(1, 17), rtol=1e-6)
         self.assertGreater(mass[0], 0.1 * weight)
+
+    def test_an_impulse_is_drawn_on_what_moves_and_of_two_on_the_upper_one(self):
+        rows = pd.DataFrame([["box", "ground", 2.0], ["ground", "ball", -3.0], ["box", "ball", -1.0], ["ball", "cup", 4.0]], columns=["a", "b", "ry"])
+        rows = rows.assign(end=0.5, px=np.arange(4.0), py=0.0, pz=0.0, rx=[1.0, 1.0, 0.5, 0.5], rz=0.0, mode="slip")
+        made = view.merged(rows, ["ground"])[0.5].sort_index(level="px")
+        np.testing.assert_array_equal(made["ry"], [2, 3, 1, 4])
+        np.testing.assert_array_equal(made["rx"], [1, -1, -0.5, 0.5])
 
     def test_two_that_move_alike_are_not_apart_and_a_shift_is_their_distance(self):
         motion = view.Motion(MADE / "stack_convex")
