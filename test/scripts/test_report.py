@@ -17,7 +17,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from contactbench import claims, figures, precision, robots, sections, solve_all
 from contactbench import found as found_out
-from contactbench.runs import Runs
+from contactbench.runs import Cell, Runs
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = ROOT / "scripts"
@@ -66,6 +66,9 @@ class FakeResults:
     def cells(self, *_, **__):
         return self.all
 
+    def missing(self, _):
+        return "not here"
+
 
 class Exact(unittest.TestCase):
     def test_the_sliding_box_stops_where_the_closed_form_says(self):
@@ -92,6 +95,24 @@ class Bounds(unittest.TestCase):
                      for method, variant in [("newton", v) for v in claims.VARIANTS] + [("ap", "")]]
             parts = claims.asked("C1", FakeResults(cells)).parts
             self.assertEqual([p.verdict for p in parts], [newtons] * len(claims.VARIANTS) + [others])
+
+    def test_the_circle_of_mirtich_s_model_is_that_of_the_last_turn(self):
+        t = np.linspace(0, 4 * math.pi, 401)
+        for settles, verdict in ((True, claims.YES), (False, claims.NO)):
+            turning = t - t[-1] + 2 * math.pi if settles else 2 * math.pi - t  # from the middle on, or up to there
+            radius = np.where(turning > -1e-9, 0.4, 0.4 + 0.3 * np.abs(turning))
+            cell = FakeCell(method="mirtich", solver="", errors={"position_linf_m": 1})
+            cell.series = lambda *_, r=radius: np.array([t, r * np.cos(t), r * np.sin(t)])
+            parts = claims.asked("C4", FakeResults([cell])).parts
+            self.assertEqual([part.verdict for part in parts if part.numbers and "radius, m" in part.numbers], [verdict])
+
+    def test_files_are_read_from_the_repeat_of_median_time_of_two_the_quicker(self):
+        def cell(*times):
+            return Cell([{"method": "ap", "solver": "lemke", "variant": "", "run": f"r{time}", "processing_s": time} for time in times], "")
+
+        self.assertEqual(cell("3", "1", "2")["run"], "r2")
+        self.assertEqual(cell("4", "1", "3", "2")["run"], "r2")
+        self.assertEqual(cell("2", "")["run"], "r2")
 
     def test_the_close_look_at_the_impact_is_about_the_step_in_which_energy_falls(self):
         cell = FakeCell()
