@@ -59,7 +59,7 @@ SCRIPTS = {f"scripts/contactbench/{name}": test for name, test in {
     "worth": "scripts_worth", "replay": "replay", "solve_all": "replay", "stress": "scripts_stress", "measures": "scripts_stress", "problems": "scripts_stress",
     "limits": "scripts_stress", "look": "scripts_campaign", "campaign": "scripts_campaign", "scenes": "scripts_campaign",
     "reduce": "scripts_campaign", "picture": "scripts_first_day", "start": "scripts_first_day",
-    "engines": "scripts_engines", "precision": "scripts_worth", "repose": "scripts_repose", "gather": "scripts_worth", "": "scripts_report"}.items()}
+    "engines": "scripts_engines", "view": "view", "precision": "scripts_worth", "repose": "scripts_repose", "gather": "scripts_worth", "": "scripts_report"}.items()}
 
 
 def digest_of(*parts):
