@@ -247,7 +247,8 @@ void rest(const ContactProblem& problem, const Witness& terms, ContactSolution& 
   proof.kappa_dual.assign(problem.nv(), 0.0);
 }
 
-// Without the bound u_n >= 0 follows from optimality and eta = 0. With restitution nothing is asked of the witness.
+// Without the bound u_n >= 0 follows from optimality and eta = 0. Of islands with restitution nothing is asked of the
+// witness.
 std::string_view prove(const ImpulsesAlone& answer, ContactSolution& solution) {
   rest(answer.problem, answer.terms, solution);
   std::vector<char> elastic;

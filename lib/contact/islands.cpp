@@ -44,10 +44,11 @@ void find_islands(const ContactProblem& problem, Islands& islands) {
   for (int b = problem.M.blocks() - 1; b >= 0; --b) parent[b] = number[root(b)];
 }
 
-void find_elastic(const ContactProblem& problem, const Islands& islands, std::vector<char>& elastic) {
+bool find_elastic(const ContactProblem& problem, const Islands& islands, std::vector<char>& elastic) {
   elastic.assign(islands.count, 0);
   for (int c = 0; c < problem.nc(); ++c)
     if (problem.restitution[c] != 0) elastic[islands.of_contact[c]] = 1;
+  return std::find(elastic.begin(), elastic.end(), 1) != elastic.end();
 }
 
 int worthwhile_threads(const Islands& islands, int most) {

@@ -18,7 +18,8 @@ struct Islands {
 void find_islands(const ContactProblem& problem, Islands& islands);
 
 /// Per island: has any of its contacts restitution? Its answer is that of two phases, whatever moves on other islands.
-void find_elastic(const ContactProblem& problem, const Islands& islands, std::vector<char>& elastic);
+/// Returns whether any island has.
+bool find_elastic(const ContactProblem& problem, const Islands& islands, std::vector<char>& elastic);
 
 /// Threads that are worth their start, of at most `most`, where islands are solved at once.
 int worthwhile_threads(const Islands& islands, int most);

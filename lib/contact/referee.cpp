@@ -123,7 +123,6 @@ bool Referee::recompute(const ContactProblem& problem, std::span<const double> r
   for (int i = 0; i < problem.nv(); ++i) v_plus[i] += problem.v_minus[i];
   contact_velocity(problem, v_plus, at_.u_plus);
   contact_velocity(problem, problem.v_minus, at_.u_minus);  // = q
-  at_.elastic = is_elastic(problem);
   return all_finite(at_.u_plus) && all_finite(at_.u_minus);
 }
 
@@ -153,7 +152,7 @@ void Referee::observe(const ContactProblem& problem, std::span<const double> r, 
   at_.size2.resize(nc);
   at_.island_size_q.resize(at_.islands.count);
   at_.island_size.resize(at_.islands.count);
-  find_elastic(problem, at_.islands, at_.elastic_island);
+  at_.elastic = find_elastic(problem, at_.islands, at_.elastic_island);
   sum_.assign(4 * static_cast<std::size_t>(at_.islands.count), 0.0);  // squares: r, u+, u-, error in Coulomb's law
   double outside = 0;
   for (int c = 0; c < nc; ++c) {

@@ -31,9 +31,11 @@
 //
 // Islands with restitution (Poisson): normal impulses of the first phase times 1 + theta e; where a contact still
 // approaches, a second phase from the velocity reached. In the paper theta = 1, by which events with friction or
-// coupled contacts gain energy; here theta <= 1 is the largest by which an island does not (restitution.h). Fails:
-// `nonconverged`, `singular`, with the best feasible impulses met (at worst the frictionless ones); `inaccurate`, where
-// rounding left more than epsilon over all islands; `not_finite`, `input_error` for the data, without impulses.
+// coupled contacts gain energy; here theta <= 1 is the largest by which an island does not (restitution.h).
+//
+// Fails: `nonconverged`, `singular`, with the best feasible impulses met (at worst the frictionless ones);
+// `inaccurate`, where rounding left more than epsilon over all islands; `not_finite`, `input_error` for the data,
+// without impulses.
 
 #include "methods/drumwright_shell.h"
 
@@ -88,11 +90,11 @@ void DrumwrightShell::operator()(const ContactProblem& problem, ContactSolution&
       tolerances_.epsilon_relative ? *tolerances_.epsilon_relative * energy_before(problem) : tolerances_.epsilon;
   if (nc == 0) return;
   find_islands(problem, islands_);
-  find_elastic(problem, islands_, elastic_);
+  const bool elastic = find_elastic(problem, islands_, elastic_);
   solve(problem, problem.v_minus, ConvexPhase::compression, solution);
 
   // Poisson: what compression took in, restitution gives back by the fraction e.
-  if (!is_elastic(problem)) return;
+  if (!elastic) return;
   bounded_.assign(islands_.count, tolerances_.bounded_restitution ? 1 : 0);
   solution.restitution_scale = restitution_.give_back(problem, factor_, islands_, bounded_, solution.impulse);
   if (!approaches_again()) return;

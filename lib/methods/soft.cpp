@@ -24,9 +24,10 @@
 // contact stop within the step, which is its stiffest time constant, 2 h; impedance is a constant; 3. restitution,
 // which neither has (Poisson, as `ap` and `convex` have it), on islands that have any: normal impulses of a first phase
 // times 1 + theta e, theta <= 1 the largest by which no island gains energy (restitution.h), and then (1) once more
-// from the velocity reached; 4. solved to rounding. Fails: `nonconverged` where the conditions hold to less than
-// `accepted`, with the best impulses; `singular`: M or H not positive definite; `not_finite`, `input_error`: the data,
-// without impulses.
+// from the velocity reached; 4. solved to rounding.
+//
+// Fails: `nonconverged` where the conditions hold to less than `accepted`, with the best impulses; `singular`: M or H
+// not positive definite; `not_finite`, `input_error`: the data, without impulses.
 
 #include <algorithm>
 #include <cmath>

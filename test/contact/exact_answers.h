@@ -92,18 +92,21 @@ struct SlidingSphere {
   }
 };
 
+/// A limit of one of the two rates of block b.
+inline void add_limit(ContactProblem& p, int b, int rate) {
+  p.J.add_band();
+  p.J.entry(p.J.add_entry(b, 2))(0, rate) = 1;
+  p.offset.insert(p.offset.end(), 3, 0.0);
+  p.mu.push_back(0);
+  p.restitution.push_back(0);
+}
+
 /// A tree of two rates (1 kg m^2 each), the second's limit before the first's.
 inline void add_limited_rates(ContactProblem& p, double first, double second) {
   const int b = p.M.add_block(2);
   p.M.block(b).setIdentity();
   p.v_minus.insert(p.v_minus.end(), {first, second});
-  for (const int rate : {1, 0}) {
-    p.J.add_band();
-    p.J.entry(p.J.add_entry(b, 2))(0, rate) = 1;
-    p.offset.insert(p.offset.end(), 3, 0.0);
-    p.mu.push_back(0);
-    p.restitution.push_back(0);
-  }
+  for (const int rate : {1, 0}) add_limit(p, b, rate);
 }
 
 inline Exact newton_sphere() {

@@ -866,13 +866,7 @@ TEST_CASE("a limit is about no more than its own island's energy, whatever stops
     const int b = p.M.add_block(2);
     p.M.block(b) = inverse.inverse();
     p.v_minus.insert(p.v_minus.end(), {-1, -0.65 + 1e-6});
-    for (const int rate : {0, 1}) {
-      p.J.add_band();
-      p.J.entry(p.J.add_entry(b, 2))(0, rate) = 1;
-      p.offset.insert(p.offset.end(), 3, 0.0);
-      p.mu.push_back(0);
-      p.restitution.push_back(0);
-    }
+    for (const int rate : {0, 1}) add_limit(p, b, rate);
     p.J.entry(1)(1, 0) = 1e-12;  // a contact has tangents
     const double pull = part * accepted * size;
     CHECK(held(p, newton_law(), {1e6, 0, 0, 0.5 + 0.65 * pull, 0, 0, -pull, 0, 0}) == (part < 1));
