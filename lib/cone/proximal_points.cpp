@@ -24,7 +24,7 @@ namespace {
 
 constexpr double least = 1e-12;          // -: t
 constexpr int steps = 60, patience = 6;  // of Newton's method to a point
-constexpr int without = 12;              // points in a row that do not halve the least gap
+constexpr int without = 30;              // points in a row that do not halve the least gap
 
 }  // namespace
 

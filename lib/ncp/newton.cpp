@@ -8,13 +8,15 @@
 //   long     long interior point steps (interior.h), and the finish from where products are small. Many contacts change
 //            between sticking, slipping and open at once: some tens of factorisations, whatever their number
 //   stops    what stops all contacts, by an orthogonal factorisation (stopping_impulse.h): robots on their limits
-//   path     the central path followed wherever it turns (interior.h), and the finish: hundreds of factorisations where
-//            it turns often
-//   far      the same from a start that is farther out: another path
 //   points   proximal points (finish.h), each about the one before: u + t w (r - r0) has answers that Newton's method
 //            finds where those of u bend too much, and t falls to rounding as fast as it goes on finding them. Contacts
 //            of a heap at rest, some hundreds of corners that hardly slip
-// And after each of the interior point's, after `long` where the best is near, the finish from the best so far
+//   path     the central path followed wherever it turns (interior.h), and the finish: hundreds of factorisations where
+//            it turns often
+//   far      the same from a start that is farther out: another path, which may end elsewhere
+//   near     and from one that is nearer
+// After each path points once more, from where it ended; and after points and paths the finish from the best of their
+// own
 //   careful  by steps that make things better, with a proximal term as large as that takes
 //   cut      by many steps that end where the first contact opens or slips. Where rows are all but redundant (corners
 //            that are level to a billionth) contacts want to let go by impulses that are large beside what they carry
@@ -55,20 +57,19 @@ struct NewtonOptions : NcpOptions {
   InteriorSystem::Options interior;
   LongSteps::Options long_steps;
   PathSteps::Options path;
-  double far = 100;             ///< -: first impulses and velocities of the second path, over the first's
-  int guess_patience = 4;       ///< steps of a guess in a row that do not halve the residual
-  int long_limit = 100;         ///< long steps,
-  int patience = 10;            ///< and of those in a row that do not halve the error
-  int path_limit = 3000;        ///< steps along a path,
-  int end_patience = 400;       ///< and of those in a row, where the finish has begun, that do not halve the error
-  double finish_from = 1e-3;    ///< -: error of the interior point at which the finish is tried,
-  double finish_again = 1e-1;   ///< and again at this fraction of that
-  double near_finish = 1e-4;    ///< -: error from which it is not given up at its first failure
-  double least_error = 1e-12;   ///< -: error that is rounding
-  double as_it_is = 1e-9;       ///< -: error from which the interior point is offered as it is, too
-  double ahead = 1e-4;          ///< -: proximal term of the finish, over that error
-  double near_rounding = 1e-3;  ///< -: natural residual after the finish from which rounding is looked at
-  double near = 1e-2;           ///< -: natural residual from which the finish from the best comes before a path
+  double far = 1e4, near = 1e-2;  ///< -: first impulses and velocities of the other paths, over the first's
+  int guess_patience = 4;         ///< steps of a guess in a row that do not halve the residual
+  int long_limit = 100;           ///< long steps,
+  int patience = 10;              ///< and of those in a row that do not halve the error
+  int path_limit = 10000;         ///< steps along a path,
+  int end_patience = 2000;        ///< and of those in a row, where the finish has begun, that do not halve the error
+  double finish_from = 1e-3;      ///< -: error of the interior point at which the finish is tried,
+  double finish_again = 1e-1;     ///< and again at this fraction of that
+  double near_finish = 1e-4;      ///< -: error from which it is not given up at its first failure
+  double least_error = 1e-12;     ///< -: error that is rounding
+  double as_it_is = 1e-9;         ///< -: error from which the interior point is offered as it is, too
+  double ahead = 1e-4;            ///< -: proximal term of the finish, over that error
+  double near_rounding = 1e-3;    ///< -: natural residual after the finish from which rounding is looked at
   /// -: of the fastest velocity before: contacts that part more slowly carry in the first guess.
   double touching = 1e-10;
 };
@@ -108,13 +109,21 @@ class NcpNewton {
   StoppingImpulse stopping_;
   std::vector<char> all_;  // nc
   const NcpProblem* problem_ = nullptr;
-  double next_finish_ = 0;    // -: error from which it is tried
+  double next_finish_ = 0;  // -: error from which it is tried
+  struct {
+    double residual = 0;
+    std::vector<double> r;
+  } own_;                     // of the attempt, its best: paths end in different places
   double finished_from_ = 0;  // -: residual of the best after the last of these
   std::vector<double> tried_, tried_u_, v_;
 };
 
 // Keeps (tried_, tried_u_) where it is the best so far. Is it good?
 bool NcpNewton::offer(double residual, std::string_view who, NcpSolution& solution) {
+  if (residual < own_.residual) {
+    own_.residual = residual;
+    own_.r = tried_;
+  }
   if (residual < solution.residual) {
     solution.residual = residual;
     solution.r = tried_;
@@ -227,11 +236,12 @@ bool NcpNewton::follow_path(double start, std::string_view who, NcpSolution& sol
   return false;
 }
 
-// From the best so far.
+// From the best of the attempt before, where it had one.
 bool NcpNewton::go_by_points(std::string_view who, NcpSolution& solution) {
   const NewtonOptions::Points& of = o_.points;
   AlartCurnierNewton::Options o = o_.point;
-  std::vector<double> last = solution.r;
+  std::vector<double> last = own_.residual < HUGE_VAL ? own_.r : solution.r;
+  own_.residual = HUGE_VAL;  // what they find is theirs
   const int until = solution.iterations + of.limit;
   for (ProximalTerm t(of.least); !t.over() && solution.iterations < until;) {
     o.anchor = t();
@@ -249,15 +259,19 @@ bool NcpNewton::go_by_points(std::string_view who, NcpSolution& solution) {
 }
 
 bool NcpNewton::finish_best(std::string_view who, NcpSolution& solution) {
-  if (who == "guess" || who == "stops" || who == "points" || (who == "long" && !(solution.residual < o_.near)))
-    return false;
-  if (solution.residual == finished_from_) return false;  // from there it went already
+  if (who == "guess" || who == "stops" || who == "long") return false;
+  if (own_.residual == HUGE_VAL) {
+    if (who == "points") return false;
+    own_.residual = solution.residual;
+    own_.r = solution.r;
+  }
+  if (own_.residual == finished_from_) return false;  // from there it went already
   for (const auto& [way, o] :
        {std::pair("careful", &o_.careful), std::pair("cut", &o_.cut), std::pair("patient", &o_.patient)}) {
-    tried_ = solution.r;
+    tried_ = own_.r;
     if (finish(*o, o->proximal, way, solution)) return true;
   }
-  finished_from_ = solution.residual;
+  finished_from_ = own_.residual;
   return false;
 }
 
@@ -266,7 +280,7 @@ bool NcpNewton::attempt(std::string_view who, NcpSolution& solution) {
   if (who == "long") return go_straight(who, solution);
   if (who == "stops") return stop(who, solution);
   if (who == "points") return go_by_points(who, solution);
-  return follow_path(who == "path" ? 1 : o_.far, who, solution);
+  return follow_path(who == "path" ? 1 : who == "far" ? o_.far : o_.near, who, solution);
 }
 
 void NcpNewton::operator()(const NcpProblem& p, NcpSolution& solution) {
@@ -285,8 +299,10 @@ void NcpNewton::operator()(const NcpProblem& p, NcpSolution& solution) {
   system_.prepare(*p.M, *p.J);
   finish_.begin(p, system_, measure_);
   finished_from_ = HUGE_VAL;
-  for (const std::string_view who : {"guess", "long", "stops", "path", "far", "points"}) {
+  for (const std::string_view who :
+       {"guess", "long", "stops", "points", "path", "points", "far", "points", "near", "points"}) {
     poll_stop();
+    if (who != "stops" && who != "points") own_.residual = HUGE_VAL;
     const bool done = attempt(who, solution) || finish_best(who, solution);
     if (done || solution.residual <= o_.accepted) {
       solution.status = NcpStatus::solved;

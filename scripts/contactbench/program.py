@@ -224,8 +224,9 @@ def limited(parent, memory_bytes):
 
 def drain(pipe, tail):
     """Reads all that a program says and keeps the end of it, so that it neither blocks nor fills memory."""
-    while chunk := pipe.read1(TAIL):
-        tail[:] = (tail + chunk)[-TAIL:]
+    with pipe:
+        while chunk := pipe.read1(TAIL):
+            tail[:] = (tail + chunk)[-TAIL:]
 
 
 def end(process):
