@@ -33,9 +33,10 @@ struct Bodies {
   }
 };
 
-// A chain of `bodies` blocks of six; each contact joins a body to the one before it (the first to the ground).
+// A chain of `bodies` blocks of six; each contact joins a body to the one before it (the first to the ground), or to
+// the first.
 struct Chain : Bodies {
-  Chain(int bodies, int contacts, unsigned seed) {
+  Chain(int bodies, int contacts, unsigned seed, bool to_the_first = false) {
     std::mt19937 random(seed);
     std::normal_distribution<double> normal;
     for (int b = 0; b < bodies; ++b) {
@@ -45,7 +46,7 @@ struct Chain : Bodies {
     for (int b = 0; b < bodies; ++b)
       for (int c = 0; c < contacts; ++c) {
         J.add_band();
-        if (b > 0) fill(J.add_entry(b - 1, 6), random);
+        if (b > 0) fill(J.add_entry(to_the_first ? 0 : b - 1, 6), random);
         fill(J.add_entry(b, 6), random);
         mu.push_back(0.5);
         weight.push_back(6);
@@ -128,6 +129,25 @@ TEST_CASE("both kernels solve the equations of motion that they are given", "[kk
       multiply_transposed_add(chain.J, chain.M, t, r2);
       for (int i = 0; i < nv; ++i) CHECK(r2[i] + Mw[i] == Approx(h2[i]).margin(1e-11));
     }
+  }
+}
+
+TEST_CASE("a system that was factored takes another whose contacts are as many, and of other bodies", "[kkt]") {
+  const Chain chain(5, 2, 3), star(5, 2, 4, true);
+  std::vector<double> G(9 * star.J.bands(), 0.0), h(star.M.order(), 1.0);
+  for (int c = 0; c < star.J.bands(); ++c) G[9 * c] = G[9 * c + 4] = G[9 * c + 8] = 1;
+  for (double least_block : {0, 1000}) {
+    KktSystem used, fresh;
+    used.prepare(chain.M, chain.J, least_block);
+    REQUIRE(used.factor(G, {}));
+    for (KktSystem* system : {&used, &fresh}) {
+      system->prepare(star.M, star.J, least_block);
+      REQUIRE(system->factor(G, {}));
+    }
+    std::vector<double> x = h, y = h;
+    used.solve_in_place(x);
+    fresh.solve_in_place(y);
+    CHECK(x == y);
   }
 }
 
@@ -298,6 +318,33 @@ TEST_CASE("Newton's method comes from the answer without a bound to that with on
     for (std::size_t i = 0; i < x.r.size(); ++i) CHECK(x.r[i] == Approx(bounded.r[i]).margin(1e-4 * sum));
   }
   CHECK(came >= 8);
+}
+
+// A joint at its limit is a contact whose impulse is no part of what kappa bounds.
+TEST_CASE("Newton's method bounds the sum of normal impulses without those of limits", "[cone]") {
+  int came = 0;
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    const Chain chain(4, 2, seed);
+    ConeProgram p = chain.program();
+    std::vector<double> share(p.nc(), 1.0);
+    share[0] = share[3] = 0;
+    p.share = &share;
+    p.gap = 1e-10;
+    const ConeOptions options;
+    ConeSolution x;
+    InteriorPoint(options).solve(p, x);
+    REQUIRE(x.status == ConeStatus::solved);
+    const auto sum = [&] {
+      double out = 0;
+      for (int c = 0; c < p.nc(); ++c) out += share[c] * x.r[3 * c];
+      return out;
+    };
+    p.kappa = (1 - 1e-3) * sum();
+    if (!InteriorPoint(options).polish(p, x, PolishRules::careful(options))) continue;
+    came += x.r[0] + x.r[9] > 0.1 * p.kappa;
+    CHECK(sum() == Approx(p.kappa).epsilon(1e-9));
+  }
+  CHECK(came >= 2);
 }
 
 TEST_CASE("the proximal point of a mass on a plane is the projection of its momentum, over 1 + t", "[cone]") {

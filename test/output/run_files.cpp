@@ -245,6 +245,20 @@ TEST_CASE("the loads of a robot's shapes add up over a step, friction in world a
   CHECK(loads[0] + "\n" == loads_header);
   CHECK(loads[1] == "0.5,wheel,ground,7,0.75,0,-0.625");
   CHECK(loads[2] == "1.5,wheel,ground,0,0,0,0");
+  {
+    // Of the step alone that is kept.
+    RunFiles files(directory.path(), model, 2, {ground, wheel}, 0);
+    files.start(state_at(0));
+    for (int step = 1; step <= 4; ++step) {
+      solution.impulse = {1.0 * step, 0, 0, 0, 0, 0};
+      files.event(EventRecord{0.5 * step, problem, solution, residuals, v_plus, contacts});
+      files.step(state_at(0.5 * step), record_at(step, 0.5 * step));
+    }
+  }
+  const auto of_every_second = lines(read_file(directory.path() / "loads.csv"));
+  REQUIRE(of_every_second.size() == 3);
+  CHECK(of_every_second[1] == "1,wheel,ground,2,0,0,0");
+  CHECK(of_every_second[2] == "2,wheel,ground,4,0,0,0");
   { RunFiles files(directory.path(), two_bodies(), 1, {ground, wheel}, 0); }
   CHECK_FALSE(std::filesystem::exists(directory.path() / "loads.csv"));
 }

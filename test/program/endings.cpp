@@ -114,6 +114,7 @@ TEST_CASE("a time limit keeps what there is", "[program]") {
   CHECK(json["finished"] == false);
   CHECK(json["steps"].get<long>() > 0);
   CHECK(json["time"]["wall_s"].get<double>() < 5);
+  CHECK(json["time"]["wall_s"].get<double>() > 0.15);
   readable(read_file(directory.path() / "r" / "steps.csv"), 21);
 }
 

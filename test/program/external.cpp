@@ -132,7 +132,9 @@ TEST_CASE("a program that does not begin, or talks otherwise, ends the run at it
         std::pair(toy + " file {text} /dev/null; test {answer}", "wrote no {answer}"),
         std::pair(std::string("echo 1 2 x > {answer}; test {text}"), "{answer}:1"),
         std::pair(std::string("echo 1 2 3 > {answer}; test {text}"), "holds 3 impulses"),
-        std::pair(std::string("test {text} {answer}"), "exit code")}) {
+        std::pair(std::string("test {text} {answer}"), "exit code"),
+        // An answer does not make up for an exit code.
+        std::pair(toy + " file {text} {answer}; exit 5", "exit code 5")}) {
     TemporaryDirectory directory;
     INFO(command);
     const Result result = run(directory.path(), external(command, stack()));

@@ -105,6 +105,27 @@ TEST_CASE("a push too much at one contact is found there", "[program]") {
   judged(directory.path(), {slide, "r.txt", "--law", "newton", "--tolerance", "1e6"}, 0);
 }
 
+TEST_CASE("impulses may stand in a matrix of three rows, or of three columns", "[program]") {
+  TemporaryDirectory directory;
+  const Json found = solved(directory.path(), slide, {"newton"});
+  const std::vector<double> r = impulses_of(directory.path() / "r.mtx");
+  const std::size_t nc = r.size() / 3;
+  REQUIRE(nc != 3);
+  for (const bool wide : {true, false}) {
+    std::ofstream out(directory.path() / "matrix.mtx");
+    out.precision(17);
+    out << "%%MatrixMarket matrix array real general\n" << (wide ? 3 : nc) << ' ' << (wide ? nc : 3) << '\n';
+    if (wide)
+      for (const double value : r) out << value << '\n';
+    else
+      for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t c = 0; c < nc; ++c) out << r[3 * c + i] << '\n';
+    out.close();
+    const Json json = judged(directory.path(), {slide, "matrix.mtx", "--law", "newton"}, 0);
+    CHECK(json["energy_change_j"].get<double>() == Approx(found["energy_change_j"].get<double>()).epsilon(1e-9));
+  }
+}
+
 TEST_CASE("the answer of one law is none of another", "[program]") {
   TemporaryDirectory directory;
   solved(directory.path(), slide, {"ap", "--k", "4"});

@@ -133,6 +133,15 @@ TEST_CASE("the convex model reaches the energy of the reference on a stored cont
 }
 
 // Two cubes on eight contacts without friction: normals alone, or with k directions and a slip bound each.
+TEST_CASE("the speed before an event is that of its fastest contact, approaching or not", "[program]") {
+  if (!has_fclib()) return;
+  TemporaryDirectory directory;
+  // Boxes at rest under 0.0981 m/s of weight: nothing but approach.
+  const Json json =
+      solved(directory.path(), {data + "/stacks/stack_rest_n2.hdf5", "--kind", "contact", "--method", "convex"});
+  CHECK(json["speed_before_m_per_s"].get<double>() > 1e-3);
+}
+
 TEST_CASE("solve leaves out what a run does, if asked", "[program]") {
   if (!has_fclib()) return;
   TemporaryDirectory directory;

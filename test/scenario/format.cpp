@@ -87,6 +87,16 @@ TEST_CASE("A scene that uses all of the format reads as it is written") {
   CHECK(s.parameter_notes[2].takes == "one of: push, rest");
 }
 
+TEST_CASE("A robot that is placed turned sets out turned: the velocities of its free joint are its own") {
+  const Scenario s = load_text(R"(<scenario title="t"><simulation step="1e-3" duration="1"/><bodies>
+    <robot name="r" axis="0 0 1" angle="${pi/2}"><link name="a" mass="1" inertia="1 1 1"/>
+    <joint name="f" kind="free" parent="world" child="a" velocity="1 0 0" angular_velocity="0 2 0"/></robot>
+    </bodies></scenario>)");
+  const std::vector<double> expected = {0, 1, 0, -2, 0, 0};
+  REQUIRE(s.initial.qd.size() == expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) CHECK(s.initial.qd[i] == Approx(expected[i]).margin(1e-15));
+}
+
 TEST_CASE("Pairs hold for the bodies that a name or a pattern selects, in either order, and for no others") {
   const Scenario s = load_scenario(small_path(), {});
   // ground, box_1, box_2, ball, wall; 0 for bodies that pass through each other.

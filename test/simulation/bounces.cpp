@@ -134,6 +134,10 @@ TEST_CASE("bounces are over when e^n is spent, each pair for itself") {
   CHECK_FALSE(bounces.over(b, 0.5));
   CHECK_FALSE(bounces.over(a, 1));  // nothing is lost
   CHECK_FALSE(bounces.over(a, 0));  // nothing is left out
+  // Pairs that come together and do not approach spend nothing.
+  const Bounces::Pair c{0, 3};
+  for (int n = 1; n <= 20; ++n) CHECK(bounces.arrive(c) == n);
+  CHECK_FALSE(bounces.over(c, 0.5));
   bounces.clear();
   CHECK_FALSE(bounces.over(a, 0.5));
 }
