@@ -88,8 +88,9 @@ TEST_CASE("A scene that uses all of the format reads as it is written") {
 }
 
 TEST_CASE("A robot that is placed turned sets out turned: the velocities of its free joint are its own") {
-  const Scenario s = load_text(R"(<scenario title="t"><simulation step="1e-3" duration="1"/><bodies>
-    <robot name="r" axis="0 0 1" angle="${pi/2}"><link name="a" mass="1" inertia="1 1 1"/>
+  const Scenario s = load_text(R"(<scenario title="t"><simulation step="1e-3" duration="1"/>
+    <reference kind="missing"/><gravity constant="0 0 0"/><bodies>
+    <robot name="r" axis="0 0 1" angle="${pi/2}"><link name="a" mass="1" position="0 0 0" inertia="1 1 1"/>
     <joint name="f" kind="free" parent="world" child="a" velocity="1 0 0" angular_velocity="0 2 0"/></robot>
     </bodies></scenario>)");
   const std::vector<double> expected = {0, 1, 0, -2, 0, 0};
