@@ -27,6 +27,7 @@ time_limit_s = 60
 memory_limit_mb = 200
 [[runs]]
 scene = "sliding_box"
+memory_limit_mb = 150
 k = [4, 8]
 epsilon = ["1e-2", "1e-12"]
 [[runs]]
