@@ -20,7 +20,7 @@ from .templates import render
 
 THREE = Path("/usr/share/javascript/three")  # Debian's libjs-three
 SCRIPTS = ("build/three.min.js", "examples/js/controls/OrbitControls.js")
-FRAMES, FEWEST = 400, 30
+FRAMES, FEWEST = 400, 10
 ROOM = 1_500_000  # bytes that the motion of a scene may take in the page, beside three.js
 MODES = ("open", "stick", "slip")
 PLACE, IMPULSE = ["px", "py", "pz"], ["rx", "ry", "rz"]
