@@ -2,7 +2,7 @@
 # Installs what is missing, builds, runs the paper's scenes with every method that is built, and writes the report: Table I,
 # figures, claims. A run that fails is a row with its status and stops nothing; what is finished is not done again.
 #   scripts/reproduce.sh                   half an hour on two cores: one run a cell
-#   scripts/reproduce.sh --profile paper   two hours and a quarter: three repeats, all steps, all stiff cases; again: goes on (docs/sweeps.md)
+#   scripts/reproduce.sh --profile paper   two hours and a half: three repeats, all steps, all stiff cases; again: goes on (docs/sweeps.md)
 #   scripts/reproduce.sh --out DIR         where report, figures and tables go (default: results)
 #   scripts/reproduce.sh --keep            keep finished runs although program or scenes have changed since
 #   scripts/reproduce.sh --jobs N          N runs at a time [one a core]; those whose times count still go alone
@@ -31,7 +31,7 @@ python=$(find_python)
 
 # What two cores have not done by then is a row `time_limit`; the same command goes on with it.
 budget=()
-[ "$profile" != paper ] || budget=(--budget 1.25)
+[ "$profile" != paper ] || budget=(--budget 1.5)
 runs=$out/runs/$profile
 "$python" "$root/scripts/references.py" --program "$root/build/bin/contactbench" --out "$out/references"
 "$python" "$root/scripts/sweep.py" "$root"/scenarios/sweeps/{motion,paper,robots,claims,error_time,orders,polygons,stepping,today}.toml --profile "$profile" \
