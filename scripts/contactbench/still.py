@@ -89,13 +89,12 @@ def svg(motion):
     scale = 280 / max(*(high - low), 1e-9)
     lines = []
     for frame, (_, flat, radius, bright, number) in drawn:
-        look = f'fill="{tone(number, bright)}" stroke="#20242a" stroke-width=".4"' + (' opacity=".25"'
-                                                                                      if frame == 0 else "")
+        look = f'fill="{tone(number, bright)}"' + (' opacity=".25"' if frame == 0 else "")
         points = [[f"{x:.1f}" for x in point] for point in scale * (flat - low) + 10]
         if radius:
             lines.append(f'<circle cx="{points[0][0]}" cy="{points[0][1]}" r="{scale * radius:.1f}" {look}/>')
         else:
             lines.append(f'<polygon points="{" ".join(",".join(p) for p in points)}" {look}/>')
     wide, tall = scale * (high - low) + 20
-    return f'<svg viewBox="0 0 {wide:.0f} {tall:.0f}" role="img" aria-label="{motion.summary.get("scenario", "")}">' + \
-        "".join(lines) + "</svg>"
+    return f'<svg viewBox="0 0 {wide:.0f} {tall:.0f}" stroke="#20242a" stroke-width=".4" role="img" ' \
+        f'aria-label="{motion.summary.get("scenario", "")}">' + "".join(lines) + "</svg>"
