@@ -115,6 +115,7 @@ class NcpNewton {
     std::vector<double> r;
   } own_;                     // of the attempt, its best: paths end in different places
   double finished_from_ = 0;  // -: residual of the best after the last of these
+  double pointed_from_ = 0;   // -: where points began last
   std::vector<double> tried_, tried_u_, v_;
 };
 
@@ -240,8 +241,15 @@ bool NcpNewton::follow_path(double start, std::string_view who, NcpSolution& sol
 bool NcpNewton::go_by_points(std::string_view who, NcpSolution& solution) {
   const NewtonOptions::Points& of = o_.points;
   AlartCurnierNewton::Options o = o_.point;
-  std::vector<double> last = own_.residual < HUGE_VAL ? own_.r : solution.r;
+  if (own_.residual == HUGE_VAL) {
+    own_.residual = solution.residual;
+    own_.r = solution.r;
+  }
+  const bool again = own_.residual == pointed_from_;  // from there they went already
+  pointed_from_ = own_.residual;
   own_.residual = HUGE_VAL;  // what they find is theirs
+  if (again) return false;
+  std::vector<double> last = own_.r;
   const int until = solution.iterations + of.limit;
   for (ProximalTerm t(of.least); !t.over() && solution.iterations < until;) {
     o.anchor = t();
@@ -298,7 +306,7 @@ void NcpNewton::operator()(const NcpProblem& p, NcpSolution& solution) {
   }
   system_.prepare(*p.M, *p.J);
   finish_.begin(p, system_, measure_);
-  finished_from_ = HUGE_VAL;
+  finished_from_ = pointed_from_ = HUGE_VAL;
   for (const std::string_view who :
        {"guess", "long", "stops", "points", "path", "points", "far", "points", "near", "points"}) {
     poll_stop();

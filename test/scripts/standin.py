@@ -112,3 +112,12 @@ def write(path):
 
 def environment(**more):
     return {**os.environ, "FAKE": "{}", **more}
+
+
+def leaves(tree, path=()):
+    """(path, leaf) of all that JSON holds."""
+    if isinstance(tree, (dict, list)):
+        for key, part in tree.items() if isinstance(tree, dict) else enumerate(tree):
+            yield from leaves(part, (*path, key))
+    else:
+        yield path, tree

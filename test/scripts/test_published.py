@@ -19,6 +19,7 @@ import unittest
 from pathlib import Path
 from types import SimpleNamespace
 
+import standin
 from contactbench import gather, plan, program, solve_all, stress, sweep
 from contactbench.runs import write_table
 
@@ -43,9 +44,10 @@ def differences(found, wanted, key, apart):
     wanted = {tuple(row[k] for k in key): row for row in wanted}
     for row in found:
         name = tuple(row[k] for k in key)
-        for column, cell in wanted[name].items():
-            if column not in apart and row.get(column, "") != cell:
-                yield f"{' '.join(name)}: {column} is {row.get(column, '')!r}, published {cell!r}"
+        for column in dict.fromkeys([*wanted[name], *row]):
+            ours, theirs = row.get(column, ""), wanted[name].get(column, "")
+            if column not in apart and ours != theirs:
+                yield f"{' '.join(name)}: {column} is {ours!r}, published {theirs!r}"
 
 
 def without_values(knobs):
@@ -107,7 +109,7 @@ class Published(unittest.TestCase):
         # No run is timed, so that none is warmed up by another.
         runs = [dataclasses.replace(run, timed=False) for run in self.planned() if run.name in names]
         self.assertGreater(len(runs), 30)
-        self.same(self.done(runs), table, ["run"], gather.TIMING)
+        self.same(self.done(runs), table, ["run"], (*gather.TIMING, "member"))
 
     def test_members_of_ensembles_come_out_again(self):
         table = published("ensemble.csv")
@@ -153,15 +155,6 @@ class Published(unittest.TestCase):
             self.same(list(csv.DictReader(file)), table, ["id", "scene", "row", "method"], ("solve_s", "note"))
 
 
-def leaves(tree, path=()):
-    """(path, leaf) of all that JSON holds."""
-    if isinstance(tree, (dict, list)):
-        for key, part in tree.items() if isinstance(tree, dict) else enumerate(tree):
-            yield from leaves(part, (*path, key))
-    else:
-        yield path, tree
-
-
 class Report(unittest.TestCase):
     def test_comes_out_of_the_tables_again(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -177,7 +170,7 @@ class Report(unittest.TestCase):
         for name in made.keys() - FROM_FILES:
             for part in ("data", "worth"):
                 with self.subTest(section=name, part=part):
-                    found, there = (dict(leaves(sections[name].get(part))) for sections in (made, wanted))
+                    found, there = (dict(standin.leaves(sections[name].get(part))) for sections in (made, wanted))
                     different = [
                         f"{path}: {found.get(path)!r}, published {there.get(path)!r}" for path in found | there
                         if path not in found or path not in there or found[path] != there[path]]

@@ -39,15 +39,6 @@ def setUpModule():
     script("report.py", "--results", MADE, "--runs", MADE / "runs", "--no-draw")
 
 
-def leaves(tree, path=()):
-    """(path, leaf) of all that JSON holds."""
-    if isinstance(tree, (dict, list)):
-        for key, part in tree.items() if isinstance(tree, dict) else enumerate(tree):
-            yield from leaves(part, (*path, key))
-    else:
-        yield path, tree
-
-
 def class_at(classes, path):
     """The class that stands for a place, or nothing."""
     for key in path:
@@ -183,7 +174,7 @@ class Ensemble(unittest.TestCase):
         count = {}
         for name, section in self.report["sections"].items():
             for part, classes in (("data", "worth"), ("timing", "worth_of_timing")):
-                for path, leaf in leaves(section[part]):
+                for path, leaf in standin.leaves(section[part]):
                     found = class_at(section[classes], path)
                     self.assertIsNotNone(found, f"{name}, {part}: {path}")
                     if isinstance(leaf, (int, float)) and not isinstance(leaf, bool):
@@ -199,7 +190,7 @@ class Ensemble(unittest.TestCase):
     def test_a_number_without_a_class_is_found(self):
         some = {"a": {"b": 1.0, "c": [2.0]}}
         self.assertEqual(class_at({"a": {"b": "exact"}}, ("a", "c", 0)), None)
-        self.assertEqual([class_at("exact", path) for path, _ in leaves(some)], ["exact"] * 2)
+        self.assertEqual([class_at("exact", path) for path, _ in standin.leaves(some)], ["exact"] * 2)
 
     def test_errors_that_follow_the_seed_are_samples_and_the_others_are_not(self):
         section = self.report["sections"]["error_time"]
