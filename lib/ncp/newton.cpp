@@ -260,7 +260,14 @@ bool NcpNewton::go_by_points(std::string_view who, NcpSolution& solution) {
     }
     last = tried_;
     measure_.velocities(tried_, v_, tried_u_);
-    if (offer_beside_rounding(measure_.residual(tried_, tried_u_), who, solution)) return true;
+    const double residual = measure_.residual(tried_, tried_u_);
+    if (offer(residual, who, solution)) return true;
+    // What is left may be rounding; the finish may be sharper.
+    if (residual < o_.near_rounding && measure_.residual_beside_rounding(tried_, tried_u_) <= o_.accepted) {
+      own_.residual = residual;
+      own_.r = tried_;
+      return false;
+    }
     t.found();
   }
   return false;

@@ -232,7 +232,8 @@ TEST_CASE("newton solves every stored contact problem to 1e-8") {
 
 // Those of 110,000 random problems that were the hardest, and events of random scenes whose rows are all but redundant
 // (seed 15000, scenes 15 and 20), of two hundred bodies that fall into a bin and come to rest there, and of a wall of a
-// hundred bricks that is hit, by steps.
+// hundred bricks that is hit, by steps; and one (seed 20000, scene 1) whose point is good beside rounding to newton, and
+// to the referee is not.
 TEST_CASE("newton solves most of the hardest problems, and says of the rest that it does not") {
   if (!fclib_available()) return;
   int problems = 0, doubted = 0;
@@ -248,18 +249,18 @@ TEST_CASE("newton solves most of the hardest problems, and says of the rest that
     ++problems;
     if (holds) ++solved[at.solution.who];
   }
-  CHECK(problems == 17);
+  CHECK(problems == 18);
   // Where points and paths end, the finish goes on from the best of their own; one path answers where another is lost.
   int all = 0;
   for (const auto& [who, count] : solved) all += count;
-  CHECK(all >= 16);
+  CHECK(all >= 17);
   CHECK(doubted <= 1);
   CHECK(solved["cut"] > 0);
   CHECK(solved["points"] > 0);
   CHECK(solved["path"] + solved["far"] + solved["near"] >= 2);  // which of them hangs on the last bits
 }
 
-TEST_CASE("where long steps end, proximal points answer: stacks that are shaken hard") {
+TEST_CASE("where long steps end, proximal points lead to the answer: stacks that are shaken hard") {
   std::map<std::string_view, int> solved;
   for (int boxes = 2; boxes < 42; ++boxes) {
     INFO(boxes << " boxes");
@@ -269,7 +270,8 @@ TEST_CASE("where long steps end, proximal points answer: stacks that are shaken 
     ++solved[at.solution.who];
   }
   CHECK(solved["long"] >= 10);
-  CHECK(solved["points"] >= 5);
+  CHECK(solved["points"] + solved["careful"] >= 5);  // the finish is sharper than a point
+  CHECK(solved["path"] == 0);
 }
 
 // With one penalty for all contacts: 425,820 iterations, and 14 of the stacks are not solved; with one for each pair:
