@@ -20,7 +20,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import standin
-from contactbench import gather, plan, program, solve_all, stress, sweep
+from contactbench import gather, plan, program, references, solve_all, stress, sweep
 from contactbench.runs import write_table
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -97,8 +97,8 @@ class Published(unittest.TestCase):
         self.assertEqual(len(rows), len(runs))
         return rows
 
-    def planned(self):
-        return plan.plan([ROOT / f"scenarios/sweeps/{name}.toml" for name in SWEEPS], self.profile, self.listed)[0]
+    def planned(self, sweeps=SWEEPS):
+        return plan.plan([ROOT / f"scenarios/sweeps/{name}.toml" for name in sweeps], self.profile, self.listed)[0]
 
     def test_runs_are_those_that_the_sweeps_name(self):
         self.assertEqual({run.name for run in self.planned()}, {row["run"] for row in published("runs.csv")})
@@ -110,6 +110,14 @@ class Published(unittest.TestCase):
         runs = [dataclasses.replace(run, timed=False) for run in self.planned() if run.name in names]
         self.assertGreater(len(runs), 30)
         self.same(self.done(runs), table, ["run"], (*gather.TIMING, "member"))
+
+    def test_runs_beside_engines_come_out_again(self):
+        table = [row for row in published("engines/runs.csv") if not row["engine"]]
+        names = chosen(table)
+        runs = [dataclasses.replace(run, timed=False) for run in self.planned(["engines"]) if run.name in names]
+        self.assertGreater(len(runs), 10)
+        # That sweep has no certified references.
+        self.same(self.done(runs), table, ["run"], (*gather.TIMING, "member", f"error_{references.ERROR}"))
 
     def test_members_of_ensembles_come_out_again(self):
         table = published("ensemble.csv")
