@@ -3,7 +3,7 @@ import math
 
 from . import ladder, precision, program, still, view
 
-FRAMES, ROOM = 120, 300_000  # of a scene on the page of all motions
+FRAMES, ROOM = 120, 280_000  # of a scene on the page of all motions
 LIKED = ("convex", "ap")  # whose run is drawn, in this order
 
 
