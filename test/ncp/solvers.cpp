@@ -232,8 +232,8 @@ TEST_CASE("newton solves every stored contact problem to 1e-8") {
 
 // Those of 110,000 random problems that were the hardest, and events of random scenes whose rows are all but redundant
 // (seed 15000, scenes 15 and 20), of two hundred bodies that fall into a bin and come to rest there, and of a wall of a
-// hundred bricks that is hit, by steps; and one (seed 20000, scene 1) whose point is good beside rounding to newton, and
-// to the referee is not.
+// hundred bricks that is hit, by steps; and one (seed 20000, scene 1) whose point is good beside rounding to newton,
+// and to the referee is not.
 TEST_CASE("newton solves most of the hardest problems, and says of the rest that it does not") {
   if (!fclib_available()) return;
   int problems = 0, doubted = 0;
