@@ -136,19 +136,24 @@ double NcpMeasure::worst_of(std::span<const double> r, std::span<const double> u
   return worst;
 }
 
-// |M^-1 J^T| |r|, entry by entry.
-void NcpMeasure::find_changes(std::span<const double> r) {
+// |M^-1 J^T| |r|, entry by entry, and the same of impulses max(|u|, |q|) / w, which would stop all contacts.
+void NcpMeasure::find_changes(std::span<const double> r, std::span<const double> u) {
   const NcpProblem& p = *problem_;
   changes_.assign(p.nv(), 0.0);
+  stops_.assign(p.nv(), 0.0);
   for (int c = 0; c < p.nc(); ++c) {
     const Vector3d load = ConstVec3(&r[3 * c]).cwiseAbs();
+    const Vector3d stop = ConstVec3(&u[3 * c]).cwiseAbs().cwiseMax(ConstVec3(&q_[3 * c]).cwiseAbs()) / p.weight[c];
     for (int e = p.J->band[c]; e < p.J->band[c + 1]; ++e) {
       const int b = p.J->block[e], n = p.M->block_size(b);
       columns_.resize(3 * static_cast<std::size_t>(n));
       Eigen::Map<Eigen::MatrixX3d> columns(columns_.data(), n, 3);
       columns = p.J->entry(e).transpose();
       p.factor->solve_block_in_place(b, columns_.data(), 3);
-      for (int i = 0; i < n; ++i) changes_[p.M->first[b] + i] += columns.row(i).cwiseAbs().dot(load);
+      for (int i = 0; i < n; ++i) {
+        changes_[p.M->first[b] + i] += columns.row(i).cwiseAbs().dot(load);
+        stops_[p.M->first[b] + i] += columns.row(i).cwiseAbs().dot(stop);
+      }
     }
   }
 }
@@ -156,38 +161,44 @@ void NcpMeasure::find_changes(std::span<const double> r) {
 double NcpMeasure::residual_beside_rounding(std::span<const double> r, std::span<const double> u) {
   constexpr double unit = rounding_units * std::numeric_limits<double>::epsilon();
   const NcpProblem& p = *problem_;
-  find_changes(r);
+  find_changes(r, u);
   open_.resize(p.nc());
   terms_.resize(p.nc());
+  limit2_.resize(p.nc());
   double open = 0, fastest = 0, island_r = 0, island_u = 0;
   for (int c = 0; c < p.nc(); ++c) {
-    Vector3d changes = Vector3d::Zero(), before = ConstVec3(&p.offset[3 * c]).cwiseAbs();
-    bool limit = true;
+    Vector3d changes = Vector3d::Zero(), before = ConstVec3(&p.offset[3 * c]).cwiseAbs(), stops = changes;
+    bool limit = p.mu[c] == 0;
     for (int e = p.J->band[c]; e < p.J->band[c + 1]; ++e) {
       const auto entry = p.J->entry(e);
       const int at = p.M->first[p.J->block[e]];
       limit = limit && entry.bottomRows<2>().isZero(0);
       for (int j = 0; j < entry.cols(); ++j) {
         changes += entry.col(j).cwiseAbs() * changes_[at + j];
+        stops += entry.col(j).cwiseAbs() * stops_[at + j];
         before += entry.col(j).cwiseAbs() * std::abs(p.v0[at + j]);
       }
     }
-    open_[c] = (limit ? -1 : 1) * unit * (changes + before).norm();
+    open_[c] = unit * (changes + before).norm();
     terms_[c] = changes.squaredNorm() / p.weight[c];
-    open = std::max(open, open_[c]);
     const double u2 = ConstVec3(&u[3 * c]).squaredNorm(), q2 = ConstVec3(&q_[3 * c]).squaredNorm();
-    fastest = std::max({fastest, u2, q2});
+    limit2_[c] = limit ? stops.squaredNorm() : -1;
+    if (!limit) {
+      open = std::max(open, open_[c]);
+      fastest = std::max({fastest, u2, q2});
+    }
     island_r += p.weight[c] * ConstVec3(&r[3 * c]).squaredNorm();
     island_u += u2 / p.weight[c];
   }
   const double island = std::max({island_r, island_u, q2_});
   double worst = 0, e[3];
   for (int c = 0; c < p.nc(); ++c) {
-    const double w = p.weight[c], rho = open_[c] < 0 ? -open_[c] : open;
+    const bool limit = limit2_[c] >= 0;
+    const double w = p.weight[c], rho = limit ? open_[c] : open, moving2 = limit ? limit2_[c] : fastest;
     const double floor = (1 + p.mu[c]) * rho / accepted;
     natural_map(&r[3 * c], &u[3 * c], p.mu[c], w, e);
     const double size2 =
-        std::max({w * ConstVec3(&r[3 * c]).squaredNorm(), terms_[c], std::min(island, fastest / w), floor * floor / w});
+        std::max({w * ConstVec3(&r[3 * c]).squaredNorm(), terms_[c], std::min(island, moving2 / w), floor * floor / w});
     const double approach = std::max(0.0, -u[3 * c]);
     worst = std::max({worst, over(approach * approach / w, std::max(q2_, rho * rho / (accepted * accepted * w))),
                       over(w * ConstVec3(e).squaredNorm(), size2)});

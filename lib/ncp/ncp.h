@@ -86,14 +86,15 @@ class NcpMeasure {
   double size_before() const { return std::sqrt(q2_); }  ///< sqrt(J), of q
 
  private:
-  void find_changes(std::span<const double> r);
+  void find_changes(std::span<const double> r, std::span<const double> u);
   void find_floors();
   double worst_of(std::span<const double> r, std::span<const double> u) const;
 
   const NcpProblem* problem_ = nullptr;
   double q2_ = 0;               // J, sum |q|^2 / w
   std::vector<double> floor2_;  // nc, J: what rounding of the data makes of a contact's size; empty: not asked for yet
-  std::vector<double> q_, changes_, columns_, open_, terms_;
+  std::vector<double> q_, changes_, stops_, columns_, open_, terms_;
+  std::vector<double> limit2_;  // nc, (m/s)^2 or (rad/s)^2: what stopping all would make of a limit's u; -1: no limit
 };
 
 /// A solver that owns its scratch; throws nothing but Stopped (linalg/stop.h) and bad_alloc. It writes the whole of

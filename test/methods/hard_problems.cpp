@@ -142,11 +142,11 @@ TEST_CASE("contacts that rest beside what moves do not hide its answer", "[coulo
   for (const char* solver : {"newton", "nsgs", "admm", "cascade"})
     for (const char* event : {"newton_slope", "coulomb_bowl", "soft_bowl"})
       holds(event, "coulomb", solver, "", coulomb_law());
-  // A robot's joint at its limit leaves it; bodies that rest to rounding beside one that turns; a stack
-  // that approaches by rounding alone; a plate on the ground
-  // below a stack of 1 g to 100 kg without friction; a rock that slides on the ground while another one lands: what
-  // pulls it by 2e-13 N s, solved to 1e-12, drives it. And mu up to 2e4: friction beside normal impulses of rounding.
-  for (const char* event : {"coulomb_limit_open", "coulomb_nothing", "coulomb_next_to_nothing",
+  // A robot's joint at its limit leaves it, and one that runs into it at 1e-14 rad/s while its body falls away; bodies
+  // that rest to rounding beside one that turns; a stack that approaches by rounding alone; a plate on the ground below
+  // a stack of 1 g to 100 kg without friction; a rock that slides on the ground while another one lands: what pulls it
+  // by 2e-13 N s, solved to 1e-12, drives it. And mu up to 2e4: friction beside normal impulses of rounding.
+  for (const char* event : {"coulomb_limit_open", "coulomb_limit_drifts", "coulomb_nothing", "coulomb_next_to_nothing",
                             "coulomb_beside_rounding", "coulomb_pulls_by_rounding", "coulomb_large_mu"})
     holds(event, "coulomb", "newton", "", coulomb_law());
   for (const char* variant : {"sap", "mujoco"}) holds("soft_bowl", "soft", "", variant, soft_law());

@@ -169,6 +169,29 @@ class Precision(unittest.TestCase):
         cells = [FakeCell(2 * (1 - math.cos(math.pi / k)), k=str(k), errors={"polygon_position_linf_m": 1e-9}) for k in (4, 8, 16, 32)]
         self.assertAlmostEqual(precision.polygons(FakeResults(cells))[0]["slope"], 1.0)
 
+    def test_an_error_is_split_into_solver_model_and_step(self):
+        # Where one body is at the end: exact friction; the polygon solved tightly, 1e-3 m from it; and loosely, 1e-5 m further.
+        places = {"exact": 1.0, "polygon": 1.0 + 1e-3, "loose": 1.0 + 1e-3 + 1e-5, "alone": 1.0 + 7e-3}
+
+        def cell(run, error, method, solver="", **more):
+            made = FakeCell(error, run=run, method=method, solver=solver, step="1e-3", law_residual_max="0", **more)
+            made.folder = run
+            return made
+
+        cells = [
+            cell("exact", 2e-4, "coulomb", "newton"),
+            cell("polygon", 1e-3, "ap", "lemke", errors={"polygon_position_linf_m": 3e-4}),
+            cell("loose", 1e-3, "ap", "path", errors={"polygon_position_linf_m": 4e-4}),
+            cell("alone", 7e-3, "mirtich")]
+        moments = lambda folder: {0.0: [(0, 0, 0)], 1.0: [(places[folder], 0, 0)]}
+        with unittest.mock.patch.object(precision, "moments", moments):
+            rows = {row["cell"]["run"]: row for row in precision.parts_of_error(FakeResults(cells), "", "")}
+        for run, solver, model, step, dominates in (("exact", 0, 0, 2e-4, "step"), ("polygon", 0, 1e-3, 3e-4, "model"), ("loose", 1e-5, 1e-3, 3e-4, "model"),
+                                                    ("alone", math.nan, 7e-3, 2e-4, "model")):
+            with self.subTest(run):
+                np.testing.assert_allclose([rows[run][part] for part in ("solver", "model", "step_error")], [solver, model, step], rtol=1e-9)
+                self.assertEqual(rows[run]["dominates"], dominates)
+
     def test_a_failure_is_slower_than_everything(self):
         fast = FakeCell(1e-3, 1.0, name="fast")
         slow = FakeCell(1e-4, 4.0, name="slow", solver="path")
