@@ -47,8 +47,8 @@ long whole_flag(std::string_view flag, const std::string& value, long low, long 
   return x;
 }
 
-bool on_off_flag(std::string_view flag, const std::string& value) {
-  if (value != "on" && value != "off") refuse(flag, value, "on or off");
+bool on_off_flag(std::string_view flag, const std::string& value, std::string_view expected) {
+  if (value != "on" && value != "off") refuse(flag, value, expected);
   return value == "on";
 }
 

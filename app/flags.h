@@ -21,7 +21,7 @@ double positive_flag(std::string_view flag, const std::string& value, std::strin
 /// The same for whole numbers.
 long whole_flag(std::string_view flag, const std::string& value, long low, long high, std::string_view expected);
 /// on | off
-bool on_off_flag(std::string_view flag, const std::string& value);
+bool on_off_flag(std::string_view flag, const std::string& value, std::string_view expected = "on or off");
 /// NAME=VALUE pairs of --set.
 Overrides set_flags(const std::vector<std::string>& values);
 

@@ -101,6 +101,7 @@ fs::path default_directory(const RunFlags& flags, const RunPlan& plan) {
   for (const auto& [key, value] : set_flags(flags.set)) add(key + value);
   if (flags.record_every) add(fmt::format("every{}", plan.record_every));
   if (!plan.prune) add("prune-off");
+  if (plan.simulation.prune.repeats) add("prune-rest");
   if (flags.perturb) add(fmt::format("perturb{}seed{}", number_text(plan.summary.perturb), plan.summary.seed));
   if (flags.shuffle) add(fmt::format("shuffle{}", plan.simulation.shuffle));
   if (plan.simulation.gyroscopic == Gyroscopic::explicit_euler) add("gyroscopic-explicit");
@@ -167,6 +168,18 @@ void stepping_flags(const RunFlags& flags, SimulationOptions& simulation) {
   throw UsageError(fmt::format("--stepping {}: must be events or steps; or give --accuracy A", *flags.stepping));
 }
 
+/// What is left out.
+void prune_flag(const RunFlags& flags, RunPlan& plan) {
+  plan.simulation.prune.repeats = *flags.prune == "rest";
+  if (!plan.simulation.prune.repeats) {
+    plan.prune = on_off_flag("prune", *flags.prune, "on, off or rest");
+    return;
+  }
+  if (flags.accuracy)
+    throw UsageError("--prune rest: --accuracy compares steps, and makes each of them; leave one out");
+  if (flags.shuffle) throw UsageError("--prune rest: --shuffle-contacts makes each event another one; leave one out");
+}
+
 /// --format: is the trajectory to be npz?
 bool npz_flag(const std::string& format, long record_every) {
   if (format == "parquet")
@@ -200,7 +213,7 @@ RunPlan make_plan(const RunFlags& flags) {
   plan.record_contacts = flags.record_contacts;
   if (plan.record_contacts && plan.record_every == 0)
     throw UsageError("--record-contacts: --record-every 0 keeps no steps; leave one out");
-  if (flags.prune) plan.prune = on_off_flag("prune", *flags.prune);
+  if (flags.prune) prune_flag(flags, plan);
   const int jobs =
       flags.jobs ? static_cast<int>(whole_flag("jobs", *flags.jobs, 1, 1024, "a number of cores, at least 1")) : 1;
   if (flags.perturb)
@@ -716,7 +729,8 @@ void add_run(CLI::App& program, Action& action) {
                "measure rank and condition of the contact problems (slow; the worst is in the summary)");
   add("--joint-forces", flags->joint_forces, "explicit|implicit",
       "springs, dampers and gains of robots: of the start of a step, or of its end to first order [scenario]");
-  add("--prune", flags->prune, "on|off", "leave out what the scene does not need [on]");
+  add("--prune", flags->prune, "on|off|rest",
+      "leave out what the scene does not need; rest: solving what rests again, too (docs/performance.md) [on]");
   add("--jobs", flags->jobs, "N", "solve the islands of an event on N cores at once: the same numbers [1]");
   add("--record-every", flags->record_every, "N",
       "keep each N-th step in trajectory.csv and steps.csv; 0: neither file [1]");

@@ -94,7 +94,7 @@ Row measure(const Case& c) {
   return {c, with.best, without.best, std::max(with.status, without.status)};
 }
 
-const Setting nothing = {false, {}, {Corners::differ, false, false}, false};
+const Setting nothing = {false, {}, {Corners::differ, false, false, false}, false};
 const std::string boxes = SOURCE_ROOT "/bench/scenes/boxes.xml",
                   grid = SOURCE_ROOT "/scenarios/stress/contact_grid.xml";
 
@@ -142,7 +142,7 @@ std::vector<Case> ablation() {
     std::string scene;
     Overrides overrides;
     std::vector<std::string> methods;
-    bool warm;
+    bool warm, repeats = false;
   };
   const std::vector<Item> items = {
       {"islands solved apart", [](Setting& s) { s.contact.islands = false; }, boxes, {{"boxes", "8"}}, {"ap"}, false},
@@ -182,10 +182,19 @@ std::vector<Case> ablation() {
        "sticking_box.xml",
        {},
        {"ap", "convex"},
+       true},
+      {"events of what rests",
+       [](Setting& s) { s.step.repeats = false; },
+       "stack.xml",
+       {{"boxes", "16"}},
+       {"ap", "convex"},
+       true,
        true}};
   for (const Item& item : items) {
     Setting with, without;
     with.warm_start = without.warm_start = item.warm;
+    with.step.repeats = item.repeats;
+    without.step = with.step;
     item.leave_in(without);
     for (const std::string& method : item.methods)
       all.push_back({item.what, item.scene, item.overrides, method, with, without, 10,

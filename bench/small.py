@@ -97,22 +97,24 @@ def main():
     now = os.path.join(build, "bin", "contactbench")
     listed = json.loads(subprocess.run([now, "list", "engines", "--json"], check=True, capture_output=True, text=True).stdout)
     here = {engine["name"] for engine in listed if not engine.get("unavailable")}
-    print("| scene, us a step (error) | before | now | quickest engines | kernel alone |\n|---|---|---|---|---|")
+    print("| scene, us a step (error) | before | now | and what rests left out | quickest engines | kernel alone |\n|---|---|---|---|---|---|")
     for what, flags, ways, error, boxes, share in [*ROWS, *((*row, None, None, 1) for row in COLD)]:
         if asked.only not in what:
             continue
         warm = WARM if boxes else []
         ours = [Cell(now, [*flags, *way(name), *warm], name) for name in ways]
+        rested = [Cell(now, [*cell.flags, "--prune", "rest"], cell.name) for cell in ours if boxes]
         older = [Cell(os.path.abspath(asked.before), cell.flags, cell.name) for cell in ours] if asked.before else []
         engines = [Cell(now, [*flags, "--engine", name, *(["--variant", variant] if variant else [])], f"{name} {variant or ''}".strip())
                    for name, variant in ENGINES if boxes and name in here]
         floors = []
         for _ in range(asked.rounds):
-            for cell in [*ours, *older, *engines]:
+            for cell in [*ours, *rested, *older, *engines]:
                 cell.turn()
             if boxes:
                 floors.append(kernel(build, boxes))
         print(f"| {what} | {'; '.join(c.text(error, share) for c in older) or '-'} | {'; '.join(c.text(error, share) for c in ours)} | "
+              f"{'; '.join(c.text(error, share) for c in rested) or '-'} | "
               f"{best(engines, error, share) if boxes else '-'} | {f'{min(floors) / share:.3g}' if floors else '-'} |", flush=True)
     return 0
 

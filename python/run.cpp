@@ -89,7 +89,11 @@ Plan plan_of(const std::string& scene, const py::object& method, const py::dict&
   const double every = given(options, "record_every", 1, 1e15).value_or(1);
   if (every != std::floor(every)) throw ArgumentError(fmt::format("record_every: is {:g}; it must be whole", every));
   plan.record_every = std::lround(every);
-  if (options.contains("prune") && !options["prune"].is_none()) plan.prune = on_or_off("prune", options["prune"]);
+  if (options.contains("prune") && !options["prune"].is_none()) {
+    const py::object prune = options["prune"];
+    plan.simulation.prune.repeats = py::isinstance<py::str>(prune) && prune.cast<std::string>() == "rest";
+    plan.prune = plan.simulation.prune.repeats || on_or_off("prune", prune);
+  }
   if (plan.simulation.duration / plan.simulation.step > 1e12)
     throw ArgumentError(fmt::format("step: is {:g} s; {:g} s would take more than 1e12 steps", plan.simulation.step,
                                     plan.simulation.duration));

@@ -66,7 +66,9 @@ Json options(const RunSummary& run) {
                {"friction", maybe(run.friction)},
                {"rotate_cone", run.rotate_cone},
                {"record_every", run.record_every},
-               {"prune", run.prune ? "on" : "off"},
+               {"prune", run.simulation.prune.repeats ? "rest"
+                         : run.prune                  ? "on"
+                                                      : "off"},
                {"jobs", run.method_options.threads},
                {"perturb", run.perturb},
                {"seed", run.seed},

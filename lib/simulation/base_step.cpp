@@ -26,9 +26,13 @@ BaseStep::BaseStep(const Scenario& scenario, const SimulationOptions& options, C
   random_.seed(options_.shuffle);
   // Shuffled contacts are no patches any more.
   if (options_.shuffle != 0) options_.prune.corners = Corners::differ;
+  if (!scenario_.model.trees.empty() || options_.shuffle != 0 || options_.stepping == Stepping::accuracy)
+    options_.prune.repeats = false;
+  reach_.assign(scenario_.model.bodies.size(), 0.0);
   for (const Shape& shape : scenario_.shapes) {
     tolerance_.push_back(options_.closed_gap * shape.size());
     radius_.push_back(shape.body >= 0 ? shape.bounding_radius() + shape.local.p.norm() : 0);
+    if (shape.body >= 0) reach_[shape.body] = std::max(reach_[shape.body], radius_.back());
     smallest_ = std::min(smallest_, shape.size());
   }
   margin_ = std::isfinite(smallest_) ? 1e-6 * smallest_ : 1e-6;
@@ -59,6 +63,8 @@ void BaseStep::begin(long step) {
 }
 
 void BaseStep::look(double horizon) {
+  if (as_before()) return;
+  if (waited_) contacts_known_ = waited_ = false;  // an event may have taken its part of them
   if (contacts_known_) return;
   update_motions();
   find_pairs(horizon, margin_);
@@ -66,6 +72,8 @@ void BaseStep::look(double horizon) {
 }
 
 void BaseStep::look_ahead(double h) {
+  if (as_before()) return;
+  waited_ = false;
   update_motions();
   find_pairs(h, margin_ + displacement_bound(h));
   ahead_ = h;
@@ -75,8 +83,13 @@ void BaseStep::look_ahead(double h) {
 bool BaseStep::event(double bounced) {
   ++record_.events;
   if (bounced > 0) observe_bounces(bounced);
-  solve_event();
-  while (corners_fall_short()) {  // solved again, with all points of the patches
+  if (repeats_) {
+    solution_.iterations = 0;
+    ++left_out_.repeats;
+  } else {
+    solve_event();
+  }
+  while (!repeats_ && corners_fall_short()) {  // solved again, with all points of the patches
     lap_.leave_out();
     find_contacts();
     approaching();
@@ -422,8 +435,28 @@ void BaseStep::fail_overlap(int i, int j, double depth) {
                                         scenario_.shapes[i].name, scenario_.shapes[j].name, depth, state_.t));
 }
 
+// Does the event that comes begin as the last one did? All has rested since, and forces are the same.
+bool BaseStep::as_before() {
+  repeats_ = waited_ && state_.v == before_event_;
+  if (options_.prune.repeats && !repeats_) before_event_ = state_.v;
+  return repeats_;
+}
+
+bool BaseStep::rests() const {
+  return options_.prune.repeats && going_on() && overlap_ratio_ <= 1 &&
+         std::all_of(state_.v.begin(), state_.v.end(), [](double v) { return v == 0; });
+}
+
+void BaseStep::wait(double dt) {
+  waited_ = true;
+  bounces_.clear();
+  state_.t += dt;
+  record_.penetration_inside = std::max(record_.penetration_inside, depth_);
+  record_.max_penetration = depth_;
+}
+
 bool BaseStep::approaching() {
-  const bool any = find_approaching();
+  const bool any = repeats_ || find_approaching();
   lap_.add_to(record_.times.collision_s);
   return any;
 }
@@ -654,7 +687,7 @@ void BaseStep::record_answer() {
   record_.contacts += problem_.nc();
   record_.size += solution_.size;
   record_.iterations += solution_.iterations;
-  ++record_.solves;
+  if (!repeats_) ++record_.solves;
   const auto worst = [](std::optional<double>& a, const std::optional<double>& b) {
     if (b && (!a || std::abs(*b) > std::abs(*a))) a = b;
   };
@@ -677,6 +710,7 @@ void BaseStep::take_over_velocities() {
     const auto v_plus = v_plus_.begin() + problem_.M.first[b];
     if (owners_[b].tree < 0) {
       std::copy_n(v_plus, 6, state_.v.begin() + 6 * owners_[b].body);
+      if (options_.prune.repeats) put_at_rest(owners_[b].body);
       continue;
     }
     const Tree& tree = scenario_.model.trees[owners_[b].tree];
@@ -684,6 +718,17 @@ void BaseStep::take_over_velocities() {
     stop_at_limits(owners_[b].tree);
     link_twists(scenario_.model, tree, state_);
   }
+}
+
+// Where what is left of its velocity is less than what answers are solved to.
+void BaseStep::put_at_rest(int body) {
+  constexpr double solved = 1e-12;  // -: of the velocity before
+  const auto speed = [&](const std::vector<double>& of) {
+    const double* v = &of[6 * static_cast<std::size_t>(body)];
+    return Vec3(v).norm() + Vec3(v + 3).norm() * reach_[body];
+  };
+  if (speed(state_.v) <= solved * speed(before_event_))
+    std::fill_n(state_.v.begin() + 6 * static_cast<std::ptrdiff_t>(body), 6, 0.0);
 }
 
 // A joint that its limit has stopped has its rate to the last bit: what is left of it would be all that the next event

@@ -45,6 +45,10 @@ class BaseStep {
   /// Has the event solved. False where that ended the run. `bounced`: s left of a step that a time of contact has
   /// split; 0 where none has.
   bool event(double bounced);
+  /// Has the event left all bodies at rest, free of overlap (StepPruning::repeats)?
+  bool rests() const;
+  /// The end of a step, dt s off, where all rests: what touches goes on touching.
+  void wait(double dt);
   /// How long all may move, s, before links' arcs leave steady motion, by which times of contact are sought, or free
   /// bodies that touch turn into each other, by more than a fraction of the smallest shape. No limit where nothing
   /// does.
@@ -136,6 +140,7 @@ class BaseStep {
   void remove_overlap();
   void fail_overlap(int i, int j, double depth);
   bool find_approaching();
+  bool as_before();
   void shuffle_contacts();
   void find_limits();
   double limit_speed(const Joint& joint) const;
@@ -147,6 +152,7 @@ class BaseStep {
   bool take_answer();
   void record_answer();
   void take_over_velocities();
+  void put_at_rest(int body);
   void stop_at_limits(int tree);
   bool corners_fall_short();
   bool patch_spins();
@@ -204,6 +210,11 @@ class BaseStep {
   std::vector<LimitContact> limits_, event_limits_;
   std::vector<BlockOwner> owners_;
   std::vector<Vec3> external_;  // per body, N
+  // Of events that repeat themselves.
+  bool waited_ = false;               // are contacts_, and all of the event, still those of the last one?
+  bool repeats_ = false;              // is the present one that one?
+  std::vector<double> before_event_;  // State::v
+  std::vector<double> reach_;         // per body, m: how far its points are from its centre of mass
 
   // Robots.
   std::vector<Controller> controllers_;

@@ -7,7 +7,7 @@ namespace {
 SimulationOptions with_pruning(SimulationOptions simulation, const MethodRow& row, const MethodOptions& options,
                                bool prune) {
   const Corners corners = row.law.leave_out(row.terms(options)).corners;
-  simulation.prune = {prune ? corners : Corners::differ, prune, prune};
+  simulation.prune = {prune ? corners : Corners::differ, prune, prune, simulation.prune.repeats};
   return simulation;
 }
 
@@ -37,6 +37,7 @@ std::vector<LeftOutItem> PrunedRun::items() const {
   all.push_back({"searches for times of contact", "the pair hardly moves before the step ends", steps.contact_times});
   all.push_back({"searches for pairs that can meet", "nothing has moved by more than the last one allowed for",
                  steps.pair_searches});
+  all.push_back({"events of what rests", "they begin as the last one did, to the last bit", steps.repeats});
   all.push_back({"cold solves: warm starts accepted", "the previous event's answer led to one that passes the check",
                  *warm_starts});
   return all;

@@ -24,6 +24,10 @@ struct StepPruning {
   /// Searches for pairs of shapes that can meet, while everything has moved by less than half of the margin since the
   /// last one. Not with robots, whose links are moved without a velocity too (drift.h).
   bool pair_searches = true;
+  /// Events of bodies that all rest, where they begin as the last one did to the last bit: its answer, which the
+  /// referee has seen, is theirs. So that there are any, a body that an event leaves with less than 1e-12 of what it
+  /// came with is put at rest: less than what answers are solved to. Not with robots, and not where steps are compared.
+  bool repeats = false;
 };
 
 /// The ways of stepping (docs/stepping.md), one file each in stepping/.

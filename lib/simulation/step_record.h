@@ -84,6 +84,7 @@ struct StepLeftOut {
   long coplanar_points = 0;  ///< contacts of events
   long contact_times = 0;    ///< searches
   long pair_searches = 0;
+  long repeats = 0;  ///< events
 };
 
 }  // namespace cb

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a run leaves out changes nothing: every scene with every method and solver, with and without pruning and warm start.
+"""What a run leaves out changes nothing: every scene with every method and solver, with and without pruning, what rests and warm start.
 
 usage: pruning.py PROGRAM [--jobs N] [--only TEXT] [--short]
 
@@ -202,7 +202,8 @@ def main():
         with tempfile.TemporaryDirectory() as scratch:
             plain = run([*base, "--prune", "off"], f"{scratch}/plain")
             less = run([*base, "--prune", "on"], f"{scratch}/less")
-            pairs = [("prune", plain, less, ["--prune", "off"])]
+            rested = run([*base, "--prune", "rest"], f"{scratch}/rested")
+            pairs = [("prune", plain, less, ["--prune", "off"]), ("rest", less, rested, ["--prune", "on"])]
             if warm:
                 started = run([*base, "--prune", "on", "--warm-start", "on"], f"{scratch}/warm")
                 pairs.append(("warm", less, started, ["--prune", "on"]))

@@ -28,7 +28,9 @@ TEST_CASE("a command that is missing or unknown is named", "[program]") {
 TEST_CASE("a flag that does not exist is an error, flags to come included", "[program]") {
   refused(run_with({"--frobnicate"}), {"--frobnicate"});
   refused(run_with({"--frictoin", "0.5"}), {"--frictoin", "--friction"});
-  refused(run_with({"--prune", "some"}), {"--prune", "on or off"});
+  refused(run_with({"--prune", "some"}), {"--prune", "on, off or rest"});
+  refused(run_with({"--prune", "rest", "--accuracy", "1e-6"}), {"--prune rest", "--accuracy"});
+  refused(run_with({"--prune", "rest", "--shuffle-contacts", "1"}), {"--prune rest", "--shuffle-contacts"});
   refused(run_with({"--warm-start", "some"}), {"--warm-start", "on or off"});
   refused({"--nonsense"}, {"--nonsense"});
   refused({"check", "sticking_box.xml", "--solver", "lemke"}, {"--solver"});

@@ -290,6 +290,22 @@ TEST_CASE("pruning says what it left out, and the sphere hits the ground as with
     CHECK(std::stod(last[0][i]) == Approx(std::stod(last[1][i])).margin(1e-10));
 }
 
+TEST_CASE("what rests is solved once where that is asked for, and each step has its row", "[program]") {
+  TemporaryDirectory directory;
+  REQUIRE(run(directory.path(), {"run", "sticking_box.xml", "--method", "ap", "--duration", "0.02", "--prune", "rest",
+                                 "--quiet", "--record-contacts"})
+              .code == 0);
+  const std::filesystem::path folder = directory.path() / "results/runs/sticking_box__ap__lemke__k8__T0.02__prune-rest";
+  const Json rest = summary(folder);
+  CHECK(rest["options"]["prune"] == "rest");
+  CHECK(rest["events"] == 20);
+  CHECK(rest["solves"] == 1);
+  CHECK(rest["left_out"].back()["what"] == "events of what rests");
+  CHECK(rest["left_out"].back()["count"] == 19);
+  CHECK(lines(read_file(folder / "steps.csv")).size() == 1 + 20);
+  CHECK(lines(read_file(folder / "contacts.csv")).size() == 1 + 20 * 4);
+}
+
 TEST_CASE("islands solved on several cores leave the files of one", "[program]") {
   TemporaryDirectory directory;
   const std::string scene = std::string(SOURCE_ROOT) + "/bench/scenes/boxes.xml";

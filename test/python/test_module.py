@@ -268,6 +268,7 @@ class Runs(unittest.TestCase):
             self.assertEqual(pruned(on), "on")
         for off in (False, 0, np.False_, "off"):
             self.assertEqual(pruned(off), "off")
+        self.assertEqual(pruned("rest"), "rest")
 
     def test_a_function_does_a_whole_run_with_the_rows_of_a_method(self):
         inside = cb.run("stack.xml", "coulomb", set={"boxes": 2}, duration=0.02)

@@ -126,11 +126,17 @@ class Gltf(unittest.TestCase):
         self.assertEqual(struct.unpack("<4sII", data[:12]), (b"glTF", 2, len(data)))
         size = struct.unpack("<I", data[12:16])[0]
         document, binary = json.loads(data[20:20 + size]), data[28 + size:]
-        channel = document["animations"][0]["channels"][2 * motion.bodies.index("ball")]
-        accessor = document["accessors"][document["animations"][0]["samplers"][channel["sampler"]]["output"]]
-        start = document["bufferViews"][accessor["bufferView"]]["byteOffset"]
-        found = np.frombuffer(binary, "<f4", 3 * accessor["count"], start).reshape(-1, 3)
-        np.testing.assert_array_equal(found, motion.poses[:, motion.bodies.index("ball"), :3].astype("f4"))
+        rows = view.table(MADE / "dominoes" / "trajectory.csv")
+        for number, body in enumerate(motion.bodies):
+            of, node = rows[rows["body"] == body], document["nodes"][document["animations"][0]["channels"][2 * number]["target"]["node"]]
+            self.assertEqual(node["name"], body)
+            for channel, path, columns in zip(document["animations"][0]["channels"][2 * number:], ("translation", "rotation"), (["px", "py", "pz"], ["qx", "qy", "qz", "qw"])):
+                self.assertEqual(channel["target"], {"node": channel["target"]["node"], "path": path})
+                accessor = document["accessors"][document["animations"][0]["samplers"][channel["sampler"]]["output"]]
+                start = document["bufferViews"][accessor["bufferView"]]["byteOffset"]
+                found = np.frombuffer(binary, "<f4", len(columns) * accessor["count"], start).reshape(-1, len(columns))
+                np.testing.assert_allclose(found, of[columns].to_numpy()[np.searchsorted(of["t"], motion.t - 1e-9)], atol=1e-6)
+                np.testing.assert_allclose(node[path], of[columns].iloc[0], atol=1e-12)  # before it plays
 
     @unittest.skipUnless(shutil.which("assimp"), "assimp is not installed (assimp-utils): no other library reads the glTF")
     def test_another_library_reads_it(self):

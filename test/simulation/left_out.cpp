@@ -144,3 +144,98 @@ TEST_CASE("a box at rest needs no search for times of contact, one that falls do
   CHECK(count(after("ap", true, 2, {0, 0, 0, 0, 0, 0}), "searches for times of contact") == 20);
   CHECK(count(after("ap", true, 2, {0.5, 0, 0, 0, 0, 0}), "searches for times of contact") == 0);
 }
+
+namespace {
+
+struct Resting {
+  State state;
+  long repeats;
+};
+
+// A cube on the ground after some steps, with `change` made to the scene.
+template <class Change>
+Resting cube(const char* method, bool rest, Stepping stepping, int steps, const Change& change) {
+  Scenario scenario = load_scenario(SOURCE_ROOT "/scenarios/stress/contact_grid.xml", {{"n", "2"}});
+  change(scenario);
+  SimulationOptions options;
+  options.step = 1e-3;
+  options.stepping = stepping;
+  options.prune.repeats = rest;
+  PrunedRun run(scenario, options, *find_method(method), {}, true);
+  for (int i = 0; i < steps; ++i) {
+    CHECK(run.simulation.step().status == Status::ok);
+    CHECK(run.simulation.state().t == Approx((i + 1) * 1e-3));
+  }
+  return {run.simulation.state(), run.simulation.left_out().repeats};
+}
+
+// N, along x on the cube, from step 40 to step 60, against friction of at most 4.9 N.
+void push(Scenario& scenario, double force) {
+  for (PairLaw& law : scenario.pairs.laws) law.mu = 0.5;
+  scenario.forces.push_back({.body = 0, .force = {force, 0, 0}, .from = 0.04, .to = 0.06});
+}
+
+}  // namespace
+
+TEST_CASE("a box that rests is asked about once, and rests to the last bit", "[left_out]") {
+  const std::string method = GENERATE("ap", "convex", "coulomb");
+  const Stepping stepping = GENERATE(Stepping::events, Stepping::steps);
+  CAPTURE(method, stepping);
+  const auto nothing = [](Scenario&) {};
+  const Resting rests = cube(method.c_str(), true, stepping, 20, nothing);
+  CHECK(rests.repeats == 19);
+  for (const double v : rests.state.v) CHECK(v == 0);
+  CHECK(rests.state.pose[0].p.y() == 0.5);
+  CHECK(cube(method.c_str(), false, stepping, 20, nothing).repeats == 0);
+}
+
+TEST_CASE("a box that rests goes when it is pushed, and is asked about anew where it rests then", "[left_out]") {
+  const std::string method = GENERATE("ap", "convex", "coulomb");
+  const Stepping stepping = GENERATE(Stepping::events, Stepping::steps);
+  CAPTURE(method, stepping);
+  // 0.102 m/s at 0.06 s, which 0.021 s take away again.
+  const auto go = [](Scenario& scenario) { push(scenario, 10); };
+  for (const int steps : {45, 60, 70, 100}) {
+    INFO(steps << " steps");
+    const Resting less = cube(method.c_str(), true, stepping, steps, go),
+                  all = cube(method.c_str(), false, stepping, steps, go);
+    for (int i = 0; i < 3; ++i) CHECK(less.state.pose[0].p[i] == Approx(all.state.pose[0].p[i]).margin(1e-13));
+    for (int i = 0; i < 6; ++i) CHECK(less.state.v[i] == Approx(all.state.v[i]).margin(1e-13));
+    const long repeats = less.repeats;
+    CHECK(repeats == (steps == 100 ? 39 + 18 : 39));
+  }
+  // One that friction holds is another event while it lasts: asked about at its first step and at the first after it.
+  const auto lean = [](Scenario& scenario) { push(scenario, 1); };
+  const Resting held = cube(method.c_str(), true, stepping, 100, lean);
+  CHECK(held.repeats == 100 - 3);
+  CHECK(held.state.pose[0].p.x() == 0);
+}
+
+TEST_CASE("what rests beside another that is pressed is asked about by its own law", "[left_out]") {
+  const Stepping stepping = GENERATE(Stepping::events, Stepping::steps);
+  CAPTURE(stepping);
+  const Scenario scenario = load_scenario(TEST_DATA "/scenes/pressed_one_by_one.xml", {});
+  SimulationOptions options;
+  options.step = scenario.step;
+  options.stepping = stepping;
+  options.prune.repeats = true;
+  PrunedRun run(scenario, options, *find_method("convex"), {}, true);
+  for (int i = 0; i < 80; ++i) CHECK(run.simulation.step().status == Status::ok);
+  CHECK(run.simulation.left_out().repeats == 39);
+  const std::vector<double>& v = run.simulation.state().v;
+  for (int i = 0; i < 6; ++i) CHECK(v[i] == 0);
+  CHECK(v[6] == Approx(0.06));
+}
+
+// Forces that friction falls short of by 1e-9 of the box's weight: 1e-11 m/s in a step of 1e-3 s.
+TEST_CASE("what hardly moves is not put at rest", "[left_out]") {
+  const auto creep = [](Scenario& scenario) {
+    push(scenario, 0.5 * 9.8 * (1 + 2e-9));
+    scenario.forces[0].from = 0;
+  };
+  for (const bool rest : {false, true}) {
+    const Resting crept = cube("coulomb", rest, Stepping::events, 50, creep);
+    CHECK(crept.repeats == 0);
+    CHECK(crept.state.v[0] == Approx(9.8e-9 * 0.05).epsilon(1e-3));
+  }
+}

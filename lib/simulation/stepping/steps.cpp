@@ -22,7 +22,9 @@ void step_by_steps(BaseStep& base, double h) {
   poll_stop();
   base.kick(h);
   base.look_ahead(h);
-  if (base.approaching() && !base.event(0)) return;
+  const bool event = base.approaching();
+  if (event && !base.event(0)) return;
+  if (event && base.rests()) return base.wait(h);
   base.update_motions();
   base.move(h);
   if (base.going_on()) base.settle();
