@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "contact/problem_files.h"
 #include "contact/referee.h"
 #include "problems.h"
 
@@ -238,6 +239,27 @@ TEST_CASE("an island that is handed over after all counts as no closed form", "[
   const auto left_out = std::make_shared<LeftOut>();
   CHECK(judge(pruned(row, {}, left_out, {}), row, both).holds);
   CHECK(left_out->closed_forms == 0);
+}
+
+TEST_CASE("the restitution that an event is left with is that of its worst island, whichever comes last", "[pruned]") {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problem is not read");
+    return;
+  }
+  const ContactProblem gains = read_contact_problem(TEST_DATA "/events/convex_energy_gain.hdf5").problem;
+  const ContactProblem rests = box(0.5, {0, -0.0098, 0});
+  const MethodRow& row = *find_method("convex");
+  const auto scale = [&](const ContactProblem& problem) {
+    ContactSolution solution;
+    pruned(row, {}, std::make_shared<LeftOut>())(problem, solution);
+    CHECK(solution.status == Status::ok);
+    return solution.restitution_scale;
+  };
+  const double alone = scale(gains);
+  CHECK(alone < 1);
+  CHECK(scale(rests) == 1);
+  CHECK(scale(beside(gains, rests)) == Approx(alone));
+  CHECK(scale(beside(rests, gains)) == Approx(alone));
 }
 
 TEST_CASE("islands solved at once are answered and counted as one after the other, to the last bit", "[pruned]") {

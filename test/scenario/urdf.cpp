@@ -72,6 +72,25 @@ const Shape& shape(const Scenario& s, const std::string& name) {
 
 }  // namespace
 
+TEST_CASE("Principal axes are right-handed, however a link's products of inertia turn them") {
+  // 0.1, 0.2 and 0.25 kg m^2 about axes that are turned about (1, 2, 3).
+  for (int i = 1; i < 24; ++i) {
+    INFO(i);
+    const Mat3 R = about(Vec3(1, 2, 3).normalized(), i * pi / 12).toRotationMatrix();
+    const Mat3 I = R * Vec3(0.1, 0.2, 0.25).asDiagonal() * R.transpose();
+    std::ostringstream text;
+    text.precision(17);
+    const char* names[] = {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"};
+    int k = 0;
+    for (int row = 0; row < 3; ++row)
+      for (int column = row; column < 3; ++column) text << ' ' << names[k++] << "=\"" << I(row, column) << '"';
+    const Scenario s = load(replaced(arm, R"( ixx="0.1" ixy="0.01" ixz="0" iyy="0.2" iyz="0" izz="0.25")", text.str()));
+    const Quat q = about(Vec3::UnitX(), -pi / 2) * about(Vec3::UnitZ(), 0.5 + 0.3);
+    const Mat3 Q = q.toRotationMatrix(), P = s.initial.pose[0].q.toRotationMatrix();
+    CHECK((Q * I * Q.transpose() - P * s.model.bodies[0].inertia.asDiagonal() * P.transpose()).norm() < 1e-15);
+  }
+}
+
 TEST_CASE("A robot from a URDF file stands where a product of its frames says, turned as the scene turns it") {
   const Scenario s = load(arm);
   REQUIRE(s.model.bodies.size() == 2);
