@@ -4,7 +4,10 @@
 #include "methods/pruned.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <unordered_map>
 
 #include "linalg/finite.h"
 #include "linalg/parallel.h"
@@ -28,7 +31,57 @@ bool gave_up(const ContactSolution& solution) {
 struct Part {
   ContactProblem problem;
   ContactSolution answer;
-  enum class By { formula, method, nobody } by = By::nobody;
+  enum class By { formula, method, memory, nobody } by = By::nobody;
+};
+
+/// Answers of the event before, for problems that come again to the last bit. What moves never does: of it a number is
+/// kept alone, and a problem where its number comes a second time.
+class Memory {
+ public:
+  void begin_event() {
+    before_.swap(now_);
+    now_.clear();
+  }
+  /// Null where there is none; from any thread.
+  const ContactSolution* find(const ContactProblem& problem) const {
+    const auto found = before_.find(number_of(problem));
+    return found != before_.end() && found->second && same(found->second->problem, problem) ? &found->second->answer
+                                                                                            : nullptr;
+  }
+  /// Of the present event, after begin_event().
+  void keep(const ContactProblem& problem, const ContactSolution& answer) {
+    const std::uint64_t number = number_of(problem);
+    const auto found = before_.find(number);
+    std::shared_ptr<const Known>& known = now_[number];
+    if (known || found == before_.end() || answer.status != Status::ok) return;
+    if (found->second && same(found->second->problem, problem))
+      known = found->second;
+    else
+      known = std::make_shared<const Known>(problem, answer);
+  }
+
+ private:
+  struct Known {
+    Known(ContactProblem of, ContactSolution is) : problem(std::move(of)), answer(std::move(is)) {}
+    ContactProblem problem;
+    ContactSolution answer;
+  };
+  using Answers = std::unordered_map<std::uint64_t, std::shared_ptr<const Known>>;
+
+  static std::uint64_t number_of(const ContactProblem& problem) {
+    std::uint64_t number = problem.v_minus.size();
+    for (const auto* of : {&problem.v_minus, &problem.J.values})
+      for (const double x : *of)
+        number = (number ^ std::bit_cast<std::uint64_t>(x)) * 0x9e3779b97f4a7c15 + (number >> 29);
+    return number;
+  }
+  static bool same(const ContactProblem& a, const ContactProblem& b) {
+    return a.v_minus == b.v_minus && a.M.first == b.M.first && a.J.band == b.J.band && a.J.block == b.J.block &&
+           a.J.values == b.J.values && a.M.values == b.M.values && a.offset == b.offset && a.mu == b.mu &&
+           a.restitution == b.restitution;
+  }
+
+  Answers before_, now_;
 };
 
 /// Scratch of a thread.
@@ -63,6 +116,7 @@ class Pruned {
 
  private:
   bool look(const ContactProblem& problem);
+  bool remember(const ContactProblem& problem, ContactSolution& solution) const;
   void find_same_islands(const ContactProblem& problem);
   void solve_parts(const ContactProblem& problem, ContactSolution& solution);
   bool solve_parts(const ContactProblem& problem, bool together, ContactSolution& solution);
@@ -92,10 +146,12 @@ class Pruned {
                                         // event
   std::vector<Part> parts_;             // one, used by part after part, or with several threads all of them
   std::vector<Worker> workers_;         // one a thread
+  Memory memory_;
 };
 
 void Pruned::operator()(const ContactProblem& problem, ContactSolution& solution) {
   left_out_->failed.reset();
+  if (prune_.repeats) memory_.begin_event();
   if (problem.nc() == 1 && closed_form(problem, workers_[0], solution)) {
     ++left_out_->closed_forms;
     return;
@@ -105,8 +161,22 @@ void Pruned::operator()(const ContactProblem& problem, ContactSolution& solution
     return;
   }
   if (methods_.empty()) methods_.resize(1);
-  ask(methods_[0], problem, solution);
-  count_call(problem, solution);
+  if (remember(problem, solution)) {
+    ++left_out_->repeats;
+  } else {
+    ask(methods_[0], problem, solution);
+    count_call(problem, solution);
+  }
+  if (prune_.repeats) memory_.keep(problem, solution);
+}
+
+// From the event before, if it was the same.
+bool Pruned::remember(const ContactProblem& problem, ContactSolution& solution) const {
+  const ContactSolution* known = prune_.repeats ? memory_.find(problem) : nullptr;
+  if (known == nullptr) return false;
+  solution = *known;
+  solution.iterations = 0;
+  return true;
 }
 
 void Pruned::ask(ContactMethod& method, const ContactProblem& problem, ContactSolution& solution) const {
@@ -182,6 +252,8 @@ void Pruned::solve_part(const ContactProblem& problem, int part, ContactMethod* 
   extract(problem, part, worker, out.problem);
   out.by = Part::By::formula;
   if (out.problem.nc() == 1 && closed_form(out.problem, worker, out.answer)) return;
+  out.by = Part::By::memory;
+  if (remember(out.problem, out.answer)) return;
   out.by = method != nullptr ? Part::By::method : Part::By::nobody;
   if (method != nullptr) ask(*method, out.problem, out.answer);
 }
@@ -248,6 +320,8 @@ bool Pruned::closed_form(const ContactProblem& part, Worker& worker, ContactSolu
 void Pruned::take_over(const ContactProblem& problem, int index, const Part& part, ContactSolution& solution) {
   const ContactSolution& answer = part.answer;
   if (part.by == Part::By::method) count_call(part.problem, answer);
+  if (part.by == Part::By::memory) ++left_out_->repeats;
+  if (prune_.repeats && part.by != Part::By::formula) memory_.keep(part.problem, answer);
   if (answer.status > solution.status) {
     solution.status = answer.status;
     solution.reason = answer.reason;
@@ -271,6 +345,7 @@ std::vector<LeftOutItem> items(const LeftOut& left_out) {
        left_out.closed_forms},
       {"unknowns of friction of contacts with mu = 0", "they are zero, or follow from the slip",
        left_out.idle_friction},
+      {"solver calls for islands that rest", "they are those of the event before, to the last bit", left_out.repeats},
   };
 }
 

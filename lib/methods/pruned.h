@@ -10,6 +10,8 @@ namespace cb {
 /// What to leave out of contact problems; each can be told off, to see what it saves.
 struct PruneOptions {
   bool islands = true, closed_forms = true, idle_friction = true;
+  /// Calls for what an event before was, too, to the last bit: islands that rest (StepPruning::repeats).
+  bool repeats = false;
 };
 
 /// What was left out of the contact problems of a run, summed over its events.
@@ -17,6 +19,7 @@ struct LeftOut {
   long islands = 0;                      ///< islands solved as problems of their own, where an event has several
   long closed_forms = 0;                 ///< islands of one contact answered by a formula
   long idle_friction = 0;                ///< contacts with mu = 0 whose unknowns of friction an LCP did not get
+  long repeats = 0;                      ///< calls for an island, or a whole problem, that an event before had, too
   std::optional<ContactProblem> failed;  ///< what the method was handed when it last failed, in the present event
 };
 
@@ -34,7 +37,8 @@ std::vector<LeftOutItem> items(const LeftOut& left_out);
 ///     a closed form: ap, convex, coulomb, soft;
 ///  3. ap gets no unknowns for the friction of contacts with mu = 0 (convex has none in any case, but tries its
 ///     frictionless answer first).
-/// Events with restitution: 1 only.
+///  4. with `repeats`, what the method answered in the event before it is not asked again.
+/// Events with restitution: 1 and 4 only.
 /// The answer is one of the whole problem, to the same tolerances, and the referee checks it there. Where nothing can
 /// be left out the method sees the problem itself: its answer is the same to the last bit.
 /// `left_out` receives the counts.

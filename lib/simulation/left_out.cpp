@@ -11,13 +11,13 @@ SimulationOptions with_pruning(SimulationOptions simulation, const MethodRow& ro
   return simulation;
 }
 
-ContactMethod make_method(const MethodRow& row, MethodOptions options, const PrunedRun& run, bool prune) {
+ContactMethod make_method(const MethodRow& row, MethodOptions options, const PrunedRun& run, bool prune, bool rest) {
   options.warm_starts = run.warm_starts;
   options.answered_by = run.answered_by;
   // In any case: islands are problems of their own, none may set the scale that another is solved to; and unknowns of
   // friction that is none are not there, they make the bases of an LCP singular.
   const PruneOptions always{.islands = true, .closed_forms = false, .idle_friction = true};
-  return pruned(row, options, run.left_out, prune ? PruneOptions() : always);
+  return pruned(row, options, run.left_out, prune ? PruneOptions{.repeats = rest} : always);
 }
 
 }  // namespace
@@ -27,8 +27,8 @@ PrunedRun::PrunedRun(const Scenario& scenario, SimulationOptions options, const 
     : left_out(std::make_shared<LeftOut>()),
       warm_starts(std::make_shared<Counter>(0)),
       answered_by(std::make_shared<AnsweredBy>()),
-      simulation(scenario, with_pruning(options, row, method, prune), make_method(row, method, *this, prune), row.law) {
-}
+      simulation(scenario, with_pruning(options, row, method, prune),
+                 make_method(row, method, *this, prune, options.prune.repeats), row.law) {}
 
 std::vector<LeftOutItem> PrunedRun::items() const {
   std::vector<LeftOutItem> all = cb::items(*left_out);

@@ -241,6 +241,77 @@ TEST_CASE("an island that is handed over after all counts as no closed form", "[
   CHECK(left_out->closed_forms == 0);
 }
 
+namespace {
+
+/// `coulomb` that leaves out what rests, and how often it was asked.
+struct Counted {
+  int calls = 0;
+  Status status = Status::ok;  // that it claims
+  std::shared_ptr<LeftOut> left_out = std::make_shared<LeftOut>();
+  ContactMethod method;
+  ContactSolution solution;
+
+  Counted() {
+    MethodRow row = *find_method("coulomb");
+    row.make = [this, make = row.make](const MethodOptions& options) -> ContactMethod {
+      return [this, asked = make(options)](const ContactProblem& problem, ContactSolution& out) {
+        ++calls;
+        asked(problem, out);
+        if (status != Status::ok) out.status = status;
+      };
+    };
+    method = pruned(row, {}, left_out, {.repeats = true});
+  }
+  const ContactSolution& ask(const ContactProblem& problem) {
+    method(problem, solution);
+    return solution;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("what comes a third time to the last bit is not asked about, what differs in one number is", "[pruned]") {
+  ContactProblem problem = stack(3, 0.5, {0.3, -1, 0.1});
+  for (int part = 0; part < 6; ++part) {
+    INFO("part " << part);
+    Counted counted;
+    const std::vector<double> impulse = counted.ask(problem).impulse;
+    CHECK(counted.ask(problem).iterations > 0);
+    CHECK(counted.calls == 2);
+    CHECK(counted.ask(problem).impulse == impulse);
+    CHECK(counted.solution.iterations == 0);
+    CHECK(counted.calls == 2);
+    CHECK(counted.left_out->repeats == 1);
+    ContactProblem other = problem;
+    double* number[] = {&other.v_minus.back(), &other.J.values[40], &other.M.values[0],
+                        &other.offset.back(),  &other.mu.back(),    &other.restitution.back()};
+    *number[part] = part == 5 ? 1e-3 : *number[part] + 1e-3;
+    ContactSolution afresh;
+    find_method("coulomb")->make({})(other, afresh);
+    CHECK(counted.ask(other).impulse == afresh.impulse);
+    CHECK(counted.calls == 3);
+    CHECK(counted.ask(problem).impulse == impulse);  // another came between
+    CHECK(counted.calls == 4);
+    CHECK(counted.left_out->repeats == 1);
+  }
+}
+
+TEST_CASE("islands that rest are not asked about while another moves, nor is what was not solved kept", "[pruned]") {
+  const ContactProblem rests = box(0.5, {0, -0.0098, 0});
+  Counted counted;
+  for (int i = 0; i < 5; ++i) {
+    const ContactProblem moves = stack(2, 0.3, {0.1 * i, -1, 0});
+    counted.ask(beside(beside(rests, moves), rests));
+    CHECK(counted.solution.status == Status::ok);
+  }
+  CHECK(counted.calls == 5 + 2 * 2);  // twins that rest are one problem, and yet two calls until it is known
+  CHECK(counted.left_out->repeats == 3 * 2);
+  Counted doubtful;
+  doubtful.status = Status::inaccurate;
+  for (int i = 0; i < 5; ++i) doubtful.ask(rests);
+  CHECK(doubtful.calls == 5);
+}
+
 TEST_CASE("the restitution that an event is left with is that of its worst island, whichever comes last", "[pruned]") {
   if (!fclib_available()) {
     WARN("no HDF5 in this build: the stored problem is not read");

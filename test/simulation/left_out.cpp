@@ -227,6 +227,22 @@ TEST_CASE("what rests beside another that is pressed is asked about by its own l
   CHECK(v[6] == Approx(0.06));
 }
 
+TEST_CASE("a wall at rest is not solved again while a ball flies towards it", "[left_out]") {
+  const Scenario scenario = load_scenario(SOURCE_ROOT "/scenarios/brick_wall.xml", {{"bricks", "20"}});
+  std::array<State, 2> end;
+  for (const bool rest : {false, true}) {
+    SimulationOptions options;
+    options.step = scenario.step;
+    options.prune.repeats = rest;
+    PrunedRun run(scenario, options, *find_method("coulomb"), {}, true);
+    for (int i = 0; i < 90; ++i) CHECK(run.simulation.step().status == Status::ok);
+    CHECK(run.simulation.left_out().repeats == 0);        // the ball does not rest
+    CHECK(run.left_out->repeats == (rest ? 90 - 2 : 0));
+    end[rest ? 1 : 0] = run.simulation.state();
+  }
+  for (std::size_t i = 0; i < end[0].pose.size(); ++i) CHECK((end[0].pose[i].p - end[1].pose[i].p).norm() < 1e-13);
+}
+
 // Forces that friction falls short of by 1e-9 of the box's weight: 1e-11 m/s in a step of 1e-3 s.
 TEST_CASE("what hardly moves is not put at rest", "[left_out]") {
   const auto creep = [](Scenario& scenario) {
