@@ -338,6 +338,19 @@ class Runs(unittest.TestCase):
 
 class Examples(unittest.TestCase):
 
+    def test_a_performance_profile_is_the_share_of_all_problems_within_a_factor_of_the_fastest(self):
+        # The fourth problem nobody answers; `wide` fails the third.
+        axes = cb.performance_profile({"quick": [1.0, 2.0, 6.0, None], "wide": [3.0, 1.0, float("inf"), None]})
+        curves = {line.get_label(): line.get_xydata() for line in axes.get_lines()}
+
+        def share(name, tau):
+            x, y = curves[name].T
+            return y[np.searchsorted(x, tau, side="right") - 1]
+
+        for name, tau, expected in (("quick", 1.5, 2 / 4), ("quick", 2.5, 3 / 4), ("wide", 1.5, 1 / 4), ("wide", 2.9, 1 / 4), ("wide", 3.1, 2 / 4),
+                                    ("wide", 9, 2 / 4), ("quick", 9, 3 / 4)):
+            self.assertEqual(share(name, tau), expected, (name, tau))
+
     def test_a_solver_of_ones_own_is_judged_beside_all_of_ours(self):
         with tempfile.TemporaryDirectory() as folder:
             few = os.path.join(folder, "problems")
