@@ -180,6 +180,17 @@ class Report(unittest.TestCase):
         self.assertEqual((ours["mirtich"], ours["coulomb newton"], ours["ap lemke"], ours["soft sap"]), (0.3, 1e-15, None, None))
         self.assertEqual((second["law_residual"], set(second["ours"])), (2e-6, {None}))
 
+    def test_the_table_of_an_engine_s_own_problems_has_each_number_under_its_head(self):
+        row = dict.fromkeys(isolated.COLUMNS, "") | {
+            "file": "a.hdf5", "by": "ode quick", "t": "0.5", "contacts": "4", "largest_compliance_per_kg": "7e-7", "law_residual": "1e-1",
+            "law_residual_without_offset": "2e-2", "own_residual": "3e-3", "momentum_error": "4e-4", "velocity_error": "5e-5",
+            "time_min_s": "6e-6", "status": "ok"}
+        *_, heads, _, cells, _ = isolated.own_markdown([row]).split("\n")
+        found = dict(zip(*([x.strip() for x in line.strip("|").split("|")] for line in (heads, cells))))
+        self.assertEqual(found, {"by": "ode quick", "Coulomb": "1.0e-01", "without offset": "2.0e-02", "its own model": "3.0e-03",
+                                 "momentum": "4.0e-04", "velocity, m/s": "5.0e-05", "time, us": "6.0", "status": "ok"})
+        self.assertIn("4 contacts, t = 0.5 s, largest compliance 7.0e-07 1/kg", isolated.own_markdown([row]))
+
     def test_a_cheap_wrong_answer_is_on_no_front(self):
         def row(who, error, time, engine="ode"):
             return {"scene": "stack", "parameters": "", "who": who, "engine": engine, "error": error, "worst": error, "time": time}

@@ -221,6 +221,24 @@ class Recommend(unittest.TestCase):
         self.assertEqual(made["why"], "to 1e-08 m: convex: inaccurate; to 1e-06 m: convex: inaccurate")
         self.assertTrue(made["nearest"]["run"].startswith("my__"))
 
+    def test_a_setting_is_held_against_its_own_finest_step_and_no_other_s(self):
+        def cell(k, step, place):
+            made = types.SimpleNamespace(key=("ap", "lemke"), place=place)
+            made.values = {"variant": "", "k": k, "epsilon": "", "step": step, "run": f"k{k} {step}"}
+            return type("Cell", (), {"__getitem__": lambda _, name: made.values[name], "key": made.key, "place": place})()
+
+        cells = [cell("4", "1e-2", 5.0), cell("4", "1e-3", 4.0), cell("8", "1e-2", 2.5), cell("8", "5e-3", 2.0), cell("16", "1e-2", 9.0)]
+        with mock.patch.object(ladder, "finished", lambda *_: cells), \
+                mock.patch.object(ladder.precision, "apart", lambda a, b, until: abs(a.place - b.place)):
+            self.assertEqual(ladder.own_steps(None, "", ""), {"k4 1e-3": 1.0, "k4 1e-2": 1.0, "k8 5e-3": 0.5, "k8 1e-2": 0.5})
+
+    def test_motions_agree_until_the_last_moment_at_which_all_bodies_do(self):
+        a = {(t, body): (t, 0.0, 0.0) for t in (0.0, 0.1, 0.2, 0.3) for body in ("a", "z")}
+        self.assertEqual(references.agree_until(a, a, 1e-6), 0.3)
+        self.assertEqual(references.agree_until(a, a | {(0.3, "z"): (0.4, 0.0, 0.0)}, 1e-6), 0.2)
+        self.assertEqual(references.agree_until(a, a | {(0.3, "a"): (0.4, 0.0, 0.0)}, 1e-6), 0.2)
+        self.assertIsNone(references.agree_until(a, a | {(0.1, "z"): (0.4, 0.0, 0.0)}, 1e-6))
+
     def test_where_nothing_can_be_measured_the_runner_up_is_another_setting_that_is_right_as_well(self):
         class Cell(dict):
             key = property(lambda self: self["setting"])

@@ -15,7 +15,7 @@ import pandas as pd
 import standin
 import matplotlib.pyplot as plt
 import numpy as np
-from contactbench import claims, figures, precision, robots, sections, solve_all
+from contactbench import claims, figures, precision, robots, sections, solve_all, stepping
 from contactbench import found as found_out
 from contactbench.runs import Cell, Runs
 
@@ -135,6 +135,15 @@ class Bounds(unittest.TestCase):
         np.testing.assert_allclose(robots.turned(quarter, x), [[0], [1], [0]], atol=1e-15)
         np.testing.assert_allclose(robots.turned_back(quarter, x), [[0], [-1], [0]], atol=1e-15)
 
+    def test_the_robot_is_drawn_with_its_base_behind_the_axle_whatever_its_heading(self):
+        # Facing -z, as the scene begins: base 0.055 m behind the axle, drawn twice as large; then turned to face -x.
+        for heading, behind in ((0.0, (0, 1)), (np.pi / 2, (1, 0))):
+            base, wheels, nose = robots.outline(3.0, 5.0, heading)
+            np.testing.assert_allclose(wheels.mean(axis=(0, 1)), [3, 5], atol=1e-12)
+            np.testing.assert_allclose(base.mean(axis=0) - [3, 5], 2 * 0.055 * np.array(behind), atol=1e-12)
+            np.testing.assert_allclose(nose[0], base.mean(axis=0), atol=1e-12)
+            self.assertLess((nose[1] - nose[0]) @ np.array(behind), 0)
+
 
 class Fits(unittest.TestCase):
     def test_a_power_and_a_circle_are_found(self):
@@ -191,6 +200,21 @@ class Precision(unittest.TestCase):
             with self.subTest(run):
                 np.testing.assert_allclose([rows[run][part] for part in ("solver", "model", "step_error")], [solver, model, step], rtol=1e-9)
                 self.assertEqual(rows[run]["dominates"], dominates)
+
+    def test_the_solves_for_a_micron_are_where_the_line_of_an_order_reaches_it(self):
+        # Errors 0.1 n^-p of n solves: 1e-6 m at 1e5^(1 / p).
+        def cell(order, solves):
+            made = FakeCell(0.1 * solves**-float(order), accuracy="1e-6")
+            made.knob = {"accuracy": "1e-6", "order": str(order)}.get
+            made.row = {"solves": str(solves)}
+            return made
+
+        cells = [cell(order, solves) for order in (2, 4) for solves in (10, 20, 40)]
+        rows = {row["order"]: row for row in stepping.cost(FakeResults(cells))}
+        self.assertEqual(sorted(rows), [2, 4])
+        for order, row in rows.items():
+            self.assertAlmostEqual(row["slope"], order)
+            self.assertAlmostEqual(row["solves_for_1e-6_m"] / 1e5**(1 / order), 1)
 
     def test_a_failure_is_slower_than_everything(self):
         fast = FakeCell(1e-3, 1.0, name="fast")

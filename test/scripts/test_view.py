@@ -104,6 +104,33 @@ class Motions(unittest.TestCase):
                 view.THREE = before
 
 
+    def test_a_shape_turned_in_a_turned_body_stands_where_the_body_turns_it(self):
+        # A box turned about x by 30 degrees in a body turned about y by 50.
+        half = np.radians([15, 25])
+        in_body, body = (np.sin(half[0]), 0, 0, np.cos(half[0])), (0, np.sin(half[1]), 0, np.cos(half[1]))
+
+        class Still:
+            bodies, poses = ["b"], [[np.array([1.0, 2, 3, *body])]]
+
+            @staticmethod
+            def surfaces():
+                return [{"kind": "box", "body": "b", "hx": 0.1, "hy": 0.2, "hz": 0.4, "radius": 0, "px": 0.5, "py": 0, "pz": 0,
+                         **dict(zip(("qx", "qy", "qz", "qw"), in_body))}]
+
+        def about(axis, angle, v):
+            axis = np.array(axis, dtype=float)
+            return v * np.cos(angle) + np.cross(axis, v) * np.sin(angle) + axis * (axis @ v) * (1 - np.cos(angle))
+
+        corners = [about((0, 1, 0), 2 * half[1], np.array([0.5, 0, 0]) + about((1, 0, 0), 2 * half[0], np.array([x, y, z]))) + (1, 2, 3)
+                   for x in (-0.1, 0.1) for y in (-0.2, 0.2) for z in (-0.4, 0.4)]
+        expected = np.array([[c @ still.RIGHT, -(c @ still.UP)] for c in corners])
+        faces = list(still.faces_at(Still, 0))
+        self.assertEqual(len(faces), 3)
+        for _, flat, *_ in faces:
+            for point in flat:
+                self.assertLess(np.linalg.norm(expected - point, axis=1).min(), 1e-12)
+
+
 class Gltf(unittest.TestCase):
     def test_surfaces_are_closed_and_face_outwards(self):
         box, ball, tin = (dict(zip(("kind", "radius", "hx", "hy", "hz"), of))
