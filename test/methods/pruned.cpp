@@ -317,12 +317,14 @@ TEST_CASE("the restitution that an event is left with is that of its worst islan
     WARN("no HDF5 in this build: the stored problem is not read");
     return;
   }
-  const ContactProblem gains = read_contact_problem(TEST_DATA "/events/convex_energy_gain.hdf5").problem;
+  const ContactProblem gains = read_contact_problem(TEST_DATA "/events/ap_energy_gain.hdf5").problem;
   const ContactProblem rests = box(0.5, {0, -0.0098, 0});
-  const MethodRow& row = *find_method("convex");
+  const MethodRow& row = *find_method("ap");
+  MethodOptions options;
+  options.k = 8;
   const auto scale = [&](const ContactProblem& problem) {
     ContactSolution solution;
-    pruned(row, {}, std::make_shared<LeftOut>())(problem, solution);
+    pruned(row, options, std::make_shared<LeftOut>())(problem, solution);
     CHECK(solution.status == Status::ok);
     return solution.restitution_scale;
   };
