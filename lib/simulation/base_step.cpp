@@ -447,10 +447,9 @@ bool BaseStep::rests() const {
          std::all_of(state_.v.begin(), state_.v.end(), [](double v) { return v == 0; });
 }
 
-void BaseStep::wait(double dt) {
+void BaseStep::wait() {
   waited_ = true;
   bounces_.clear();
-  state_.t += dt;
   record_.penetration_inside = std::max(record_.penetration_inside, depth_);
   record_.max_penetration = depth_;
 }

@@ -47,8 +47,8 @@ class BaseStep {
   bool event(double bounced);
   /// Has the event left all bodies at rest, free of overlap (StepPruning::repeats)?
   bool rests() const;
-  /// The end of a step, dt s off, where all rests: what touches goes on touching.
-  void wait(double dt);
+  /// The rest of a step in which all rests: what touches goes on touching.
+  void wait();
   /// How long all may move, s, before links' arcs leave steady motion, by which times of contact are sought, or free
   /// bodies that touch turn into each other, by more than a fraction of the smallest shape. No limit where nothing
   /// does.

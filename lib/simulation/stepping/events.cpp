@@ -23,7 +23,7 @@ void step_by_events(BaseStep& base, double h) {
     base.look(remaining);
     const bool event = base.approaching();
     if (event && !base.event(arrived ? remaining : 0)) break;
-    if (event && base.rests()) return base.wait(remaining);
+    if (event && base.rests()) return base.wait();
     const double piece = std::min(remaining, base.longest_move());
     pieces = pieces || piece < remaining;
     const double dt = base.until_contact(piece, arrived && !pieces, event);

@@ -24,7 +24,7 @@ void step_by_steps(BaseStep& base, double h) {
   base.look_ahead(h);
   const bool event = base.approaching();
   if (event && !base.event(0)) return;
-  if (event && base.rests()) return base.wait(h);
+  if (event && base.rests()) return base.wait();
   base.update_motions();
   base.move(h);
   if (base.going_on()) base.settle();
