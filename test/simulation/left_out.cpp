@@ -236,7 +236,7 @@ TEST_CASE("a wall at rest is not solved again while a ball flies towards it", "[
     options.prune.repeats = rest;
     PrunedRun run(scenario, options, *find_method("coulomb"), {}, true);
     for (int i = 0; i < 90; ++i) CHECK(run.simulation.step().status == Status::ok);
-    CHECK(run.simulation.left_out().repeats == 0);        // the ball does not rest
+    CHECK(run.simulation.left_out().repeats == 0);  // the ball does not rest
     CHECK(run.left_out->repeats == (rest ? 90 - 2 : 0));
     end[rest ? 1 : 0] = run.simulation.state();
   }
