@@ -88,12 +88,12 @@ bool BaseStep::event(double bounced) {
     ++left_out_.repeats;
   } else {
     solve_event();
-  }
-  while (!repeats_ && corners_fall_short()) {  // solved again, with all points of the patches
-    lap_.leave_out();
-    find_contacts();
-    approaching();
-    solve_event();
+    while (corners_fall_short()) {  // solved again, with all points of the patches
+      lap_.leave_out();
+      find_contacts();
+      approaching();
+      solve_event();
+    }
   }
   record_.unsolved = !take_answer();
   lap_.leave_out();  // the referee's check is no part of any of them
