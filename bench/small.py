@@ -1,6 +1,8 @@
 #!/usr/bin/python3
 """Speed of the small: microseconds a step of the scenes that engines are quick at, before and now, beside the engines, at which
-error, and what the kernels alone would take. Everything takes turns in one run; each figure is the least of its turns.
+error, and what the kernels alone would take. Everything takes turns in one run; each figure is the least of its turns. `to an
+accuracy`: coulomb with --accuracy in place of a step, the quickest that is as exact as the quickest engine; its time, too, over
+the steps that a simulation by the scene's own step takes.
 
     bench/small.py BUILD [--before PROGRAM] [--rounds N] [--only TEXT]
 
@@ -15,6 +17,7 @@ import sys
 import tempfile
 
 WARM = ["--warm-start", "on"]
+ACCURACIES = ["1e-2", "1e-3", "1e-4", "1e-5", "1e-6"]  # m
 ENGINES = [("bullet", "si10"), ("bullet", "si50"), ("ode", "quick"), ("ode", "quick-slip"), ("mujoco", None), ("dart", None)]
 # What, scene and flags, our ways, the error that counts, boxes of the kernel beside it (factored and solved with once), and
 # where a time is stated a box.
@@ -35,7 +38,7 @@ COLD = [
 
 
 def run(program, flags):
-    """us a step and errors; the reason in place of both where the run does not end `ok`."""
+    """us, steps and errors; None and the reason where the run does not end `ok`."""
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run([program, "run", *flags, "--record-every", "0", "--quiet", "--time-limit", "10", "--out", folder],
                               capture_output=True, text=True, env={**os.environ, "CONTACTBENCH_ENGINES": os.path.dirname(program)})
@@ -43,11 +46,11 @@ def run(program, flags):
             with open(os.path.join(folder, "summary.json")) as file:
                 summary = json.load(file)
         except FileNotFoundError:
-            return None, (done.stderr.strip().splitlines() or ["no word"])[-1]
+            return None, None, (done.stderr.strip().splitlines() or ["no word"])[-1]
     if summary["status"] != "ok":
-        return None, f"{summary['status']}: {summary['reason']}"
+        return None, None, f"{summary['status']}: {summary['reason']}"
     times = summary["time"]
-    return 1e6 * (times["total_s"] - times["write_s"]) / summary["steps"], summary["errors"]
+    return 1e6 * (times["total_s"] - times["write_s"]), summary["steps"], summary["errors"]
 
 
 def way(name):
@@ -56,17 +59,19 @@ def way(name):
 
 
 class Cell:
-    """The least of several runs with the same flags."""
+    """The least of several runs with the same flags: us a step, of another cell's steps where one is given."""
 
-    def __init__(self, program, flags, name):
-        self.program, self.flags, self.name, self.us, self.said = program, flags, name, None, None
+    def __init__(self, program, flags, name, by=None):
+        self.program, self.flags, self.name, self.by, self.us, self.steps, self.said = program, flags, name, by, None, None, None
 
     def turn(self):
-        us, said = run(self.program, self.flags)
+        us, steps, said = run(self.program, self.flags)
         if us is None:
             self.said = self.said or said
-        elif self.us is None or us < self.us:
-            self.us, self.said = us, said
+            return
+        us /= self.by.steps if self.by and self.by.steps else steps
+        if self.us is None or us < self.us:
+            self.us, self.steps, self.said = us, steps, said
 
     def text(self, error, share):
         if self.us is None:
@@ -81,9 +86,16 @@ def kernel(build, boxes):
     return json.loads(said)["benchmarks"][0]["cpu_time"] / 1e3
 
 
-def best(cells, error, share):
-    """The two quickest engines that end."""
-    return "; ".join(cell.text(error, share) for cell in sorted((c for c in cells if c.us), key=lambda c: c.us)[:2]) or "none"
+def quickest(cells):
+    return sorted((c for c in cells if c.us), key=lambda c: c.us)
+
+
+def as_exact(cells, engines, error, share):
+    """The quickest cell with no more error than the quickest engine."""
+    if not quickest(engines):
+        return "-"
+    allowed = quickest(engines)[0].said[error]
+    return next((cell.text(error, share) for cell in quickest(cells) if cell.said[error] <= allowed), "none")
 
 
 def main():
@@ -97,25 +109,28 @@ def main():
     now = os.path.join(build, "bin", "contactbench")
     listed = json.loads(subprocess.run([now, "list", "engines", "--json"], check=True, capture_output=True, text=True).stdout)
     here = {engine["name"] for engine in listed if not engine.get("unavailable")}
-    print("| scene, us a step (error) | before | now | and what rests left out | quickest engines | kernel alone |\n|---|---|---|---|---|---|")
+    print("| scene, us a step (error) | before | now | and what rests left out | to an accuracy | quickest engines | kernel alone |\n"
+          "|---|---|---|---|---|---|---|")
     for what, flags, ways, error, boxes, share in [*ROWS, *((*row, None, None, 1) for row in COLD)]:
         if asked.only not in what:
             continue
         warm = WARM if boxes else []
         ours = [Cell(now, [*flags, *way(name), *warm], name) for name in ways]
         rested = [Cell(now, [*cell.flags, "--prune", "rest"], cell.name) for cell in ours if boxes]
+        accurate = [Cell(now, [*flags, *way("coulomb"), "--accuracy", a], f"coulomb to {a} m", ours[-1]) for a in ACCURACIES if boxes]
         older = [Cell(os.path.abspath(asked.before), cell.flags, cell.name) for cell in ours] if asked.before else []
         engines = [Cell(now, [*flags, "--engine", name, *(["--variant", variant] if variant else [])], f"{name} {variant or ''}".strip())
                    for name, variant in ENGINES if boxes and name in here]
         floors = []
         for _ in range(asked.rounds):
-            for cell in [*ours, *rested, *older, *engines]:
+            for cell in [*ours, *rested, *accurate, *older, *engines]:
                 cell.turn()
             if boxes:
                 floors.append(kernel(build, boxes))
         print(f"| {what} | {'; '.join(c.text(error, share) for c in older) or '-'} | {'; '.join(c.text(error, share) for c in ours)} | "
               f"{'; '.join(c.text(error, share) for c in rested) or '-'} | "
-              f"{best(engines, error, share) if boxes else '-'} | {f'{min(floors) / share:.3g}' if floors else '-'} |", flush=True)
+              f"{as_exact(accurate, engines, error, share)} | "
+              f"{'; '.join(c.text(error, share) for c in quickest(engines)[:2]) or '-'} | {f'{min(floors) / share:.3g}' if floors else '-'} |", flush=True)
     return 0
 
 

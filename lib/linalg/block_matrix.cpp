@@ -328,13 +328,18 @@ void multiply(const BandMatrix& J, const BlockDiagonalMatrix& columns, std::span
 void sizes_of_terms(const BandMatrix& J, const BlockDiagonalMatrix& columns, std::span<const double> v,
                     std::span<const double> w, std::span<double> terms) {
   for (int c = 0; c < J.bands(); ++c) {
-    double sum[] = {std::abs(w[3 * c]), std::abs(w[3 * c + 1]), std::abs(w[3 * c + 2])};
+    double n = std::abs(w[3 * c]), t1 = std::abs(w[3 * c + 1]), t2 = std::abs(w[3 * c + 2]);
     for (int e = J.band[c]; e < J.band[c + 1]; ++e) {
       const double* x = v.data() + columns.first[J.block[e]];
-      const double* values = J.values.data() + J.offset[e];
-      for (int k = 0; k < J.offset[e + 1] - J.offset[e]; ++k) sum[k % 3] += std::abs(values[k] * x[k / 3]);
+      const double* column = J.values.data() + J.offset[e];
+      const double* end = J.values.data() + J.offset[e + 1];
+      for (; column != end; column += 3, ++x) {
+        n += std::abs(column[0] * *x);
+        t1 += std::abs(column[1] * *x);
+        t2 += std::abs(column[2] * *x);
+      }
     }
-    terms[c] = std::sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]);
+    terms[c] = std::sqrt(n * n + t1 * t1 + t2 * t2);
   }
 }
 

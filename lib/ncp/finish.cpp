@@ -203,7 +203,7 @@ double AlartCurnierNewton::solve(const Options& o, std::vector<double>& r, std::
       u_ = u;
     }
     // One step beyond the tolerance, and more while they are worth it: along a stack errors add up.
-    if (enough && !better) break;
+    if (enough ? !better : !o.sharper && best <= o.tolerance) break;
   }
   return best;
 }

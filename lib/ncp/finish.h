@@ -29,7 +29,8 @@ class AlartCurnierNewton {
     double falls = 0.1, grows = 100;  ///< of it, after a step that went well, and one that did not
     /// -: natural residual from which a step that came to the tolerance left the map's slopes as they were.
     double chord_from = 1e-3;
-    double fast = 1e-2;  ///< -: residual over the one before below which it stays as it is
+    double fast = 1e-2;   ///< -: residual over the one before below which it stays as it is
+    bool sharper = true;  ///< does it go on beyond the tolerance?
   };
   /// Of this problem, which must stay alive; `system` is prepared for it.
   void begin(const NcpProblem& problem, VelocitySystem& system, NcpMeasure& measure);

@@ -196,6 +196,20 @@ TEST_CASE("a stack that rests but for rounding is guessed") {
   CHECK(Referee::holds(at.residuals, 1e-9));
 }
 
+TEST_CASE("from the event before, a body whose slip has turned takes one step, and a stack more, to the last bits") {
+  for (const int boxes : {1, 2}) {
+    ContactProblem before = stack(boxes, 0.2, {1, -0.0098, 0});
+    ContactProblem after = stack(boxes, 0.2, {std::cos(1e-3), -0.0098, std::sin(1e-3)});
+    for (int c = 4; c < before.nc(); ++c) before.mu[c] = after.mu[c] = 0.5;  // what is on top is carried along
+    const Answer warm = solve(after, "newton", {}, solve(before, "newton").solution.r);
+    CHECK(warm.solution.who == "guess");
+    CHECK((boxes == 1 ? warm.solution.iterations == 1 : warm.solution.iterations > 1));
+    CHECK(warm.solution.residual <= (boxes == 1 ? 1e-12 : 1e-15));
+    CHECK(Referee::holds(warm.residuals, 1e-11));
+    CHECK(largest_difference(warm.v_plus, solve(after, "newton").v_plus) <= 1e-13);
+  }
+}
+
 TEST_CASE("bisection's friction takes another direction on a box that lands turning, and does not call that solved") {
   const ContactProblem p = box(0.2, {1, -1, 0.3}, {0.5, 2, -0.7});
   const Answer by_law = solve(p, "nsgs"), by_bisection = solve(p, "bisection");
