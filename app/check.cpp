@@ -141,8 +141,7 @@ Trial try_steps(const Scenario& scenario, const MethodRow& row, long steps) {
     return trial;
   }
   SimulationOptions simulation;
-  simulation.step = scenario.step;
-  simulation.duration = scenario.duration;
+  take_from(scenario, simulation);
   PrunedRun run(scenario, simulation, row, options, true);
   for (steps = std::min(steps, run.simulation.steps_total()); trial.steps < steps; ++trial.steps) {
     const Status status = run.simulation.step().status;
@@ -160,8 +159,7 @@ Trial try_steps(const Scenario& scenario, const MethodRow& row, long steps) {
 /// velocity satisfies. Empty where nothing of it is so.
 std::string fault_at_start(const Scenario& scenario) {
   SimulationOptions options;
-  options.step = scenario.step;
-  options.duration = scenario.duration;
+  take_from(scenario, options);
   // Looks at the first event and ends the step there.
   std::string impossible;
   const ContactMethod look = [&](const ContactProblem& problem, ContactSolution& solution) {

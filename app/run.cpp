@@ -275,10 +275,12 @@ RunPlan make_plan(const RunFlags& flags) {
   if (const std::string_view why = plan.method->law.no_expansion;
       plan.simulation.stepping == Stepping::accuracy && !why.empty())
     plan.unsupported = fmt::format("--accuracy with {}: {}; give a --step in its place", plan.method->name, why);
-  plan.simulation.step = step.value_or(plan.scenario.step);
-  plan.simulation.duration = duration.value_or(plan.scenario.duration);
-  const bool implicit = flags.joint_forces ? *flags.joint_forces == "implicit" : plan.scenario.implicit_joints;
-  if (implicit) plan.simulation.joint_forces = JointForces::implicit;
+  take_from(plan.scenario, plan.simulation);
+  if (step) plan.simulation.step = *step;
+  if (duration) plan.simulation.duration = *duration;
+  if (flags.joint_forces)
+    plan.simulation.joint_forces =
+        *flags.joint_forces == "implicit" ? JointForces::implicit : JointForces::explicit_euler;
   check_steps(plan);
   plan.out = flags.out ? fs::path(*flags.out) : default_directory(flags, plan);
   plan.summary.control_eigenvalue =

@@ -19,6 +19,7 @@
 #include "output/machine.h"
 #include "output/summary.h"
 #include "scenario/scenario.h"
+#include "simulation/explicit_step.h"
 #include "simulation/left_out.h"
 
 namespace cb::python {
@@ -84,8 +85,9 @@ Plan plan_of(const std::string& scene, const py::object& method, const py::dict&
     law.restitution = plan.restitution.value_or(law.restitution);
   }
   plan.time_limit_s = positive(options, "time_limit");
-  plan.simulation.step = positive(options, "step").value_or(plan.scenario.step);
-  plan.simulation.duration = positive(options, "duration").value_or(plan.scenario.duration);
+  take_from(plan.scenario, plan.simulation);
+  plan.simulation.step = positive(options, "step").value_or(plan.simulation.step);
+  plan.simulation.duration = positive(options, "duration").value_or(plan.simulation.duration);
   const double every = given(options, "record_every", 1, 1e15).value_or(1);
   if (every != std::floor(every)) throw ArgumentError(fmt::format("record_every: is {:g}; it must be whole", every));
   plan.record_every = std::lround(every);
@@ -209,6 +211,9 @@ RunSummary summary_of(const Plan& plan) {
   summary.prune = plan.prune;
   summary.time_limit_s = plan.time_limit_s;
   summary.versions = versions();
+  const SimulationOptions& simulation = plan.simulation;
+  summary.control_eigenvalue = largest_eigenvalue(plan.scenario, simulation.step, simulation.joint_forces);
+  summary.largest_stable_step = largest_stable_step(plan.scenario, simulation.joint_forces);
   return summary;
 }
 

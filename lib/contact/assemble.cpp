@@ -98,7 +98,7 @@ void Assembler::add_contact(const Scene& scene, const ContactPoint& contact, dou
                             ContactProblem& problem) {
   Mat3 axes;  // rows n, t1, t2
   Vec3 t1, t2;
-  contact_tangents(contact.normal, -turn, t1, t2);  // the normal points from b to a
+  contact_tangents(contact, turn, t1, t2);
   axes << contact.normal.transpose(), t1.transpose(), t2.transpose();
 
   const Vec3& p = contact.position;

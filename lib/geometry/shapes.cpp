@@ -85,6 +85,10 @@ void contact_tangents(const Vec3& normal, double angle, Vec3& t1, Vec3& t2) {
   }
 }
 
+void contact_tangents(const ContactPoint& contact, double turn, Vec3& t1, Vec3& t2) {
+  contact_tangents(contact.normal, -turn, t1, t2);  // the normal points from b to a
+}
+
 Pose advance(const Motion& motion, double t) { return advance(motion.pose, motion.v, motion.w, t); }
 
 }  // namespace cb

@@ -54,6 +54,8 @@ struct ContactPoint {
 /// Tangents of a contact plane: t1 is the world x axis projected on the plane (the world z axis where that vanishes),
 /// turned about the normal by `angle` rad; t2 = normal x t1.
 void contact_tangents(const Vec3& normal, double angle, Vec3& t1, Vec3& t2);
+/// Those of a contact's rows: turned about the direction from a to b, away from the shape that is listed first.
+void contact_tangents(const ContactPoint& contact, double turn, Vec3& t1, Vec3& t2);
 
 /// Appends the contact points of two shapes whose gap is at most `tolerance` (m): one for a sphere, the corners of the
 /// common patch for touching faces (a unit box on a unit box gives its four corner points), one for an edge across an

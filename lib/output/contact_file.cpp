@@ -111,7 +111,7 @@ void ContactFile::event(const EventRecord& event) {
     const std::string& a = names_[static_cast<std::size_t>(contact.shape_a)];
     const std::string& b = names_[static_cast<std::size_t>(contact.shape_b)];
     Vec3 t1, t2;
-    contact_tangents(contact.normal, scenario_.rotate_cone, t1, t2);
+    contact_tangents(contact, scenario_.rotate_cone, t1, t2);
     const auto in_world = [&](const double* x) -> Vec3 { return x[0] * contact.normal + x[1] * t1 + x[2] * t2; };
     char* out = contacts_->begin_row(a.size() + b.size() + 17 * number_room);
     *(out = print_number(out, event.t))++ = ',';

@@ -135,7 +135,7 @@ void RunFiles::event(const EventRecord& event) {
     }
     const double* impulse = &event.solution.impulse[3 * c];
     Vec3 t1, t2;
-    contact_tangents(contact.normal, rotate_cone_, t1, t2);
+    contact_tangents(contact, rotate_cone_, t1, t2);
     load->normal += impulse[0];
     load->friction += impulse[1] * t1 + impulse[2] * t2;
     load->met = true;

@@ -107,7 +107,7 @@ void BaseStep::read_modes(std::vector<Mode>& modes) {
     if (facet == 0 && edges > 0) {
       // Friction is a corner of the polygon while the slip's direction is between the normals of two edges.
       Vec3 t1, t2;
-      contact_tangents(contact.normal, -scenario_.rotate_cone, t1, t2);
+      contact_tangents(contact, scenario_.rotate_cone, t1, t2);
       const double sector = std::atan2(slip.dot(t2), slip.dot(t1)) * edges / (2 * pi);
       const double from_edge = (0.5 - std::abs(sector - std::round(sector))) * 2 * pi / edges;
       const int corner = static_cast<int>(std::lround(sector) + edges) % edges;

@@ -20,6 +20,12 @@ SimulationOptions with_closed_gap(SimulationOptions options, const Scenario& sce
 
 }  // namespace
 
+void take_from(const Scenario& scenario, SimulationOptions& options) {
+  options.step = scenario.step;
+  options.duration = scenario.duration;
+  options.joint_forces = scenario.implicit_joints ? JointForces::implicit : JointForces::explicit_euler;
+}
+
 Simulation::Simulation(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, const Law& law)
     : options_(options),
       steps_total_(step_at(options.duration, options.step)),

@@ -8,6 +8,9 @@ namespace cb {
 
 class AccuracyStepping;
 
+/// What the scene itself asks of a simulation: its step, duration and joint forces, written over those of `options`.
+void take_from(const Scenario& scenario, SimulationOptions& options);
+
 /// A run, step by step (docs/architecture.md, "The path of a step"; stepping/: the ways of stepping). Is handed a
 /// method and never asks which.
 class Simulation {

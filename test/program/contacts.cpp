@@ -62,6 +62,37 @@ TEST_CASE("the contacts of a box that slides bear its weight, slip as it moves, 
   }
 }
 
+// The world's axes do not know how the directions of friction lie.
+TEST_CASE("directions of friction that are turned turn neither its impulses nor the slip", "[program]") {
+  const TemporaryDirectory directory;
+  std::string turned = sliding;
+  turned.replace(turned.find("duration"), 0, "rotate_cone=\"0.3\" ");
+  std::ofstream(directory.path() / "slide.xml") << turned;
+  const Result result = run(directory.path(), {"run", "slide.xml", "--method", "convex", "--record-contacts",
+                                               "--duration", "0.1", "--out", "r", "--quiet"});
+  INFO(result.err);
+  REQUIRE(result.code == 0);
+  const auto rows = lines(read_file(directory.path() / "r" / "contacts.csv"));
+  REQUIRE(rows.size() == 1 + 10 * 4);
+  double friction = 0;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    const auto row = cells(rows[i]);
+    const double sign = row[2] == "box" ? 1 : -1;
+    CHECK(sign * std::stod(row[10]) == Approx(2 - 0.25 * 9.8 * 1e-2 * std::stoi(row[1])).margin(1e-6));
+    CHECK(std::abs(std::stod(row[12])) < 1e-6);
+    CHECK(std::abs(std::stod(row[15])) < 1e-8);
+    friction += sign * std::stod(row[13]);
+  }
+  CHECK(friction == Approx(-0.25 * 9.8 * 0.1).epsilon(1e-6));
+  const auto loads = lines(read_file(directory.path() / "r" / "loads.csv"));
+  REQUIRE(loads.size() == 1 + 10);
+  for (std::size_t i = 1; i < loads.size(); ++i) {
+    const auto row = cells(loads[i]);
+    CHECK(std::abs(std::stod(row[4])) == Approx(0.25 * 9.8 * 1e-2).epsilon(1e-6));
+    CHECK(std::abs(std::stod(row[6])) < 1e-8);
+  }
+}
+
 TEST_CASE("contacts are kept in the steps that are, and not where none is", "[program]") {
   const TemporaryDirectory directory;
   std::ofstream(directory.path() / "slide.xml") << sliding;

@@ -335,6 +335,20 @@ TEST_CASE("a reader who has seen enough of a listing makes no failure of it", "[
   }
 }
 
+TEST_CASE("a check takes its steps with the joint forces that the scene names, as a run does", "[program]") {
+  const TemporaryDirectory directory;
+  std::string scene = read_file(SOURCE_ROOT "/scenarios/stress/stiff_joints.xml");
+  const std::vector<std::string> check = {"check", "stiff.xml", "--set", "stiffness=1e8", "--method", "convex"};
+  std::ofstream(directory.path() / "stiff.xml") << scene;
+  CHECK(run(directory.path(), check).out.find("energy_blowup") != std::string::npos);
+  scene.replace(scene.find("duration="), 0, "joint_forces=\"implicit\" ");
+  std::ofstream(directory.path() / "stiff.xml") << scene;
+  const Result implicit = run(directory.path(), check);
+  INFO(implicit.err);
+  CHECK(implicit.code == 0);
+  CHECK(implicit.out.find("100 steps\n") != std::string::npos);
+}
+
 TEST_CASE("check says of a scene that no method can begin with what run says of it", "[program]") {
   TemporaryDirectory directory;
   const auto scene = [&](const char* name, const std::string& bodies, const char* pairs) {

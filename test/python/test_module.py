@@ -241,6 +241,22 @@ class Answers(unittest.TestCase):
 class Runs(unittest.TestCase):
 
     @unittest.skipUnless(PROGRAM, "no program to compare with")
+    def test_what_a_scene_says_of_its_joints_is_heard(self):
+        # Joint forces of the end of a step.
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run([PROGRAM, "run", "quadruped.xml", "--method", "convex", "--duration", "0.02", "--out", folder, "--quiet"],
+                           check=True)
+            with open(os.path.join(folder, "summary.json")) as file:
+                theirs = json.load(file)
+            rows = np.genfromtxt(os.path.join(folder, "trajectory.csv"), delimiter=",", names=True, dtype=None, encoding="utf8")
+        r = cb.run("quadruped.xml", "convex", duration=0.02)
+        for key in ("status", "events", "errors", "control"):
+            self.assertEqual(r.summary[key], theirs[key], key)
+        self.assertEqual(r.summary["options"]["joint_forces"], "implicit")
+        for body, name in enumerate(r.bodies):
+            np.testing.assert_array_equal(r.position[:, body, 1], rows["py"][rows["body"] == name])
+
+    @unittest.skipUnless(PROGRAM, "no program to compare with")
     def test_a_run_is_the_one_of_the_program(self):
         with tempfile.TemporaryDirectory() as folder:
             subprocess.run([PROGRAM, "run", "stack.xml", "--method", "ap", "--set", "boxes=2", "--duration", "0.05", "--out",
