@@ -84,13 +84,6 @@ TEST_CASE("directions of friction that are turned turn neither its impulses nor 
     friction += sign * std::stod(row[13]);
   }
   CHECK(friction == Approx(-0.25 * 9.8 * 0.1).epsilon(1e-6));
-  const auto loads = lines(read_file(directory.path() / "r" / "loads.csv"));
-  REQUIRE(loads.size() == 1 + 10);
-  for (std::size_t i = 1; i < loads.size(); ++i) {
-    const auto row = cells(loads[i]);
-    CHECK(std::abs(std::stod(row[4])) == Approx(0.25 * 9.8 * 1e-2).epsilon(1e-6));
-    CHECK(std::abs(std::stod(row[6])) < 1e-8);
-  }
 }
 
 TEST_CASE("contacts are kept in the steps that are, and not where none is", "[program]") {
