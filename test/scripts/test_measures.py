@@ -1,5 +1,5 @@
-"""What scripts/contactbench/measures.py makes of the files of a run: how far it is from what its case expects, held against ways added
-up step after step. Every run is off by another length along each axis, so that a number of the wrong place shows."""
+"""What scripts/contactbench/measures.py makes of the files of a run: how far it is from what its case expects, held
+against ways added up step after step. A run is off by another length along each axis, so that a number of the wrong place shows."""
 import math
 import tempfile
 import unittest
@@ -112,8 +112,8 @@ class Measures(Files):
             self.assertAlmostEqual(measures.groove(run, {})[0], error, delta=1e-14)
 
     def test_a_ball_rolls_in_a_groove_where_friction_is_enough_and_where_squeeze_may_help(self):
-        # At 30 degrees and a slope of 1 it takes mu = T = tan(1) 0.4 * 0.5 / (0.25 + 0.4) to roll, and T sqrt(1 - (mu / tan 30)^2)
-        # where the walls squeeze it.
+        # At 30 degrees and a slope of 1 it takes mu = T = tan(1) 0.4 * 0.5 / (0.25 + 0.4) to roll, and
+        # T sqrt(1 - (mu / tan 30)^2) where the walls squeeze it.
         n, h, slope, half = 20, 0.01, 1.0, math.pi / 6
         enough = math.tan(slope) * 0.2 / 0.65
         squeezed = enough / math.sqrt(1 + enough**2 / math.tan(half)**2)
@@ -226,7 +226,8 @@ class Measures(Files):
 class Bounces(Files):
     def ball(self, heights, e, gain=0.0):
         rows = [[0.1 * n, 0, y + 0.1, 0] for n, y in enumerate(heights)]  # a ball of radius 0.1
-        return measures.bounces(self.run_of({"ball": rows}, summary={"energy": {"max_gain_relative": gain}, "events": 7}, e=e), {})
+        summary = {"energy": {"max_gain_relative": gain}, "events": 7}
+        return measures.bounces(self.run_of({"ball": rows}, summary=summary, e=e), {})
 
     def test_the_first_peak_counts_in_hundredths_of_the_height(self):
         for peak, error in ((0.5, 0), (0.54, 2), (0.47, 1.5)):
@@ -249,8 +250,9 @@ class Bounces(Files):
 
 class Cradle(Files):
     def test_momentum_and_energy_are_those_of_the_ball_that_came(self):
+        aside = math.hypot(0.4, 0.8)
         for speeds, error in ((((0, 0, 0), (1, 0, 0)), 0), (((0.5, 0, 0), (0.5, 0, 0)), 0.5), (((-0.1, 0, 0), (1, 0, 0)), 0.1),
-                              (((0.6, 0, 0.8), (0, 0, 0)), math.hypot(0.4, 0.8)), (((0, 0.8, 0), (0.6, 0, 0)), math.hypot(0.4, 0.8))):
+                              (((0.6, 0, 0.8), (0, 0, 0)), aside), (((0, 0.8, 0), (0.6, 0, 0)), aside)):
             bodies = {name: [[0.0, 9, 9, 9, 1, 0, 0, 0, 5, 5, 5, 5, 5, 5], [1.0, 9, 9, 9, 1, 0, 0, 0, *v, 5, 5, 5]]
                       for name, v in zip(("a", "b"), speeds)}
             found, note = measures.cradle(self.run_of(bodies), {})
@@ -267,7 +269,8 @@ class Painleve(Files):
         for n, (degrees, slip, gap, rate) in enumerate(states):
             a = math.radians(degrees)
             x, y = -math.cos(a) + 5e-4 * math.sin(a), -math.sin(a) - 5e-4 * math.cos(a)  # the end as seen from the middle
-            rows.append([n * h, 7.0, gap - y, 0, math.cos(a / 2), 0, 0, math.sin(a / 2), slip + rate * y, -rate * x, 0, 0, 0, rate])
+            quaternion = (math.cos(a / 2), 0, 0, math.sin(a / 2))
+            rows.append([n * h, 7.0, gap - y, 0, *quaternion, slip + rate * y, -rate * x, 0, 0, 0, rate])
         summary = {"energy": {"max_gain_relative": gain}}
         return measures.painleve(self.run_of({"rod": rows}, h, summary, angle=math.radians(angle), spin=spin, mu=0.5), {})
 
