@@ -1,5 +1,6 @@
 """What scripts/contactbench/measures.py makes of the files of a run: how far it is from what its case expects, held
-against ways added up step after step. A run is off by another length along each axis, so that a number of the wrong place shows."""
+against ways added up step after step. A run is off by another length along each axis, so that a number of the wrong
+place shows."""
 import math
 import tempfile
 import unittest
@@ -37,8 +38,9 @@ class Files(unittest.TestCase):
     def moved(self, way, steps, h=0.01, body="box", others=None, **parameters):
         """A run of a body from a place that is not the origin by `way`, and of others by theirs."""
         start = (1.0, -2.0, 5.0)
-        bodies = {name: [[0.0, *start], [steps * h, *(a + b for a, b in zip(start, along))]]
-                  for name, along in {body: way, **(others or {})}.items()}
+        bodies = {
+            name: [[0.0, *start], [steps * h, *(a + b for a, b in zip(start, along))]]
+            for name, along in {body: way, **(others or {})}.items()}
         return self.run_of(bodies, h, **parameters)
 
 
@@ -70,8 +72,8 @@ class Runs(Files):
 class Measures(Files):
     def test_a_displacement_is_the_largest_of_any_body_at_any_time(self):
         there_and_back = [[0.0, 1, 1, 1], [0.1, 4, 5, 13], [0.2, 1, 1, 1]]
-        for bodies in ({"a": there_and_back, "b": [[0.0, 0, 0, 0], [0.2, 5, 0, 0]]},
-                       {"b": [[0.0, 0, 0, 0], [0.2, 5, 0, 0]], "c": there_and_back}):
+        for bodies in ({"a": there_and_back, "b": [[0.0, 0, 0, 0], [0.2, 5, 0, 0]]}, {
+                "b": [[0.0, 0, 0, 0], [0.2, 5, 0, 0]], "c": there_and_back}):
             self.assertEqual(measures.displacement(self.run_of(bodies), {})[0], 13)
 
     def test_what_oscillates_stays_within_ten_times_its_first_amplitude(self):
@@ -132,8 +134,8 @@ class Measures(Files):
             self.assertAlmostEqual(measures.pulled_free(run, {})[0], error, delta=1e-13)
 
     def test_two_sides_hold_a_box_by_twice_their_friction(self):
-        for pull, press, y, said in ((8.0, 10.0, 0.0, "held"), (11.0, 10.0, motion(1.0, 30, 0.01), "slides"),
-                                     (8.0, 3.0, motion(5.0, 30, 0.01), "slides")):
+        for pull, press, y, said in ((8.0, 10.0, 0.0, "held"), (11.0, 10.0, motion(
+                1.0, 30, 0.01), "slides"), (8.0, 3.0, motion(5.0, 30, 0.01), "slides")):
             run = self.moved((0, y, 0), 30, pull=pull, press=press, mu=0.5)
             error, note = measures.squeezed(run, {})
             self.assertAlmostEqual(error, 0, delta=1e-13)
@@ -206,8 +208,9 @@ class Measures(Files):
         flat = [*places["a"], *places["b"]]
         for heading, metre in ((0.0, 1.0), (0.3, 1.0), (0.0, 1e3), (2.0, 1e-3)):
             c, s = math.cos(heading), math.sin(heading)
-            bodies = {name: [[0.0, 0, 0, 0], [0.5, metre * (c * x + s * z), metre * y, metre * (c * z - s * x)]]
-                      for name, (x, y, z) in places.items()}  # turned about y, as the scene turns
+            bodies = {
+                name: [[0.0, 0, 0, 0], [0.5, metre * (c * x + s * z), metre * y, metre * (c * z - s * x)]]
+                for name, (x, y, z) in places.items()}  # turned about y, as the scene turns
             place, _ = measures.same_as_first(self.run_of(bodies, heading=heading, metre=metre), {})
             for found, wanted in zip(place, flat, strict=True):
                 self.assertAlmostEqual(found, wanted, delta=1e-12)
@@ -253,8 +256,9 @@ class Cradle(Files):
         aside = math.hypot(0.4, 0.8)
         for speeds, error in ((((0, 0, 0), (1, 0, 0)), 0), (((0.5, 0, 0), (0.5, 0, 0)), 0.5), (((-0.1, 0, 0), (1, 0, 0)), 0.1),
                               (((0.6, 0, 0.8), (0, 0, 0)), aside), (((0, 0.8, 0), (0.6, 0, 0)), aside)):
-            bodies = {name: [[0.0, 9, 9, 9, 1, 0, 0, 0, 5, 5, 5, 5, 5, 5], [1.0, 9, 9, 9, 1, 0, 0, 0, *v, 5, 5, 5]]
-                      for name, v in zip(("a", "b"), speeds)}
+            bodies = {
+                name: [[0.0, 9, 9, 9, 1, 0, 0, 0, 5, 5, 5, 5, 5, 5], [1.0, 9, 9, 9, 1, 0, 0, 0, *v, 5, 5, 5]]
+                for name, v in zip(("a", "b"), speeds)}
             found, note = measures.cradle(self.run_of(bodies), {})
             self.assertAlmostEqual(found, error, delta=1e-15)
             self.assertEqual(note, f"leave with {speeds[0][0]:.3g} {speeds[1][0]:.3g}")
@@ -262,7 +266,6 @@ class Cradle(Files):
 
 class Painleve(Files):
     """A rod of half length 1 m and half thickness 0.5 mm, whose end slides on the ground."""
-
     def rod(self, states, angle, spin=0.0, gain=0.0, h=1e-4):
         """`states`: angle in degrees, slip of the end, its height, and the rate of turning at each step."""
         rows = []
