@@ -16,11 +16,12 @@ import numpy as np
 from contactbench import isolated, looks, program
 
 LISTED = {
-    "methods": [{"name": "mirtich", "solvers": [], "variants": [], "options": []}, {
-        "name": "ap", "solvers": ["lemke", "path-lib"], "variants": [], "options": [{"flag": "k"}]}, {
-            "name": "convex", "solvers": ["ipm"], "variants": [], "options": [{"flag": "compression-bound"}]}], "solvers": [{
-                "method": "ap", "name": "path-lib", "unavailable": "why"}], "engines": [{"name": "mujoco", "unavailable": None}, {
-                    "name": "dart", "unavailable": None}, {"name": "siconos", "unavailable": "why"}]}
+    "methods": [{"name": "mirtich", "solvers": [], "variants": [], "options": []},
+                {"name": "ap", "solvers": ["lemke", "path-lib"], "variants": [], "options": [{"flag": "k"}]},
+                {"name": "convex", "solvers": ["ipm"], "variants": [], "options": [{"flag": "compression-bound"}]}],
+    "solvers": [{"method": "ap", "name": "path-lib", "unavailable": "why"}],
+    "engines": [{"name": "mujoco", "unavailable": None}, {"name": "dart", "unavailable": None},
+                {"name": "siconos", "unavailable": "why"}]}
 
 ABOUT = {
     "engine": "mujoco", "variant": "newton-elliptic", "t": 1.999, "contacts": 4, "law_residual": 0.1,

@@ -15,12 +15,12 @@ from contactbench import program, solve_all
 from contactbench.runs import Runs
 
 LISTED = {
-    "methods": [{"name": "newton", "solvers": [], "variants": ["uncapped", "stick-tested"], "options": []}, {
-        "name": "ap", "solvers": ["lemke", "path-lib"], "variants": [], "options": [{"flag": "k"}, {"flag": "regularise"}]}, {
-            "name": "convex", "solvers": ["ipm"], "variants": [], "options": [{"flag": "compression-bound"}]}],
-    "solvers": [{"method": "ap", "name": "lemke", "unavailable": None}, {
-        "method": "ap", "name": "path-lib", "unavailable": "why"}, {"method": None, "name": "pivots", "unavailable": None}, {
-            "method": "convex", "name": "ipm", "unavailable": None}]}
+    "methods": [{"name": "newton", "solvers": [], "variants": ["uncapped", "stick-tested"], "options": []},
+                {"name": "ap", "solvers": ["lemke", "path-lib"], "variants": [],
+                 "options": [{"flag": "k"}, {"flag": "regularise"}]},
+                {"name": "convex", "solvers": ["ipm"], "variants": [], "options": [{"flag": "compression-bound"}]}],
+    "solvers": [{"method": method, "name": name, "unavailable": why} for method, name, why in
+                (("ap", "lemke", None), ("ap", "path-lib", "why"), (None, "pivots", None), ("convex", "ipm", None))]}
 
 ANSWER = {
     "status": "ok", "reason": None, "size": 12, "contacts": 4, "iterations": 9, "claimed_residual": 1e-15, "residual": 2e-15,

@@ -260,5 +260,110 @@ class Tables(unittest.TestCase):
         self.assertEqual(table.count("\n"), 4)
 
 
+class Limits(unittest.TestCase):
+    case = {"bound": 1e-9, "departs": {"convex/bound-off": "a lift", "ap": "a polygon"}}
+    good = stress.BLANK | {"status": "ok", "residual": 1e-12, "error": 0.0}
+
+    def judge(self, method="coulomb", **changed):
+        return stress.judge(self.good | changed, self.case, method)
+
+    def test_a_bound_is_reached_up_to_itself_and_a_residual_too(self):
+        self.assertEqual([self.judge(error=e) for e in (1e-9, 1.01e-9)], ["right", "wrong"])
+        self.assertEqual([self.judge(residual=r) for r in (None, 1e-6, 1.01e-6)], ["right", "right", "silent"])
+        # Ten times of what was wanted is reached, where that is more than the bound.
+        self.assertEqual([self.judge(error=e, wanted=1e-7) for e in (1e-6, 1.01e-6)], ["right", "wrong"])
+        self.assertEqual([self.judge(error=1.0, wanted=1e-7, estimate=e) for e in (1e-7, 1.01e-7)], ["wrong", "typed"])
+        self.assertEqual(self.judge(error=1.0, status="inaccurate", wanted=1e-7, estimate=1.0), "typed")
+
+    def test_an_answer_that_cannot_be_measured_is_a_defect_and_a_refuted_claim_is_none_of_what_says_inaccurate(self):
+        self.assertEqual(self.judge(error=None), "defect")
+        self.assertEqual(self.judge(status="inaccurate", false_claims=1), "right")
+        self.assertEqual(self.judge(status="ray", nan=True), "defect")
+
+    def test_a_reason_is_that_of_the_case_before_the_general_one_and_of_whole_names(self):
+        with mock.patch.object(stress, "DEPARTS", {"ap": "in general", "mirtich": "one by one"}):
+            reasons = {
+                method: stress.reason_of(self.case, method)
+                for method in ("ap", "ap/lemke", "apx/lemke", "convex/bound-off", "convex/bound-on", "mirtich", "coulomb")}
+        self.assertEqual(
+            reasons, {
+                "ap": "a polygon", "ap/lemke": "a polygon", "apx/lemke": "", "convex/bound-off": "a lift", "convex/bound-on": "",
+                "mirtich": "one by one", "coulomb": ""})
+
+    def test_the_reason_of_a_departure_is_said_after_what_is_noted(self):
+        for note, said in (("", "a polygon"), ("slides", "slides; a polygon")):
+            cell = self.good | {"error": 1.0, "note": note}
+            stress.judged(cell, self.case, "ap/lemke")
+            self.assertEqual((cell["verdict"], cell["note"]), ("model", said))
+        cell = self.good | {"error": 1.0, "note": "slides"}
+        stress.judged(cell, self.case, "coulomb")
+        self.assertEqual((cell["verdict"], cell["note"]), ("wrong", "slides"))
+
+
+class Comparing(unittest.TestCase):
+    def job(self, method="ap", first=False, row="", case=0, drawn=None):
+        return {"case": case, "method": method, "first": first, "row": row, "drawn": drawn}
+
+    def cell(self, **more):
+        return stress.BLANK | {"status": "ok", "residual": 0.0} | more
+
+    def test_places_are_compared_with_the_first_row_of_the_same_column(self):
+        case = {"id": "T2", "scene": "units", "expect": "", "bound": 1e-10}
+        # The first row need not come first.
+        jobs = [
+            self.job(row="b"),
+            self.job("convex", row="b"),
+            self.job(first=True, row="a"),
+            self.job("convex", True, "a"),
+            self.job("lost", row="b")]
+        cells = [
+            self.cell(place=place) for place in ([1.0, 2.5, -3.25], [4.0, 5.0, 6.0], [1.0, 2.0, -3.0], [4.0, 5.0, 6.0], [7.0])]
+        stress.compare(jobs, cells, {"case": [case]})
+        self.assertEqual([(c["error"], c["verdict"]) for c in cells[:4]], [(0.5, "wrong"), (0.0, "right"), (0.0, "right"),
+                                                                           (0.0, "right")])
+        self.assertEqual(
+            {k: cells[4][k] for k in ("error", "note", "status", "verdict")},
+            {"error": None, "note": "the first row has no answer to compare with", "status": "unsupported", "verdict": "typed"})
+
+    def test_memory_may_grow_over_that_of_the_first_row_by_so_much(self):
+        cases = {"case": [{"id": "A", "scene": "s", "expect": "", "bound": 1e-3, "memory_growth_mb": 10}]}
+        jobs = [self.job(first=True), self.job(), self.job(), self.job("convex", True)]
+        cells = [self.cell(error=1e-4, memory=memory) for memory in (50.0, 60.0, 60.5, 300.0)]
+        stress.compare(jobs, cells, cases)
+        self.assertEqual([(c["verdict"], c["error"]) for c in cells], [("right", 1e-4), ("right", 1e-4), ("wrong", math.inf),
+                                                                       ("right", 1e-4)])
+        self.assertEqual([c["note"] for c in cells[1:3]],
+                         [f"creep 0.0001 m, memory {more} MB from the first row's" for more in ("+10.0", "+10.5")])
+
+    def test_an_ensemble_is_a_row_of_its_size_and_others_are_rows_by_themselves(self):
+        cases = {"case": [{"id": f"A{n}", "scene": f"s{n}", "bound": n, "expect": f"e{n}"} for n in range(2)]}
+        jobs = [
+            self.job(row="x", drawn=(1e-9, 1)),
+            self.job(row="x", drawn=(1e-9, 2)),
+            self.job(row="x", drawn=(1e-3, 1)),
+            self.job("convex", row="x", drawn=(1e-9, 1)),
+            self.job(case=1, row="x"),
+            self.job(case=1, row="y", drawn=(0, 1))]
+        verdicts = ("right", "wrong", "right", "right", "typed", "right")
+        cells = [self.cell(verdict=v, error=n / 10, note="n") for n, v in enumerate(verdicts)]
+        rows = stress.table_of(jobs, cells, cases)
+        self.assertEqual([
+            (r["id"], r["scene"], r["bound"], r["expect"], r["row"], r["method"], r["verdict"], r["error"], r["share"])
+            for r in rows], [("A0", "s0", 0, "e0", "x perturbed by 1e-09 m", "ap", "wrong", 0.1, 0.5),
+                             ("A0", "s0", 0, "e0", "x perturbed by 0.001 m", "ap", "right", 0.2, None),
+                             ("A0", "s0", 0, "e0", "x perturbed by 1e-09 m", "convex", "right", 0.3, None),
+                             ("A1", "s1", 1, "e1", "x", "ap", "typed", 0.4, None),
+                             ("A1", "s1", 1, "e1", "y", "ap", "right", 0.5, None)])
+
+    def test_an_ensemble_has_the_largest_of_each_number(self):
+        cells = [
+            self.cell(verdict="right", note="n", error=1, residual=5, energy_gain=-2, penetration=7, solve_s=0.1, iterations=3),
+            self.cell(verdict="typed", note="n", error=None, residual=4, energy_gain=-1, penetration=8, solve_s=0.3,
+                      iterations=2)]
+        folded = stress.fold(cells)
+        self.assertEqual({key: folded[key] for key in ("error", *stress.MEASURED)},
+                         {"error": 1, "residual": 5, "energy_gain": -1, "penetration": 8, "solve_s": 0.3, "iterations": 3})
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -1,0 +1,183 @@
+"""scripts/stress.py: what it takes from a stored problem that was solved, and from a search for a critical value. On answers that
+are made up, each field another number."""
+import json
+import unittest
+from pathlib import Path
+from unittest import mock
+
+from contactbench import limits, problems, program, stress
+from contactbench.stress import ROOT
+from test_stress_runs import LISTED, Scratch, ended, options
+
+
+class Solves(Scratch):
+    def solve(self, stdout="{}", stderr="", code=0, speeds=(), kind="contact", end=None):
+        asked = []
+
+        def call(*words, timeout=None):
+            asked.append(([str(w) for w in words], timeout))
+            if end:
+                raise end
+            if speeds and "--velocities" in words:
+                words[-1].write_text("%%MatrixMarket\n% by hand\n6 1\n" + "\n".join(map(str, speeds)) + "\n")
+            return ended(stdout, stderr, code)
+
+        with mock.patch.object(program, "call", call):
+            found = stress.solve(kind, ["a.dat", "--k", "8"], options(scratch=self.top))
+        return found, asked[0]
+
+    def test_a_solve_is_its_status_its_last_words_and_the_fastest_contact(self):
+        found, (words, timeout) = self.solve('{"status": "ray", "residual": 0.5}', "first\nlast", 3, speeds=(1, 2, -2, -4, 0, 3))
+        self.assertEqual(found, ("ray", "last", {"status": "ray", "residual": 0.5}, 5.0, 3))  # of n, t1, t2 of each contact
+        self.assertEqual((words[:6], timeout), (["prog", "solve", "a.dat", "--k", "8", "--json"], 41))
+        self.assertEqual(words[6], "--velocities")
+        found, (words, _) = self.solve('{"status": "ok"}', "noise", kind="lcp")
+        self.assertEqual((found, words[6:]), (("ok", "", {"status": "ok"}, None, 0), ["--time-limit", "7"]))
+
+    def test_a_solve_that_did_not_end_as_it_should_says_so(self):
+        self.assertEqual(self.solve(end=program.Late("p", 1))[0], ("time_limit", "did not come back", {}, None, -9))
+        self.assertEqual(self.solve("{", "noise")[0], ("crash", "what it printed is no JSON", {}, None, 1))
+        self.assertEqual(self.solve('{"status": "ok"}', "bad\nfile", 2)[0][:2], ("input_error", "file"))
+        self.assertEqual(self.solve('{"status": "ok"}', "abort", -6)[0][:2], ("crash", "abort"))
+        self.assertEqual(self.solve("", "", 0)[0][:3], ("crash", "", {}))
+
+    def problem(self, status="ok", said="", residual=1e-9, speed=None, code=0, wanted=None, ends=("solved", ), case=None,
+                method="ap/lemke", **answer):
+        job = {
+            "kind": "contact", "arguments": [], "ends": list(ends), "speed": wanted, "case": case or {}, "method": method,
+            "text": "the command"}
+        answer = {"residual": residual, "time_min_s": 2e-6, "iterations": 5, **answer}
+        with mock.patch.object(stress, "solve", lambda *_: (status, said, answer, speed, code)):
+            return stress.do_problem(job, options())
+
+    def test_every_verdict_of_a_stored_problem(self):
+        verdict = lambda **of: self.problem(**of)["verdict"]
+        for of, wanted in (({}, "right"), ({"status": "inaccurate"}, "right"), ({"residual": 1e-6}, "right"), ({
+                "residual": 1.1e-6}, "silent"), ({"residual": 1.1e-6, "status": "inaccurate"}, "typed"), ({
+                    "status": "ray", "code": 3}, "typed"), ({"status": "ray", "code": 3, "residual": None}, "typed"), ({
+                        "residual": None}, "defect"), ({"status": "crash", "code": -6}, "defect"), ({
+                            "status": "time_limit", "code": -9}, "defect"), ({"status": "input_error", "code": 2}, "typed"), ({
+                                "ends": ["ray"]}, "wrong"), ({"ends": ["ray"], "case": {"gives_way": ["soft"]}}, "wrong"), ({
+                                    "ends": ["ray"], "case": {"gives_way": ["soft"]},
+                                    "method": "soft/sap"}, "model"), ({"wanted": 0.5, "speed": 0.5004}, "right"), ({
+                                        "wanted": 0.5, "speed": 0.5006}, "wrong"), ({"wanted": 0.0, "speed": 0.5e-9}, "right"), ({
+                                            "wanted": 0.0, "speed": 1.5e-9}, "wrong"), ({
+                                                "wanted": 0.5, "speed": 0.9,
+                                                "case": {"departs": {"ap": "a polygon"}}}, "model"), ({"wanted": 0.5}, "right")):
+            self.assertEqual(verdict(**of), wanted, of)
+
+    def test_each_number_of_a_solve_is_in_its_cell(self):
+        cell = self.problem(reason="why", condition=1.25e8, rank=11, rows=12)
+        self.assertEqual({key: value for key, value in cell.items() if value not in (None, False, "", 0)}, {
+            "status": "ok", "note": "why; rank 11 of 12 rows, condition 1.2e+08", "residual": 1e-9, "error": 1e-9, "bound": 1e-6,
+            "solve_s": 2e-6, "iterations": 5, "command": "the command", "verdict": "right"})
+        self.assertEqual(self.problem("ray", "last words", code=3)["note"], "last words")
+        self.assertEqual(self.problem(iterations=None, pivots=8)["iterations"], None)
+        cell = self.problem(wanted=0.5, speed=0.75, reason="why")
+        self.assertEqual((cell["error"], cell["bound"], cell["note"]), (0.25, 1e-9, "moves with 0.75 m/s, not 0.5; why"))
+        cell = self.problem(ends=["ray", "cycling"])
+        self.assertEqual(cell["note"], "solved, although it must end as one of: ray, cycling")
+        cell = self.problem(ends=["ray"], case={"gives_way": ["soft"], "departs": {"soft": "it gives way"}}, method="soft/sap")
+        self.assertEqual(cell["note"], "it gives way")
+
+    def test_a_problem_that_is_made_lies_beside_those_that_are_stored(self):
+        cases = {
+            "problem": [{"id": "X", "kind": "contact", "generated": True, "files": ["a.hdf5"], "ends": ["solved"]}, {
+                "id": "Y", "kind": "lcp", "files": ["c"], "ends": ["ray"]}]}
+        made = [("one", "text of one", ["solved"], 0.25), ("two", "text of two", ["ray"], None)]
+        with mock.patch.object(problems, "made", lambda: made):
+            jobs = stress.problem_jobs(cases, [("ap/lemke", ["--method", "ap"])], LISTED, [], self.top)
+        self.assertEqual([(j["id"], j["name"], j["ends"], j["speed"], j["method"], j["text"]) for j in jobs[:3]], [
+            ("X", name.split(".")[0] if speed else name, ends, speed, "ap/lemke",
+             f"contactbench solve {file} --kind contact --method ap")
+            for name, ends, speed, file in (("a.hdf5", ["solved"], None, "a.hdf5"), ("one", ["solved"], 0.25, "one.dat"),
+                                            ("two", ["ray"], None, "two.dat"))])
+        self.assertEqual((self.top / "two.dat").read_text(), "text of two")
+        self.assertEqual(jobs[2]["arguments"], [str(self.top / "two.dat"), "--kind", "contact", "--method", "ap"])
+        # Bare solvers have linear problems too; those of other methods have not.
+        path = ROOT / "test/data/problems/c"
+        self.assertEqual([(j["method"], j["arguments"], j["text"]) for j in jobs[3:]],
+                         [(f"ap/{s}", ["--kind", "lcp", "--matrix", f"{path}.M.mtx", "--vector", f"{path}.q.mtx", "--solver", s
+                                       ], f"contactbench solve --kind lcp --matrix c.M.mtx --vector c.q.mtx --solver {s}")
+                          for s in ("lemke", "path", "bare")])
+
+
+class Searches(Scratch):
+    def test_a_stable_step_is_right_where_it_is_near_the_measured_one(self):
+        case = {"id": "K1", "scene": "stiff_joints", "bound": 0.05, "expect": "near"}
+        for estimate, verdict, error in ((0.0208, "right", 0.04), (0.0188, "wrong", 0.06), (0.0212, "wrong", 0.06)):
+            with mock.patch.object(limits, "stable_step", return_value=(0.02, estimate)) as asked:
+                cell = stress.do_limit({"stiffness": 1e3}, case, options(scratch=self.top))
+            self.assertAlmostEqual(cell["error"], error, delta=1e-12)
+            self.assertEqual((cell["verdict"], cell["row"], cell["note"]),
+                             (verdict, "stiffness=1000.0", f"measured 0.02 s, estimated {estimate:.4g} s"))
+        self.assertEqual({k: cell[k] for k in ("id", "scene", "bound", "expect", "method", "status", "command")}, {
+            **case, "method": "explicit step", "status": "ok", "command": "contactbench check stiff_joints --set stiffness=1000.0"
+        })
+        self.assertEqual(asked.call_args.args[:3],
+                         ("prog", ROOT / "scenarios/stress/stiff_joints.xml", ["--set", "stiffness=1000.0"]))
+
+    def critical(self, case, call, method="coulomb"):
+        case = {"id": "S2", "bound": 1e-3, "expect": "stands", "from": 1.0, "to": 2.0, "critical": 1.5, "parameter": "mu", **case}
+        with mock.patch.object(program, "execute", call), mock.patch.object(program, "call", call):
+            return stress.do_critical(case, (method, ["--method", method]), options(scratch=self.top))
+
+    def test_a_structure_stands_from_where_nothing_of_it_moves(self):
+        commands = []
+
+        def scene(critical, status="ok", residual=1e-9):
+            def execute(command, *_):
+                commands.append(command)
+                folder, value = Path(command[command.index("--out") + 1]), float(
+                    command[command.index("--set") + 1].removeprefix("mu="))
+                way = 0.9e-9 if value >= critical else 1.1e-9
+                (folder / "trajectory.csv").write_text(f"t,body,px,py,pz\n0,a,0,0,0\n1,a,0,{way},0\n")
+                (folder / "summary.json").write_text(
+                    json.dumps({
+                        "status": status, "residuals": {"max": residual * value}, "parameters": {}, "options": {"step": 1}}))
+
+            return execute
+
+        case = {"scene": "card_house", "duration": 0.25}
+        cell = self.critical(case, scene(1.5003))
+        self.assertEqual((cell["verdict"], cell["row"], cell["method"], cell["status"]),
+                         ("right", "critical mu", "coulomb", "ok"))
+        self.assertAlmostEqual(cell["error"], 0.0003 / 1.5, delta=1e-4)
+        self.assertEqual(cell["residual"], 2e-9)  # the largest of all trials
+        self.assertEqual(cell["command"], "scripts/stress.py --only S2 --method coulomb")
+        self.assertIn("stands from 1.500", cell["note"])
+        self.assertEqual(commands[0][:5], ["prog", "run", str(ROOT / "scenarios/stress/card_house.xml"), "--method", "coulomb"])
+        self.assertEqual(commands[0][5:11], ["--set", "mu=1.0", "--duration", "0.25", "--time-limit", "7"])
+        self.assertEqual(self.critical(case, scene(1.503))["verdict"], "wrong")
+        cell = self.critical(case, scene(9.0))
+        self.assertEqual((cell["verdict"], cell["error"], cell["note"]), ("wrong", None, "falls at either end"))
+        self.assertEqual(
+            self.critical(case | {"departs": {"ap": "more answers"}}, scene(9.0), "ap/lemke")["note"],
+            "falls at either end; more answers")
+        self.assertEqual(self.critical(case, scene(1.5, "ray"))["verdict"], "typed")
+        # A run that leaves nothing is no leftover of the one before.
+        left = scene(1.5)
+        ended_runs = []
+
+        def dies(command, *_):
+            if not ended_runs:
+                left(command)
+            ended_runs.append(command)
+
+        self.assertEqual(self.critical(case, dies)["verdict"], "defect")
+
+    def test_an_arch_stands_where_no_contact_gets_a_millionth_of_its_fall(self):
+        def call(*words, timeout=None):
+            ratio = float(Path(words[2]).read_text())
+            speed = (0.9e-6 if ratio >= 1.5 else 1.1e-6) * problems.FALL
+            words[-1].write_text(f"%%MatrixMarket\n6 1\n0\n0\n0\n0\n{speed}\n0\n")
+            return ended(json.dumps({"status": "ok", "residual": ratio * 1e-9}))
+
+        with mock.patch.object(problems, "arch", str):
+            cell = self.critical({"scene": "arch", "parameter": "t/R"}, call)
+        self.assertEqual((cell["verdict"], cell["row"], cell["residual"]), ("right", "critical t/R", 2e-9))
+        self.assertLess(cell["error"], 1e-4)
+
+
+if __name__ == "__main__":
+    unittest.main()
