@@ -11,8 +11,8 @@ from pathlib import Path
 from unittest import mock
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
-from contactbench import engines, findings, isolated, plan, program, replay  # noqa: E402
-from contactbench.runs import write_table  # noqa: E402
+from contactbench import engines, findings, gather, isolated, plan, program, replay  # noqa: E402
+from contactbench.runs import Runs, write_table  # noqa: E402
 
 LISTED = {
     "methods": [{"name": "ap", "solvers": ["lemke"], "variants": [], "options": [{"flag": "k"}]}],
@@ -148,6 +148,33 @@ class Faults(unittest.TestCase):
             self.assertEqual([path.name for path in Path(folder).iterdir()], ["grasp"])
         self.assertIn("sliding_box is left out: abort", said.getvalue())
 
+    def test_a_stream_is_stored_of_a_run_of_the_convex_method_and_solved_into_a_folder_named_by_its_scene(self):
+        asked, solved = [], []
+
+        def call(*words):
+            asked.append([str(w) for w in words])
+            return mock.Mock(returncode=0)
+
+        with tempfile.TemporaryDirectory() as folder, mock.patch.object(program, "call", call), \
+                mock.patch.object(replay.solve_all, "main", solved.append):
+            words = ["replay.py", "--program", "prog", "--out", folder, "--limit", "3", "--only", "stack", "--member", "2"]
+            with mock.patch.object(sys, "argv", words):
+                replay.main()
+        (command, ), ((problems, *flags), ) = asked, solved
+        self.assertEqual(command, [
+            "prog", "run", "stack.xml", "--method", "convex", "--epsilon", "1e-12", "--step", "0.001", "--duration", "1", "--prune", "off",
+            "--record-every", "0", "--save-problems", problems, "--save-every", "125", "--out", str(Path(problems).with_name("run")),
+            "--quiet", "--set", "boxes=4", "--perturb", "1e-15", "--seed", "2", "--shuffle-contacts", "2"])
+        self.assertEqual(flags, ["--program", "prog", "--limit", "3.0", "--out", f"{folder}/stack__boxes-4"])
+        # Eight problems of each: so many steps of a millisecond over so many between two of them.
+        for scene, _, duration, every in replay.STREAMS:
+            self.assertEqual(duration / replay.STEP / every, 8, scene)
+
+    def test_a_run_that_fails_without_a_word_is_said_to_be_unfinished(self):
+        for stderr, said in (("why\n", "why"), ("", "the run did not finish")):
+            with mock.patch.object(program, "call", return_value=mock.Mock(returncode=3, stderr=stderr)):
+                self.assertEqual(replay.store("prog", "grasp", (), 1, 125, Path("/nowhere/problems"), 0), said)
+
     def test_the_table_of_what_is_left_out_is_of_this_program_or_not_there(self):
         lines = (program.ROOT / "scripts/reproduce.sh").read_text().splitlines()
         self.assertLess(lines.index('rm -f "$out/left_out.csv"'), next(n for n, line in enumerate(lines) if "bench_prune >" in line))
@@ -226,6 +253,193 @@ class Report(unittest.TestCase):
             cell = Cell()
             cell.folder = Path(folder)
             self.assertEqual(engines.drift(cell), 5)
+
+
+class Tuning(unittest.TestCase):
+    of = {
+        "step": 0.002, "time_limit_s": 9, "scenes": [{"scene": "stack", "set": {"boxes": 4, "mu": 0.5}, "duration": 0.75}, {
+            "scene": "sliding_box"}]}
+
+    def errors(self, *summaries, knobs=None):
+        asked, ends = [], iter(summaries)
+
+        def call(*words):
+            asked.append([str(w) for w in words])
+            said = next(ends)
+            return mock.Mock(stdout=said if isinstance(said, str) else program.json.dumps(said), stderr="no such\n")
+
+        with mock.patch.object(program, "call", call):
+            return engines.errors_of("prog", "ode", "quick", knobs or {}, self.of), asked
+
+    def test_each_scene_is_run_with_the_knobs_and_counts_by_the_power_of_ten_of_its_error(self):
+        def ran(finished=True, **errors):
+            return {"finished": finished, "errors": errors}
+
+        errors, asked = self.errors(ran(position_linf_m=1e-3), ran(displacement_linf_m=1e-5), knobs={"erp": 0.1, "cfm": 1e-9})
+        self.assertEqual(errors, [-3, -5])
+        usual = ["--engine", "ode", "--variant", "quick", "--step", "0.002", "--json"]
+        knobs = [
+            "--knob", "erp=0.10000000000000001", "--knob", "cfm=1.0000000000000001e-09", "--time-limit", "9", "--record-every",
+            "0"]
+        self.assertEqual(
+            asked[0][:-1],
+            ["prog", "run", "stack", *usual, "--duration", "0.75", *knobs, "--set", "boxes=4", "--set", "mu=0.5", "--out"])
+        self.assertEqual(asked[1][:-1], ["prog", "run", "sliding_box", *usual, *knobs, "--out"])
+        # The first of the measures that stand for a scene; below a nanometre all is alike, and above a kilometre all is lost.
+        self.assertEqual(
+            self.errors(ran(creep_linf_m=1e-1, position_linf_m=1e-2), ran(position_linf_m=1e-12))[0], [-2, engines.LEAST])
+        self.assertEqual(self.errors(ran(position_linf_m=0.0), ran(position_linf_m=1e7))[0], [engines.LEAST, engines.FAILED])
+        self.assertEqual(self.errors(ran(False, position_linf_m=1e-3), ran())[0], [engines.FAILED] * 2)
+        with self.assertRaisesRegex(program.ProgramError, "ode/quick: no such"):
+            self.errors("")
+
+    def test_a_search_goes_on_from_the_best_until_nothing_is_better_by_more_than_a_thousandth(self):
+        tried = []
+
+        def errors(path, engine, variant, knobs, of):
+            tried.append((path, engine, variant, knobs))
+            # b is worth something only once a is 2; a of 3 is better by less than counts.
+            a, b = knobs.get("a", 1), knobs.get("b", 7)
+            return [{1: 5, 2: 4, 3: 3.9995}[a] - (b == 8 and a == 2), {1: 5, 2: 4, 3: 3.9995}[a]]
+
+        with mock.patch.object(engines, "errors_of", errors):
+            found = engines.search("prog", "ode", "quick", {"b": 7, "a": 1}, {"tries": 99, "ode": {"b": [7, 8], "a": [1, 2, 3]}})
+        self.assertEqual(found, {"knobs": {"a": 2.0, "b": 8.0}, "tries": len(tried), "score": 3.5, "default_score": 5})
+        self.assertEqual(tried[0], ("prog", "ode", "quick", {}))
+        # b alone, both others of a; b beside the a that was found, the first and the last of a; and b once more.
+        self.assertEqual([of[3] for of in tried[1:]], [{"b": 8}, {"a": 2}, {"a": 3}, {"a": 2, "b": 8}, {"a": 1, "b": 8}, {
+            "a": 3, "b": 8}, {"a": 2, "b": 7}, {"a": 1, "b": 8}, {"a": 3, "b": 8}])
+
+    def test_what_is_found_is_kept_beside_what_is_known_of_others(self):
+        listed = {
+            "engines": [{
+                "name": name, "unavailable": why, "variants": [{"name": v, "knobs": {"a": n}} for n, v in enumerate(variants)]}
+                        for name, why, variants in (("ode", None, ("quick", "world")), ("dart", None, ("pgs", )),
+                                                    ("mujoco", "not here", ("newton", )), ("none", None, ("x", )))]}
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "tuning.toml").write_text("tries = 3\n[ode]\na = [1]\n[dart]\na = [1]\n[mujoco]\na = [1]\n")
+            (Path(folder) / "tuned.json").write_text('{"dart/pgs": "before", "bullet/si": "kept"}')
+            search = lambda path, name, variant, knobs, of: [path, name, variant, knobs, of["tries"]]
+            for wanted, dart in ((["ode", "mujoco", "none"], "before"), ([], ["prog", "dart", "pgs", {"a": 0}, 3])):
+                with mock.patch.object(engines, "HERE", Path(folder)), mock.patch.object(engines, "search", search), \
+                        contextlib.redirect_stdout(io.StringIO()):
+                    engines.tune("prog", listed, wanted)
+                    self.assertEqual(
+                        engines.tuned(), {
+                            "bullet/si": "kept", "dart/pgs": dart, "ode/quick": ["prog", "ode", "quick", {"a": 0}, 3],
+                            "ode/world": ["prog", "ode", "world", {"a": 1}, 3]})
+                    self.assertTrue(engines.known("ode", "quick") and not engines.known("ode", "slow"))
+
+
+class Preflight(unittest.TestCase):
+    listed = {
+        "engines": [{
+            "name": "ode", "unavailable": None, "version": "0.16", "precision": "double", "variants": [{"name": "quick"}, {
+                "name": "world"}]}, {"name": "dart", "unavailable": "not installed"}]}
+
+    def test_every_variant_is_checked_as_it_is_and_tuned_where_somebody_searched(self):
+        asked = []
+
+        def call(*words, timeout):
+            asked.append((words, timeout))
+            setting = words[5]
+            return mock.Mock(
+                stderr="", returncode=0, stdout=program.json.dumps([
+                    {"engine": "ode", "variant": v, "setting": setting, "fault": None, "lines": []} for v in ("quick", "world")]))
+
+        with mock.patch.object(program, "call", call), mock.patch.object(engines, "tuned", lambda: {"ode/world": {}}):
+            rows = engines.preflight("prog", self.listed)
+        self.assertEqual([
+            (r["engine"], r["variant"], r.get("setting"), r.get("version"), r.get("precision"), r["fault"]) for r in rows], [
+                *(("ode", variant, setting, "0.16", "double", None)
+                  for variant, setting in (("quick", "default"), ("world", "default"), ("world", "tuned"))),
+                ("dart", "", None, None, None, "unavailable: not installed")])
+        self.assertEqual(asked[1], (("prog", "check", "--engine", "ode", "--setting", "tuned", "--json"), 900))
+
+    def test_a_line_without_a_number_says_so(self):
+        line = {"name": "gravity", "passed": False, "measured": None, "expected": 9.8, "note": "x"}
+        self.assertEqual(engines.failing({"fault": None, "lines": [line]}), ["gravity: no number"])
+
+    def test_the_command_writes_the_rows_and_says_what_fails(self):
+        rows = [{"engine": "ode", "variant": "quick", "setting": "tuned", "fault": None, "lines": []}, {
+            "engine": "dart", "variant": "", "fault": "unavailable: x", "lines": []}]
+        with tempfile.TemporaryDirectory() as folder, mock.patch.object(program, "listed", lambda _: {}), \
+                mock.patch.object(engines, "preflight", lambda *_: rows), contextlib.redirect_stdout(io.StringIO()) as said:
+            with mock.patch.object(sys, "argv", ["engines.py", "preflight", "--out", f"{folder}/new"]):
+                engines.main()
+            self.assertEqual(program.read_json(Path(folder) / "new/preflight.json"), rows)
+        self.assertEqual(said.getvalue(), "ode quick tuned: all lines hold\ndart: unavailable: x\n")
+
+
+class Page(unittest.TestCase):
+    """What the report says of a sweep of engines."""
+    def said(self, *rows, **files):
+        usual = {
+            "sweeps": "engines", "scene": "sliding_box", "repeat": "1", "status": "ok", "finished": "true", "duration": "1",
+            "steps": "100", "processing_s": "1", "step": "0.01"}
+        rows = [usual | {"run": f"n{n}__r1"} | row for n, row in enumerate(rows)]
+        with tempfile.TemporaryDirectory() as folder:
+            top = Path(folder)
+            (top / "runs.csv").write_text("run\n")
+            world = Runs(top, top)
+            self.assertIsNone(engines.said(world))
+            (top / "engines").mkdir()
+            columns = list(dict.fromkeys([*gather.COLUMNS, *(c for row in rows for c in row)]))
+            write_table([dict.fromkeys(columns, "") | row for row in rows], columns, top / "engines/runs.csv")
+            for name, text in files.items():
+                (top / f"engines/{name}.json").write_text(program.json.dumps(text))
+            with mock.patch.object(engines, "tuned", lambda: {"ode/quick": {}}):
+                return engines.said(world), world
+
+    def test_each_setting_is_a_row_with_its_error_its_time_and_what_it_fails(self):
+        ode = {
+            "method": "ode", "engine": "ode", "variant": "quick", "setting": "tuned", "precision": "single",
+            "knobs": "setting=tuned"}
+        line = {"name": "gravity", "passed": False, "measured": 9.7, "expected": 9.8, "note": ""}
+        checks = [{"engine": "ode", "variant": "quick", "setting": "tuned", "fault": None, "lines": [line]}, {
+            "engine": "ode", "variant": "quick", "setting": "default", "fault": "died", "lines": []}, {
+                "engine": "dart", "variant": "", "fault": "unavailable: x", "lines": []}]
+        made, world = self.said(
+            ode | {"error_position_linf_m": "0.01", "processing_s": "0.5"},
+            ode | {"setting": "default", "knobs": "setting=default", "error_position_linf_m": "0.05"},
+            {"method": "ap", "solver": "lemke", "error_position_linf_m": "1e-6", "processing_s": "2", "parameters": "mu=1"}, {
+                "method": "newton", "variant": "uncapped", "status": "ray", "finished": "false", "reason": "lost",
+                "processing_s": "3"},
+            {"method": "dart", "engine": "dart", "variant": "pgs", "status": "unavailable", "finished": "false"},
+            preflight=checks)
+        self.assertTrue(world.lacking)
+        self.assertEqual(list(made["scenes"]), ["sliding box", "sliding box mu=1"])
+        tuned, default, newton, dart = made["scenes"]["sliding box"]
+        wanted = {
+            "scene": "sliding_box", "parameters": "", "measure": "position_linf_m", "engine": "ode", "variant": "quick",
+            "who": "ODE quick", "setting": "tuned", "precision": "single", "knobs": "setting=tuned", "step": "0.01",
+            "status": "ok", "reason": "", "run": "n0", "error": 0.01, "worst": 0.01, "time": 0.5, "us_a_step": 5000.0,
+            "busy": False, "front": True, "fails": ["gravity: 9.7, not 9.8"]}
+        self.assertEqual(tuned, wanted)
+        self.assertEqual((default["fails"], default["front"], default["error"]), (["died"], False, 0.05))
+        self.assertEqual(
+            {k: newton[k] for k in ("error", "time", "us_a_step", "reason", "precision", "fails", "front", "engine")}, {
+                "error": None, "time": None, "us_a_step": None, "reason": "lost", "precision": "double", "fails": [],
+                "front": False, "engine": ""})
+        self.assertEqual(dart["status"], "unavailable")
+        self.assertEqual(made["columns"], [("ode", "quick")])
+        # Who is ahead is an engine on the front; of the other scene that is ours.
+        self.assertEqual(made["ahead"], {"sliding box": ["ODE quick, tuned"], "sliding box mu=1": []})
+        self.assertEqual([c["fails"] for c in made["preflight"]], [["gravity: 9.7, not 9.8"], ["died"], ["unavailable: x"]])
+        self.assertEqual((made["tuned"], made["profile"], made["findings"]), ({"ode/quick": {}}, "default", []))
+
+    def test_what_others_found_stands_with_what_it_came_to_here(self):
+        rows = [{"says": "x", "unavailable": why, "comes_out": out} for why, out in (
+            ("not here", None), (None, None), (None, True), (None, False))]
+        made, _ = self.said({"method": "ode", "engine": "ode"}, findings=rows)
+        words = ("not measured (not here)", "not measured (a run has no number)", "comes out again", "contradicted")
+        self.assertEqual(made["findings"], [row | {"verdict": said} for row, said in zip(rows, words)])
+
+    def test_a_front_is_of_what_is_off_by_less_than_a_tenth(self):
+        rows = [{"method": "ode", "engine": "ode", "knobs": f"n={n}", "error_position_linf_m": error, "processing_s": str(n)}
+                for n, error in enumerate(("0.1", "0.09", "0.08"), 1)]
+        made, _ = self.said(*rows)
+        self.assertEqual([row["front"] for row in made["scenes"]["sliding box"]], [False, True, True])
 
 
 if __name__ == "__main__":
