@@ -18,7 +18,8 @@ LISTED = {
     "methods": [method("newton", variants=("uncapped", "stick-tested"), no_expansion="contact after contact"),
                 method("ap", ("lemke", "path"), flags=("k", "warm-start")), method("convex", ("ipm", ), flags=("epsilon", ))],
     "solvers": [{"method": "ap", "name": "lemke", "unavailable": None},
-                {"method": "ap", "name": "path", "unavailable": "not installed"}, {"method": "convex", "name": "ipm", "unavailable": None}],
+                {"method": "ap", "name": "path", "unavailable": "not installed"},
+                {"method": "convex", "name": "ipm", "unavailable": None}],
     "scenarios": [{"name": "stack.xml", "file": "/p/stack.xml", "parameters": {"boxes": "16", "mu": "0.5"}},
                   {"name": "slide.xml", "file": "/p/slide.xml", "parameters": {"rotate_cone": "0"}}],
     "engines": [{"name": "ode", "unavailable": None, "variants": [{"name": "quick"}, {"name": "world"}]},
@@ -123,13 +124,13 @@ class Files(unittest.TestCase):
 
     def test_each_method_has_its_own_knobs_beside_those_of_all(self):
         runs = self.runs(
-            "[[runs]]\nscene = 'stack'\nstep = ['1e-3', 1e-4]\nk = 4\nepsilon = 1e-9\nprune = false\nset.mu = [0.25, 0.50]\n")
+            "[[runs]]\nscene = 'stack'\nstep = ['1e-3', 1e-4]\nk = 4\nepsilon = 1e-9\nprune = false\nwarm_start = true\nset.mu = [0.25, 0.50]\n")
         self.assertEqual(sorted({(r.method, r.variant, r.solver) for r in runs}), [("ap", "", "lemke"), ("convex", "", "ipm"),
                                                                                    ("newton", "stick-tested", ""),
                                                                                    ("newton", "uncapped", "")])
         self.assertEqual(len(runs), 4 * 2 * 2)
         self.assertEqual([(r.sets, r.knobs) for r in runs if r.method == "ap"],
-                         [((("mu", mu), ), (("step", step), ("prune", "off"), ("k", "4"))) for mu in ("0.25", "0.50")
+                         [((("mu", mu), ), (("step", step), ("prune", "off"), ("k", "4"), ("warm_start", "on"))) for mu in ("0.25", "0.50")
                           for step in ("1e-3", "1e-4")])
         self.assertEqual({r.knobs for r in runs if r.method == "newton"},
                          {(("step", step), ("prune", "off")) for step in ("1e-3", "1e-4")})
@@ -196,7 +197,7 @@ class Files(unittest.TestCase):
 
     def test_a_run_that_two_files_ask_for_is_one_of_both(self):
         text = "methods = ['convex']\ntimed = {}\nmembers = {}\nrecord_contacts = {}\n[[runs]]\nscene = 'stack'\n"
-        run, = self.runs(text.format("false", 2, "true"), text.format("true", 5, "false"), text.format("false", 3, "false"))
+        run, = self.runs(text.format("false", 2, "false"), text.format("true", 5, "true"), text.format("false", 3, "false"))
         self.assertEqual((run.sweeps, run.timed, run.members, run.record_contacts),
                          (("sweep0", "sweep1", "sweep2"), True, 5, True))
         run, = self.runs(text.format("false", 2, "false"), text.format("false", 2, "false"))
