@@ -124,14 +124,15 @@ class Files(unittest.TestCase):
 
     def test_each_method_has_its_own_knobs_beside_those_of_all(self):
         runs = self.runs(
-            "[[runs]]\nscene = 'stack'\nstep = ['1e-3', 1e-4]\nk = 4\nepsilon = 1e-9\nprune = false\nwarm_start = true\nset.mu = [0.25, 0.50]\n")
+            "[[runs]]\nscene = 'stack'\nstep = ['1e-3', 1e-4]\nk = 4\nepsilon = 1e-9\nprune = false\nwarm_start = true\n"
+            "set.mu = [0.25, 0.50]\n")
         self.assertEqual(sorted({(r.method, r.variant, r.solver) for r in runs}), [("ap", "", "lemke"), ("convex", "", "ipm"),
                                                                                    ("newton", "stick-tested", ""),
                                                                                    ("newton", "uncapped", "")])
         self.assertEqual(len(runs), 4 * 2 * 2)
-        self.assertEqual([(r.sets, r.knobs) for r in runs if r.method == "ap"],
-                         [((("mu", mu), ), (("step", step), ("prune", "off"), ("k", "4"), ("warm_start", "on"))) for mu in ("0.25", "0.50")
-                          for step in ("1e-3", "1e-4")])
+        self.assertEqual([(r.sets, r.knobs) for r in runs if r.method == "ap"], [
+            ((("mu", mu), ), (("step", step), ("prune", "off"), ("k", "4"), ("warm_start", "on")))
+            for mu in ("0.25", "0.50") for step in ("1e-3", "1e-4")])
         self.assertEqual({r.knobs for r in runs if r.method == "newton"},
                          {(("step", step), ("prune", "off")) for step in ("1e-3", "1e-4")})
         self.assertEqual({r.knobs[2] for r in runs if r.method == "convex"}, {("epsilon", "1e-9")})
