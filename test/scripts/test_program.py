@@ -147,7 +147,7 @@ class Company(unittest.TestCase):
         self.assertEqual(self.others(*samples, start=12.5), (6 - 3) / 2)
         self.assertEqual(self.others(*samples, start=11.0), (9 - 4) / 4)
         # Of less than a second nothing is said: the last second or so counts.
-        self.assertEqual(self.others(*samples, start=13.9), (6 - 3) / 2)
+        self.assertEqual(self.others(*samples[:2], (13.5, 108.0, 53.0), samples[2], start=13.9), (6 - 3) / 2)
         self.assertIsNone(self.others(*samples, start=9.0))
         self.assertEqual(self.others((10.0, 100.0, 50.0), (12.0, 101.0, 53.0), start=10.0), 0)
         self.assertIsNone(self.others((10.0, 100.0, 50.0), None, start=10.0))

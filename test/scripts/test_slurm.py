@@ -1,7 +1,9 @@
 """scripts/sweep.py --engine slurm on stand-ins for Slurm and the program: the same table as on one machine, whatever becomes of
 tasks. With a Slurm that is one: test/acceptance/other_machines.py."""
 import collections
+import contextlib
 import csv
+import io
 import json
 import os
 import signal
@@ -10,8 +12,10 @@ import sys
 import tempfile
 import threading
 import time
+import types
 import unittest
 from pathlib import Path
+from unittest import mock
 
 import standin
 import standin_slurm
@@ -240,6 +244,106 @@ class Publish(unittest.TestCase):
             self.assertEqual(faults, [])
             self.assertEqual(json.loads((place / "run.json").read_text())["by"], (place / "summary.json").read_text())
             self.assertEqual(list(doing.iterdir()), [])
+
+
+class Tasks(unittest.TestCase):
+    """What Slurm says of tasks (slurm.py)."""
+    def ask(self, text, names=("contactbench-a", "contactbench-b"), code=0):
+        submissions = [types.SimpleNamespace(name=name, states={"old": 1}) for name in names]
+        ended = types.SimpleNamespace(returncode=code, stdout=text, stderr="down\n")
+        with mock.patch.object(slurm, "slurm", lambda *_: ended):
+            return slurm.ask(submissions), [s.states for s in submissions]
+
+    def test_a_line_of_the_queue_is_about_one_task_or_several(self):
+        self.assertEqual([list(slurm.indices(word)) for word in ("7", "3-5,9%2", "0,2-3", "N/A", "")],
+                         [[7], [3, 4, 5, 9], [0, 2, 3], [], []])
+
+    def test_tasks_are_counted_by_how_they_stand(self):
+        (answers, words), states = self.ask(
+            "contactbench-a|0|RUNNING|None\ncontactbench-a|1-3%2|PENDING|Resources\n "
+            "contactbench-b|4|PENDING|launch failed requeued held \n"
+            "contactbench-b|5|COMPLETED|None\ncontactbench-b|6|COMPLETING|None\nanother|0|RUNNING|None\n")
+        self.assertEqual((answers, words), (True, "2 at work, 3 wait (Resources)"))
+        self.assertEqual(
+            states,
+            [{0: "RUNNING", 1: "PENDING", 2: "PENDING", 3: "PENDING"}, {4: "LAUNCH_FAILED", 5: "COMPLETED", 6: "COMPLETING"}])
+
+    def test_of_a_task_that_was_begun_again_the_one_that_is_not_over_counts(self):
+        for text in ("contactbench-a|0|NODE_FAIL|x\ncontactbench-a|0|RUNNING|x\n",
+                     "contactbench-a|0|RUNNING|x\ncontactbench-a|0|NODE_FAIL|x\n"):
+            self.assertEqual(self.ask(text)[1][0], {0: "RUNNING"})
+
+    def test_where_it_does_not_answer_nothing_changes(self):
+        (answers, words), states = self.ask("contactbench-a|0|RUNNING|None\n", code=1)
+        self.assertEqual((answers, words, states), (False, "down", [{"old": 1}] * 2))
+
+    def test_how_a_task_ended_is_what_slurm_remembers_or_its_accounting(self):
+        submission = types.SimpleNamespace(name="n", states={3: "TIMEOUT"})
+        accounting = types.SimpleNamespace(returncode=0, stdout="7_[1-2]|COMPLETED\n7_4|CANCELLED by 1000\n7_5|FAILED\n",
+                                           stderr="")
+        for there, number, end in ((True, 3, "TIMEOUT"), (True, 4, "CANCELLED"), (True, 2, "COMPLETED"),
+                                   (True, 9, "unknown to Slurm"), (False, 4, "unknown to Slurm")):
+            with mock.patch.object(slurm, "slurm", lambda *_: accounting), mock.patch.object(
+                    slurm.shutil, "which", lambda _: there):
+                self.assertEqual(slurm.end_of(submission, number), end)
+
+    def test_a_task_is_over_where_slurm_says_so_twice_or_nothing_is_left_of_it(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for n in range(4):
+                (Path(folder) / f"{n}.json").write_text(json.dumps({"jobs": [{"asked": {"run": f"r{n}"}}]}))
+            (Path(folder) / "9.json").write_text("{")  # never submitted
+            submission = slurm.Submission(Path(folder))
+        self.assertEqual(set(submission.chunks), {0, 1, 2, 3})
+        submission.states = {0: "RUNNING", 1: "FAILED", 2: "PENDING"}
+        submission.chunks[0].clear()
+        self.assertEqual(submission.over(), {0})
+        submission.states[1] = "RUNNING"  # requeued
+        self.assertEqual(submission.over(), {0, 3})
+        submission.states[1] = "FAILED"
+        self.assertEqual(submission.over(), {0, 3})
+        self.assertEqual(submission.over(), {0, 1, 3})
+
+    def test_chunks_are_every_nth_run_and_take_two_minutes_at_the_pace_of_those_that_were_heard(self):
+        def submit(count, took=(0, 0.0), at_a_time=0, chunk=None, only=False, largest=1000):
+            with tempfile.TemporaryDirectory() as folder, mock.patch.object(slurm, "largest_array", lambda: largest), \
+                    contextlib.redirect_stdout(io.StringIO()) as said:
+                options = types.SimpleNamespace(runs=Path(folder), chunk=chunk, submit_only=only, slurm="--time=5 --x='a b'")
+                jobs = [{"asked": {"run": f"r{n}"}, "memory_limit_mb": 100.5 + n} for n in range(count)]
+                work = slurm.Work(options, None, jobs, at_a_time, None)
+                work.took = list(took)
+                asked = []
+                answer = types.SimpleNamespace(returncode=0, stdout="77\n", stderr="")
+                with mock.patch.object(slurm, "slurm", lambda *words: asked.append([str(w) for w in words]) or answer):
+                    work.submit(jobs)
+                place, = (Path(folder).resolve() / ".slurm").iterdir()
+                chunks = {int(file.stem): json.loads(file.read_text()) for file in place.glob("*.json")}
+            return [[job["asked"]["run"] for job in chunks[n]["jobs"]]
+                    for n in sorted(chunks)], chunks[0]["seconds"], asked[0], said.getvalue(), place
+
+        runs, seconds, words, said, place = submit(5, chunk=2)
+        self.assertEqual((runs, seconds), ([["r0", "r3"], ["r1", "r4"], ["r2"]], None))
+        self.assertEqual(words, [
+            "sbatch", "--parsable", f"--job-name={place.name}", "--array=0-2", f"--output={place}/%a.out", "--open-mode=append",
+            "--ntasks=1", "--cpus-per-task=1", "--mem=361M", "--requeue", "--time=5", "--x=a b", f"{place}/task.sh"])
+        self.assertEqual(said, f"5 runs to Slurm: 3 tasks of up to 2 (job 77, {place.name})\n")
+        # 2 s a run: sixty a task; two at a time: no more than half of them. Tasks that somebody waits for end after ten minutes.
+        runs, seconds, words, *_ = submit(90, (4, 8.0))
+        self.assertEqual(([len(r) for r in runs], seconds, words[3]), ([45, 45], 600, "--array=0-1"))
+        runs, _, words, *_ = submit(90, (4, 8.0), 3)
+        self.assertEqual(([len(r) for r in runs], words[3]), ([30] * 3, "--array=0-2%3"))
+        self.assertEqual([len(r) for r in submit(3, (1, 500.0))[0]], [1, 1, 1])
+        self.assertEqual([len(r) for r in submit(240)[0]], [120, 120])  # a second each, where nothing is known
+        self.assertIsNone(submit(2, only=True)[1])
+        runs, *_, said, _ = submit(7, chunk=1, largest=3)
+        self.assertEqual([len(r) for r in runs], [3, 2, 2])
+        self.assertIn("an array of this Slurm has up to 3 tasks", said)
+
+    def test_the_largest_array_is_asked_of_slurm(self):
+        for stdout, found in (("A = 1\nMaxArraySize            = 1001\nB = 2\n", 1001), ("MaxArraySize = 0\n", 1)):
+            with mock.patch.object(slurm, "slurm", lambda *_: types.SimpleNamespace(stdout=stdout, stderr="")):
+                self.assertEqual(slurm.largest_array(), found)
+        with mock.patch.object(slurm, "slurm", lambda *_: None), self.assertRaisesRegex(program.ProgramError, "no answer"):
+            slurm.largest_array()
 
 
 if __name__ == "__main__":

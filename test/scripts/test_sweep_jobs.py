@@ -1,0 +1,294 @@
+"""scripts/contactbench/sweep.py: its flags, what is done and what is done again, in which order, and what it says.
+Without runs; with runs: test_sweep.py."""
+import contextlib
+import dataclasses
+import io
+import json
+import os
+import tempfile
+import time
+import types
+import unittest
+from pathlib import Path
+from unittest import mock
+
+from contactbench import gather, plan, program, references, sweep
+
+RUN = plan.Run("stack", (("boxes", "4"), ), "ap", "", "lemke", (("k", "8"), ), 1)
+LISTED = {"scenarios": [{"name": "stack.xml", "file": "/s/stack.xml", "parameters": {}}],
+          "statuses": [{"name": "ok"}, {"name": "ray"}]}
+
+
+class Scratch(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.top = Path(folder.name)
+
+
+class Flags(unittest.TestCase):
+    def arguments(self, *words):
+        return sweep.arguments(["a.toml", *words])
+
+    def refused(self, *words):
+        with contextlib.redirect_stderr(io.StringIO()) as said, self.assertRaises(SystemExit) as ended:
+            self.arguments(*words)
+        self.assertEqual(ended.exception.code, 2)
+        return said.getvalue()
+
+    def test_places_follow_from_the_profile_and_from_the_folder_of_the_table(self):
+        usual = self.arguments()
+        results = program.ROOT / "results"
+        self.assertEqual((usual.sweeps, usual.out, usual.references, usual.runs),
+                         ([Path("a.toml")], results, results / "references", results / "runs/default"))
+        self.assertEqual((usual.jobs, usual.deadline, usual.rerun, usual.engine, usual.keep, usual.timed_alone),
+                         (1, None, [], "local", False, False))
+        self.assertEqual(self.arguments("--profile", "paper").runs, results / "runs/paper")
+        given = self.arguments("--out", "o", "b.toml", "--runs", "r", "--rerun", "ray", "--rerun", "crash")
+        self.assertEqual((given.sweeps, given.references, given.runs, given.rerun),
+                         ([Path("a.toml"), Path("b.toml")], Path("o/references"), Path("r"), ["ray", "crash"]))
+        self.assertEqual(self.arguments("--references", "f").references, Path("f"))
+
+    def test_no_jobs_are_one_a_core_and_with_slurm_as_many_as_it_lets(self):
+        with mock.patch.object(os, "cpu_count", lambda: 6):
+            self.assertEqual([self.arguments("--jobs", n).jobs for n in ("0", "3")], [6, 3])
+            self.assertEqual(
+                [self.arguments("--engine", "slurm", *words).jobs for words in ((), ("--jobs", "0"), ("--jobs", "2"))], [0, 0, 2])
+
+    def test_a_budget_is_in_hours_from_now(self):
+        self.assertAlmostEqual(self.arguments("--budget", "0.5").deadline - time.time(), 1800, delta=5)
+
+    def test_what_makes_no_sense_is_refused(self):
+        for words, said in ((["--jobs", "-1"], "--jobs must not be negative"), (["--chunk", "2"], "are of --engine slurm"), ([
+                "--engine", "slurm", "--chunk", "0"], "--chunk must be at least 1"), ([
+                    "--engine", "slurm", "--submit-only",
+                    "--timed-alone"], "not with --submit-only"), (["--budget", "0"], "--budget must be a positive"), ([
+                        "--budget", "nan"], "--budget must be a positive")):
+            self.assertIn(said, self.refused(*words))
+        for engine in ("fork", "local:x", "slurm:x"):
+            with self.assertRaisesRegex(program.ProgramError, f"no engine '{engine}'; there are: local, dask, "):
+                sweep.engine_of(types.SimpleNamespace(engine=engine))
+        self.assertIs(sweep.engine_of(types.SimpleNamespace(engine="local")), sweep.local)
+
+
+class Again(Scratch):
+    """Which finished runs are done again."""
+    def setUp(self):
+        super().setUp()
+        self.program, self.scene = self.top / "program", self.top / "scene"
+        for file in (self.program, self.scene):
+            file.write_text(file.name)
+        self.job = {
+            "asked": {"run": "r", "parameters": ""}, "flags": ["--k", "8"], "program": str(self.program), "file": str(self.scene),
+            "time_limit_s": 10, "memory_limit_mb": 100, "record_every": 0, "record_contacts": False, "timed": False}
+        self.record = {
+            "status": "ok", "flags": ["--k", "8"], "files": [str(self.scene)], "key": program.digest(self.program, self.scene),
+            "limits": [10, 100], "record_every": 5, "timed": True}
+
+    def is_done(self, record=None, job=None, keep=False, rerun=()):
+        (self.top / "r").mkdir(exist_ok=True)
+        (self.top / "r/run.json").write_text(json.dumps(self.record | (record or {})))
+        return sweep.is_done(self.job | (job or {}), types.SimpleNamespace(runs=self.top, keep=keep, rerun=rerun))
+
+    def test_a_run_of_the_same_program_scene_and_flags_is_done(self):
+        self.assertTrue(self.is_done())
+        for more in ({"status": "interrupted"}, {"status": "write_failed"}, {"flags": ["--k", "4"]}, {"key": "another"}):
+            self.assertFalse(self.is_done(more), more)
+        self.assertTrue(self.is_done({"key": "another"}, keep=True))
+        self.assertFalse(self.is_done({"flags": ["--k", "4"]}, keep=True))
+        (self.top / "r/run.json").write_text("{")
+        self.assertFalse(sweep.is_done(self.job, types.SimpleNamespace(runs=self.top, keep=True, rerun=[])))
+
+    def test_a_status_that_is_to_be_done_again_is(self):
+        self.assertEqual([self.is_done({"status": s}, rerun=["ray", "crash"]) for s in ("ok", "ray", "crash")],
+                         [True, False, False])
+        self.assertFalse(self.is_done(rerun=["all"], keep=True))
+
+    def test_another_limit_matters_to_what_a_limit_cut(self):
+        for status in ("time_limit", "memory_limit"):
+            self.assertTrue(self.is_done({"status": status}))
+            self.assertFalse(self.is_done({"status": status}, {"time_limit_s": 11}))
+            self.assertFalse(self.is_done({"status": status}, {"memory_limit_mb": 99}))
+        self.assertTrue(self.is_done(job={"time_limit_s": 11, "memory_limit_mb": 99}))
+
+    def test_contacts_times_and_steps_are_wanted_where_there_are_none(self):
+        self.assertFalse(self.is_done(job={"record_contacts": True}))
+        self.assertTrue(self.is_done({"record_contacts": True}, {"record_contacts": True}))
+        self.assertFalse(self.is_done({"timed": False}, {"timed": True}))
+        self.assertTrue(self.is_done({"timed": False}))
+        self.assertEqual([self.is_done(job={"record_every": n}) for n in (0, 4, 5, 6)], [True, False, True, True])
+        self.assertFalse(self.is_done({"record_every": 0}, {"record_every": 9}))
+
+    def test_where_a_file_of_the_scene_is_gone_the_program_is_asked_for_them(self):
+        other = self.top / "other"
+        other.write_text("more")
+        key = program.digest(self.program, other)
+        with mock.patch.object(program, "files_of", return_value=(str(other), )) as asked:
+            self.assertTrue(self.is_done())
+            asked.assert_not_called()
+            for files in ([str(self.scene), "/nowhere"], [], None):
+                self.assertTrue(self.is_done({"files": files, "key": key}), files)
+                self.assertFalse(self.is_done({"files": files}), files)
+        self.assertEqual(asked.call_args.args, (str(self.program), str(self.scene), ""))
+        with mock.patch.object(program, "files_of", return_value=("/nowhere", )):
+            self.assertFalse(self.is_done({"files": []}))
+
+
+class Order(Scratch):
+    def options(self, **more):
+        return types.SimpleNamespace(
+            **{
+                "program": "/p/contactbench", "runs": self.top, "deadline": 1e9, "references": self.top, "timed_alone": False,
+                "jobs": 3, "engine": "local", "keep": False, "rerun": []} | more)
+
+    def test_a_job_is_its_run_with_the_program_and_the_deadline_of_the_sweep(self):
+        runs = [
+            dataclasses.replace(RUN, record_every=3, timed=False, time_limit_s=20, memory_limit_mb=300, record_contacts=True),
+            dataclasses.replace(RUN, scene="mine", file="/m/mine.xml")]
+        first, second = sweep.jobs_of(runs, LISTED, self.options())
+        self.assertEqual(
+            first, {
+                "asked": runs[0].asked(), "flags": runs[0].flags(), "program": "/p/contactbench", "scene": "stack.xml",
+                "file": "/s/stack.xml", "runs": str(self.top.resolve()), "statuses": [
+                    "ok", "ray"], "timed": False, "time_limit_s": 20, "wall_limit_s": 34.0, "memory_limit_mb": 300,
+                "record_every": 3, "deadline": 1e9, "record_contacts": True})
+        self.assertEqual((second["scene"], second["file"]), ("/m/mine.xml", "/m/mine.xml"))
+
+    def test_runs_whose_times_count_go_alone_and_last_where_that_is_asked(self):
+        todo = [(dataclasses.replace(RUN, timed=n % 2 == 0), n) for n in range(5)]
+        for more, calls in (({}, [([0, 1, 2, 3, 4], 3)]), ({"timed_alone": True}, [([1, 3], 3), ([0, 2, 4], 1)])):
+            went = []
+            sweep.do_all(todo, lambda some, count, done: went.append((some, count)), self.options(**more))
+            self.assertEqual(went, calls)
+        # Where nothing is to do Slurm may still hold jobs.
+        for engine, calls in (("local", []), ("slurm", [([], 3), ([], 1)])):
+            went = []
+            sweep.do_all([], lambda some, count, done: went.append((some, count)), self.options(engine=engine))
+            self.assertEqual(went, calls)
+
+    def test_what_is_to_do_is_said_with_its_command(self):
+        runs = [RUN, dataclasses.replace(RUN, repeat=2), dataclasses.replace(RUN, method="convex", solver="ipm")]
+        with mock.patch.object(sweep, "is_done",
+                               lambda job, _: job["asked"]["repeat"] == 2), contextlib.redirect_stdout(io.StringIO()) as said:
+            todo = sweep.to_do(runs, LISTED, self.options(), show=True)
+        self.assertEqual([(run, job["asked"]["run"]) for run, job in todo], [(run, run.name) for run in (runs[0], runs[2])])
+        self.assertEqual(said.getvalue().splitlines(), [
+            "contactbench run stack.xml --method ap --solver lemke --k 8 --set boxes=4",
+            "contactbench run stack.xml --method convex --solver ipm --k 8 --set boxes=4", "2 of 3 runs to do, 1 there already"])
+
+    def test_a_certified_reference_is_known_by_scene_and_parameters(self):
+        runs = [
+            RUN,
+            dataclasses.replace(RUN, repeat=2),
+            dataclasses.replace(RUN, sets=()),
+            dataclasses.replace(RUN, scene="mine", file="/m/mine.xml")]
+        for name in ("stack__boxes-4", "mine__boxes-4"):
+            (self.top / f"{name}.json").touch()
+        asked = []
+
+        def read(folder, scene, parameters, files):
+            asked.append((folder, scene, parameters, files))
+            return None if scene == "mine" else "a reference"
+
+        with mock.patch.object(references, "read", read), mock.patch.object(program, "files_of", lambda path, file, parameters:
+                                                                            (path, file)):
+            self.assertEqual(sweep.certified(runs, LISTED, self.options()), {("stack", "boxes=4"): "a reference"})
+        self.assertEqual(asked, [(self.top, "stack", "boxes=4", ("/p/contactbench", "/s/stack.xml")),
+                                 (self.top, "mine", "boxes=4", ("/p/contactbench", "/m/mine.xml"))])
+
+    def unsettled(self, *ends, members=3):
+        """Which further members are asked for, where a run and its first member end so."""
+        runs = [dataclasses.replace(RUN, members=members, sets=(("boxes", str(n)), )) for n in range(len(ends))]
+        runs += [dataclasses.replace(run, repeat=2) for run in runs]
+        said = {}
+        for run, both in zip(runs, ends):
+            for of, (status, error) in zip((run, run.as_member(1)), both):
+                said[of.name] = {"status": status, "error_final_m": error}
+
+        def rows_of(some, folder, known):
+            rows = [said[run.name] for run in some if run.name in said and said[run.name]["status"]]
+            return rows, []
+
+        with mock.patch.object(sweep, "rows_of", rows_of):
+            return [(dict(run.sets)["boxes"], run.member, run.timed) for run in sweep.unsettled(runs, self.options(), {})]
+
+    def test_further_members_are_asked_where_the_first_came_to_something_else(self):
+        ends = [(("ok", "0.5"), ("ok", "0.5")), (("ok", "0.5"), ("ok", "0.6")), (("ok", "0.5"), ("ray", "0.5")),
+                (("time_limit", ""), ("ok", "")), (("ok", "0.5"), ("", "")), (("ok", "0.5"), ("ok", "0.5000000000001"))]
+        self.assertEqual(self.unsettled(*ends), [("1", 2, False), ("2", 2, False), ("1", 3, False), ("2", 3, False)])
+        self.assertEqual(self.unsettled(*ends, members=1), [])
+
+
+class Saying(unittest.TestCase):
+    def test_a_line_a_run_with_the_time_that_is_left(self):
+        record = {"run": "r1", "status": "ray", "reason": "no way on", "wall_s": 1.26, "busy": True}
+        with mock.patch.object(sweep.sys.stderr, "isatty", lambda: False, create=True), \
+                mock.patch.object(sweep.time, "monotonic", side_effect=[100.0, 104.0, 110.0]), \
+                contextlib.redirect_stdout(io.StringIO()) as said:
+            progress = sweep.Progress(12)
+            progress.done(record)
+            progress.done(record | {"status": "ok", "reason": "", "busy": None})
+            progress.close()
+        self.assertEqual(said.getvalue().splitlines(),
+                         ["[ 1/12, 44 s left] r1 ray (no way on), 1.3 s, machine busy", "[ 2/12, 50 s left] r1 ok, 1.3 s"])
+
+    def test_settled_is_the_same_end_and_the_same_errors_but_for_rounding(self):
+        row = {"status": "ok", "error_a": "0.5", "error_b": "", "processing_s": "1"}
+        self.assertTrue(gather.settled(row, row | {"processing_s": "2", "error_a": "0.5000000001"}))
+        for more in ({"status": "inaccurate"}, {"error_a": "0.500000002"}, {"error_b": "0.1"}, {"error_c": "1"}):
+            self.assertFalse(gather.settled(row, row | more), more)
+
+
+class Whole(Scratch):
+    """A sweep from its file to its table, where no run is done."""
+    def sweep(self, *words, further=()):
+        (self.top /
+         "a.toml").write_text("methods = ['ap']\n[[runs]]\nscene = 'stack'\nmembers = 2\nrepeats = 2\nset.boxes = [1, 2]\n")
+        listed = LISTED | {
+            "methods": [{"name": "ap", "solvers": ["lemke", "lib"], "variants": [], "options": []}], "solvers": [{
+                "method": "ap", "name": "lib", "unavailable": "not installed"}]}
+        listed["scenarios"][0]["parameters"] = {"boxes": "16"}
+        went, gathered = [], []
+        options = sweep.arguments([str(self.top / "a.toml"), "--runs", str(self.top / "runs"), "--out", str(self.top), *words])
+        with mock.patch.object(program, "listed", lambda _: listed), mock.patch.object(sweep, "is_done", lambda *_: False), \
+                mock.patch.object(sweep, "do_all", lambda todo, *_: went.append([run.name for run, _ in todo])), \
+                mock.patch.object(sweep, "unsettled", lambda *_: list(further)), \
+                mock.patch.object(sweep, "gather", lambda *of: gathered.append(of)), \
+                mock.patch.object(sweep.slurm, "engine", lambda *_: None), contextlib.redirect_stdout(io.StringIO()) as said:
+            sweep.sweep(options)
+        return went, gathered, said.getvalue()
+
+    def test_runs_go_with_the_first_member_of_each_cell_and_the_others_where_that_does_not_settle_it(self):
+        (self.top / "runs/stray__run").mkdir(parents=True)
+        (self.top / "runs/.doing/half").mkdir(parents=True)
+        (self.top / "runs/stack__boxes-2__ap__lemke__r1").mkdir()
+        more = dataclasses.replace(RUN, sets=(("boxes", "2"), ), knobs=(), member=2)
+        went, ((runs, members, missing, folder, out, sweeps, profile, known), ), said = self.sweep(further=[more])
+        first = [f"stack__boxes-{n}__ap__lemke__r{repeat}" for repeat in (1, 2) for n in (1, 2)]
+        self.assertEqual(went,
+                         [[*first, *(f"stack__boxes-{n}__ap__lemke__m1" for n in (1, 2))], ["stack__boxes-2__ap__lemke__m2"]])
+        self.assertEqual([run.name for run in runs], first)
+        self.assertEqual([run.name for run in members],
+                         ["stack__boxes-1__ap__lemke__m1", "stack__boxes-2__ap__lemke__m1", "stack__boxes-2__ap__lemke__m2"])
+        self.assertEqual((missing, folder, out, sweeps, profile, known),
+                         ({"ap/lib": "not installed"}, self.top / "runs", self.top, ["a"], "", {}))
+        self.assertIn("ap/lib is left out: not installed\n", said)
+        self.assertIn("1 cells differ with the last bits of their start", said)
+        self.assertIn("1 folders are of no run of these sweeps and stay out of the tables: stray__run\n", said)
+        self.assertFalse((self.top / "runs/.doing").exists())
+
+    def test_nothing_further_is_asked_where_all_is_settled_and_nothing_is_gathered_of_what_was_only_submitted(self):
+        went, gathered, said = self.sweep()
+        self.assertEqual((len(went), len(gathered)), (1, 1))
+        self.assertNotIn("differ", said)
+        self.assertNotIn("folders are of no run", said)
+        went, gathered, _ = self.sweep("--engine", "slurm", "--submit-only")
+        self.assertEqual((len(went), len(gathered)), (1, 0))
+
+    def test_a_program_that_is_not_there_is_said_with_the_flag_that_names_another(self):
+        with self.assertRaisesRegex(program.ProgramError, "does not work: .*--program names another one"):
+            sweep.sweep(sweep.arguments(["a.toml", "--program", "/nowhere/program"]))
+
+
+if __name__ == "__main__":
+    unittest.main()
