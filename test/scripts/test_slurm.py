@@ -331,6 +331,7 @@ class Tasks(unittest.TestCase):
         self.assertEqual(([len(r) for r in runs], seconds, words[3]), ([45, 45], 600, "--array=0-1"))
         runs, _, words, *_ = submit(90, (4, 8.0), 3)
         self.assertEqual(([len(r) for r in runs], words[3]), ([30] * 3, "--array=0-2%3"))
+        self.assertEqual(submit(90, at_a_time=2, chunk=30)[2][3], "--array=0-2%2")
         self.assertEqual([len(r) for r in submit(3, (1, 500.0))[0]], [1, 1, 1])
         self.assertEqual([len(r) for r in submit(240)[0]], [120, 120])  # a second each, where nothing is known
         self.assertIsNone(submit(2, only=True)[1])

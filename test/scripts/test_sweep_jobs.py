@@ -201,7 +201,7 @@ class Order(Scratch):
         runs = [dataclasses.replace(RUN, members=members, sets=(("boxes", str(n)), )) for n in range(len(ends))]
         runs += [dataclasses.replace(run, repeat=2) for run in runs]
         said = {}
-        for run, both in zip(runs, ends):
+        for run, both in zip(runs, 2 * ends):
             for of, (status, error) in zip((run, run.as_member(1)), both):
                 said[of.name] = {"status": status, "error_final_m": error}
 
@@ -261,15 +261,17 @@ class Whole(Scratch):
     def test_runs_go_with_the_first_member_of_each_cell_and_the_others_where_that_does_not_settle_it(self):
         (self.top / "runs/stray__run").mkdir(parents=True)
         (self.top / "runs/.doing/half").mkdir(parents=True)
-        (self.top / "runs/stack__boxes-2__ap__lemke__r1").mkdir()
+        for name in ("r1", "m1", "m3"):
+            (self.top / f"runs/stack__boxes-2__ap__lemke__{name}").mkdir()
         more = dataclasses.replace(RUN, sets=(("boxes", "2"), ), knobs=(), member=2)
-        went, ((runs, members, missing, folder, out, sweeps, profile, known), ), said = self.sweep(further=[more])
+        third = dataclasses.replace(more, member=3)
+        went, ((runs, members, missing, folder, out, sweeps, profile, known), ), said = self.sweep(further=[more, third])
         first = [f"stack__boxes-{n}__ap__lemke__r{repeat}" for repeat in (1, 2) for n in (1, 2)]
-        self.assertEqual(went,
-                         [[*first, *(f"stack__boxes-{n}__ap__lemke__m1" for n in (1, 2))], ["stack__boxes-2__ap__lemke__m2"]])
+        of_first, of_others = ([f"stack__boxes-{n}__ap__lemke__m{m}" for n, m in some] for some in (((1, 1), (2, 1)), ((2, 2), (2, 3))))
+        self.assertEqual(went, [[*first, *of_first], of_others])
         self.assertEqual([run.name for run in runs], first)
         self.assertEqual([run.name for run in members],
-                         ["stack__boxes-1__ap__lemke__m1", "stack__boxes-2__ap__lemke__m1", "stack__boxes-2__ap__lemke__m2"])
+                         [*of_first, *of_others])
         self.assertEqual((missing, folder, out, sweeps, profile, known),
                          ({"ap/lib": "not installed"}, self.top / "runs", self.top, ["a"], "", {}))
         self.assertIn("ap/lib is left out: not installed\n", said)
