@@ -267,7 +267,8 @@ class Whole(Scratch):
         third = dataclasses.replace(more, member=3)
         went, ((runs, members, missing, folder, out, sweeps, profile, known), ), said = self.sweep(further=[more, third])
         first = [f"stack__boxes-{n}__ap__lemke__r{repeat}" for repeat in (1, 2) for n in (1, 2)]
-        of_first, of_others = ([f"stack__boxes-{n}__ap__lemke__m{m}" for n, m in some] for some in (((1, 1), (2, 1)), ((2, 2), (2, 3))))
+        of_first, of_others = ([f"stack__boxes-{n}__ap__lemke__m{m}" for n, m in some]
+                               for some in (((1, 1), (2, 1)), ((2, 2), (2, 3))))
         self.assertEqual(went, [[*first, *of_first], of_others])
         self.assertEqual([run.name for run in runs], first)
         self.assertEqual([run.name for run in members],
