@@ -29,7 +29,7 @@ class Cell(dict):
 def point(name="r1", **more):
     cell = Cell(method="convex", solver="ipm", variant="v", k="8", epsilon="1e-9", knobs=KNOBS, false_claims="0")
     return {"run": name, "cell": cell, "measure": "position_linf_m", "error": 0.01, "worst": 0.02, "uncertainty": 0.003,
-            "time": 4.0,            "least": 3.0, "most": 6.0, "time_per_step": 0.0125, "repeats": 3, "busy": True, "step": "1e-3"} | more
+            "time": 4.0, "least": 3.0, "most": 6.0, "time_per_step": 0.0125, "repeats": 3, "busy": True, "step": "1e-3"} | more
 
 
 SAID = {

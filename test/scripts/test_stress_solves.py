@@ -1,10 +1,13 @@
 """scripts/stress.py: what it takes from a stored problem that was solved, and from a search for a critical value. On answers that
 are made up, each field another number."""
 import json
+import math
+import tempfile
 import unittest
 from pathlib import Path
 from unittest import mock
 
+import numpy as np
 from contactbench import limits, problems, program, stress
 from contactbench.stress import ROOT
 from test_stress_runs import LISTED, Scratch, ended, options
@@ -177,6 +180,137 @@ class Searches(Scratch):
             cell = self.critical({"scene": "arch", "parameter": "t/R"}, call)
         self.assertEqual((cell["verdict"], cell["row"], cell["residual"]), ("right", "critical t/R", 2e-9))
         self.assertLess(cell["error"], 1e-4)
+
+
+class Bisection(unittest.TestCase):
+    def test_the_worst_of_all_trials_counts_and_the_answer_is_as_near_as_was_asked(self):
+        asked = []
+
+        def trial(value):
+            asked.append(value)
+            return "inaccurate" if value < 1.2 else "ok", 1e-9 / value, value >= 1.4142
+
+        found = limits.bisect(trial, 1.0, 2.0, 0.01)
+        self.assertEqual((found.status, found.residual), ("inaccurate", 1e-9))
+        self.assertLess(abs(found.value - 1.4142), 0.01 * 1.4142)
+        self.assertEqual(found.note, f"stands from {found.value:.6g} on")
+        # The ends, and halves from 1 down to a hundredth of what lies there.
+        self.assertEqual((asked[:4], len(asked)), ([1.0, 2.0, 1.5, 1.25], 2 + 7))
+        # Inaccurate answers count, a residual that is not there is none.
+        found = limits.bisect(lambda x: ("ok", None, x > 1.5), 1, 2, 1e-3)
+        self.assertEqual((found.status, found.residual), ("ok", 0.0))
+
+    def test_a_trial_that_fails_at_an_end_says_so(self):
+        for bad in (1, 2):
+            found = limits.bisect(lambda x, bad=bad: ("ray" if x == bad else "ok", 0.5, x == 2), 1, 2, 1e-3)
+            self.assertEqual((found.status, found.value, found.note, found.residual), ("ray", None, "a trial failed", 0.5))
+
+    def test_a_step_is_tried_over_two_thousand_of_them_and_any_other_end_is_a_fault(self):
+        asked = []
+
+        def call(*words, status="ok"):
+            asked.append([str(w) for w in words])
+            step = float(words[words.index("--step") + 1])
+            status = status if step < 1e-3 else "energy_blowup"
+            (Path(words[words.index("--out") + 1]) / "summary.json").write_text(
+                json.dumps({"status": status, "control": {"largest_stable_step": 1e3 * step}}))
+
+        with tempfile.TemporaryDirectory() as folder:
+            with mock.patch.object(program, "call", call):
+                step, estimate = limits.stable_step("prog", "scene.xml", ["--set", "k=1"], folder)
+            self.assertAlmostEqual(step / 1e-3, 1, delta=limits.NEARNESS)
+            self.assertAlmostEqual(estimate, 1e-4, delta=1e-18)  # of the shortest step
+            self.assertEqual(asked[0], [
+                "prog", "run", "scene.xml", "--method", "newton", "--set", "k=1", "--step", "1e-07", "--duration",
+                repr(2000 * 1e-7), "--record-every", "0", "--out", folder, "--quiet"])
+            with mock.patch.object(program, "call", lambda *words: call(*words, status="ray")), self.assertRaisesRegex(
+                    ValueError, "ray at a step of"):
+                limits.stable_step("prog", "scene.xml", [], folder)
+
+
+class Made(unittest.TestCase):
+    """Problems that are made for the suite."""
+    def read(self, text):
+        """(contacts, W as its columns, q, mu) of Siconos' text."""
+        lines = text.split("\n")
+        self.assertEqual((lines[0], lines[2], lines[5]), ("3", "0", " ".join([lines[3]] * 2)))
+        n = int(lines[3])
+        numbers = [[float(x) for x in line.split()] for line in lines[6:]]
+        self.assertEqual((int(lines[4]), n), (n, 3 * int(lines[1])))
+        return int(lines[1]), numbers[:n], numbers[n], numbers[n + 1]
+
+    def test_a_matrix_is_written_column_by_column(self):
+        W = [[10.0 * i + j for j in range(3)] for i in range(3)]
+        self.assertEqual(self.read(problems.text(W, [1.0, 2.0, 3.0], [0.5])),
+                         (1, [[0, 10, 20], [1, 11, 21], [2, 12, 22]], [1, 2, 3], [0.5]))
+
+    def test_a_body_s_contacts_move_as_a_rigid_body_does(self):
+        points, v, w, mass, inertia = [(0.5, -0.25, 2.0), (-1.0, 0.75, 0.125)], [1.0, 2.0, 3.0], [0.3, 0.7, -0.2], 4.0, 0.5
+        W, q = problems.body(points, v + w, mass, inertia)
+        axes = np.array([[0, 1, 0], [1, 0, 0], [0, 0, -1]])  # up, x, against z
+        for i, p in enumerate(points):
+            np.testing.assert_allclose(q[3 * i:3 * i + 3], axes @ (v + np.cross(w, p)), atol=1e-14)
+            for a, d in enumerate(axes):  # what an impulse there does to all of them
+                turned = np.cross(p, d) / inertia
+                for j, other in enumerate(points):
+                    np.testing.assert_allclose([W[3 * j + b][3 * i + a] for b in range(3)],
+                                               axes @ (d / mass + np.cross(turned, other)), atol=1e-13)
+
+    def test_what_each_must_come_to(self):
+        body = problems.body  # of hundreds of contacts it takes seconds
+        with mock.patch.object(problems, "body", lambda points, *of: body(points if len(points) <= 64 else points[:1], *of)):
+            every = list(problems.made())
+        made = {name: (self.read(text) if "no_contact" not in name else None, ends, speed) for name, text, ends, speed in every}
+        self.assertEqual(
+            {name: speed for name, (_, _, speed) in made.items() if speed is not None and "triangle" not in name},
+            {"one_contact_mu_0": 0.1, "one_contact_mu_1e6": 0.0, **{f"patch_of_{n * n}_contacts": 0.0 for n in (2, 4, 8, 16)}})
+        self.assertEqual({name for name, (_, ends, _) in made.items() if "solved" not in ends},
+                         {"nan", "both_sides_fixed", "driven_into_a_wall"})
+        self.assertEqual({name: of[0][3] for name, of in made.items() if name.startswith("one_")},
+                         {"one_contact": [0.5], "one_contact_mu_0": [0.0], "one_contact_mu_1e6": [1e6]})
+        # One slides with 0.1 m/s and falls by a step of gravity; so do all of a patch, which lies level and turns about nothing.
+        self.assertEqual(made["one_contact"][0][2], [-0.098, 0.1, 0.0])
+        for name, count in (("repeated_16", 16), ("patch_of_64_contacts", 64), ("patch_of_1e-06_m", 4)):
+            contacts, _, q, mu = made[name][0]
+            self.assertEqual((contacts, mu), (count, [0.5] * count))
+            self.assertEqual(set(q[0::3]), {-0.098})
+        for name, size in (("patch_of_4_contacts", 1.0), ("patch_of_0.001_m", 2e-3)):
+            # A corner's normal impulse turns the body: 1 / m and x^2 + z^2 over 1/6 of a square of such an edge.
+            W = made[name][0][1]
+            self.assertAlmostEqual(W[0][0], 1 + 6 * size**2 / 2, delta=1e-12)
+        # Two walls close in on what is between them: no impulse of theirs changes the sum of the two speeds, which is negative.
+        _, W, q, _ = made["driven_into_a_wall"][0]
+        self.assertEqual([W[i][0] + W[i][3] for i in range(6)], [0] * 6)
+        self.assertEqual(q[0] + q[3], -2)
+        # Three contacts bear 3 kg with g = 10 and turn under 29.99 or 30.01 N m, 1 ms long, of I = m R^2 / 2.
+        for torque in (29.99, 30.01):
+            contacts, _, q, mu = made[f"triangle_{torque:g}_Nm"][0]
+            self.assertEqual((contacts, mu), (3, [2 / 3] * 3))
+            for n in range(3):
+                self.assertAlmostEqual(math.hypot(q[3 * n + 1], q[3 * n + 2]), torque * 1e-3 / 3.375 * 1.5, delta=1e-15)
+                self.assertAlmostEqual(q[3 * n], -0.01, delta=1e-15)
+
+    def test_voussoirs_weigh_and_turn_as_pieces_of_a_ring_do(self):
+        ratio, count, R = 0.15, 27, 10.0
+        contacts, W, _, _ = self.read(problems.arch(ratio, 0.7))
+        half = math.pi / (2 * count)
+        # By rings and rays: mass (of density 1), middle, and inertia about it, of a piece about the x axis.
+        r, a = np.meshgrid(R * (1 + ratio * ((np.arange(400) + 0.5) / 400 - 0.5)), half * ((np.arange(400) + 0.5) / 200 - 1))
+        weight = r * R * ratio / 400 * half / 200
+        mass = weight.sum()
+        x = (weight * r * np.cos(a)).sum() / mass
+        inertia = (weight * ((r * np.cos(a) - x)**2 + (r * np.sin(a))**2)).sum()
+        for joint, pieces in ((0, 1), (5, 2), (27, 1)):
+            for edge, at in enumerate((R * (1 - ratio / 2), R * (1 + ratio / 2))):
+                row = 3 * (2 * joint + edge)
+                # Along the arch an impulse acts at the arm along the joint; across it, at the other one.
+                arms = at - x * math.cos(half), x * math.sin(half)
+                for d, arm in enumerate(arms):
+                    self.assertAlmostEqual(W[row + d][row + d] / (pieces * (1 / mass + arm**2 / inertia)), 1, delta=1e-4)
+                self.assertAlmostEqual(W[row + 2][row + 2] / (pieces / mass), 1, delta=1e-4)
+        self.assertEqual(contacts, 56)
+        # What is between two joints that have no piece in common is nothing.
+        self.assertEqual({W[i][j] for i in range(6) for j in range(12, 168)}, {0})
 
 
 if __name__ == "__main__":
