@@ -4,6 +4,7 @@ import contextlib
 import csv
 import io
 import itertools
+import json
 import tempfile
 import types
 import unittest
@@ -328,6 +329,43 @@ class Tables(Scratch):
         code, said, tables, *_ = self.main(*["ok"] * 2, first=3, write_scenes=self.top / "written")
         self.assertEqual((code, tables), (0, []))
         self.assertEqual(said.splitlines(), [str(self.top / f"written/r5_{n}.xml") for n in (3, 4)])
+
+
+class Running(Scratch):
+    """Many runs at a time; here by threads."""
+    def run_all(self, rows, known=None):
+        """What is known after these, what was written, and what was said."""
+        known = {} if known is None else known
+        record = self.top / "runs.jsonl"
+        record.write_text("before\n")
+        rows = {r["key"]: r for r in rows}
+
+        def do(job):
+            if rows[job] is None:
+                raise KeyboardInterrupt
+            return rows[job]
+
+        pool = lambda count, initializer: campaign.concurrent.futures.ThreadPoolExecutor(1)
+        clock = itertools.count(0, 10)
+        with mock.patch.object(campaign, "do", do), mock.patch.object(campaign.concurrent.futures, "ProcessPoolExecutor", pool), \
+                mock.patch.object(campaign.time, "monotonic", lambda: next(clock)), \
+                contextlib.redirect_stdout(io.StringIO()) as out, \
+                contextlib.redirect_stderr(io.StringIO()) as errors:
+            campaign.run_all(list(rows), known, record, 1)
+        return known, record.read_text().splitlines(), out.getvalue(), errors.getvalue()
+
+    def test_each_run_is_a_line_at_once_and_a_defect_is_printed(self):
+        rows = [
+            row("r1_0", key="a"),
+            row("r1_1", "mirtich", "off", "crash", "defect", OTHER, WILD, key="b", faults=["crash: x", "late: y"])]
+        known, lines, out, errors = self.run_all(rows, {"z": 1})
+        self.assertEqual(known, {"z": 1, "a": rows[0], "b": rows[1]})
+        self.assertEqual((lines[0], [json.loads(line) for line in lines[1:]]), ("before", rows))
+        self.assertEqual((out, errors), (f"r1_1 {OTHER} {WILD} mirtich prune off: crash; crash: x; late: y\n", ""))
+
+    def test_how_long_the_rest_takes_is_said_every_fifty_runs(self):
+        *_, errors = self.run_all([row(f"r1_{n}", key=str(n)) for n in range(120)])
+        self.assertEqual(errors, "50 of 120, 14 s left\n100 of 120, 4 s left\n")
 
 
 class Smaller(Scratch):

@@ -122,6 +122,13 @@ class Calls(Scratch):
         with self.assertRaises(OSError):
             program.digest(a, self.top / "none")
 
+    def test_the_machine_s_cpu_is_the_first_that_it_names(self):
+        text = "processor : 0\nmodel name\t: A CPU: 3 GHz\nmodel name : Another\n"
+        for read, cpu in (({"return_value": text}, "A CPU: 3 GHz"), ({"return_value": "processor : 0\n"}, "unknown"), ({
+                "side_effect": OSError}, "unknown")):
+            with mock.patch.object(Path, "read_text", **read):
+                self.assertEqual(program.cpu(), cpu)
+
     def test_a_vector_is_read_without_its_head_and_none_is_none(self):
         (self.top / "u").write_text("%%MatrixMarket matrix array real general\n% said\n\n3 1\n1.5\n-2\n3e-4\n")
         self.assertEqual(program.read_vector(self.top / "u"), [1.5, -2, 3e-4])

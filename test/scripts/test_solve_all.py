@@ -71,6 +71,22 @@ class Asking(unittest.TestCase):
                                      ("lcp_b", "lcp", [str(top / "lcp_b.dat")], top / "lcp_b.ref.json")])
             self.assertEqual([name for name, *_ in solve_all.problems([top], "_b")], ["lcp_b"])
 
+    def test_the_usual_settings(self):
+        usual = solve_all.arguments(["--program", "p"])
+        root = program.ROOT
+        self.assertEqual((usual.folder, usual.out, usual.program),
+                         ([root / "test/data/problems", root / "test/data/stacks"], root / "results/solve_all", Path("p")))
+        self.assertEqual((usual.k, usual.epsilon_relative, usual.repeat, usual.limit, usual.only), ([4, 8], "1e-12", 5, 60, ""))
+        with tempfile.TemporaryDirectory() as folder, mock.patch.object(program, "ROOT", Path(folder)):
+            with self.assertRaisesRegex(SystemExit, "no built program below build"):
+                solve_all.arguments([])
+            for name in ("build/release/bin", "build-b/bin", "build/bin"):
+                (Path(folder) / name).mkdir(parents=True)
+                (Path(folder) / name / "contactbench").touch()
+                self.assertEqual(
+                    solve_all.arguments([]).program,
+                    Path(folder) / name / "contactbench")
+
 
 class Judging(unittest.TestCase):
     def judge(self, choice, reference, velocities=(), kind="contact", energy=-2.5, **solved):

@@ -355,6 +355,13 @@ class Comparing(unittest.TestCase):
                              ("A1", "s1", 1, "e1", "x", "ap", "typed", 0.4, None),
                              ("A1", "s1", 1, "e1", "y", "ap", "right", 0.5, None)])
 
+    def test_of_two_verdicts_the_worse_one_is_that_of_both(self):
+        order = ["right", "model", "typed", "engine", "wrong", "silent", "defect"]
+        for better, worse in zip(order, order[1:]):
+            for pair in ((better, worse), (worse, better)):
+                self.assertEqual(stress.fold([self.cell(verdict=v, note="") for v in pair])["verdict"], worse)
+        self.assertEqual(measures.BAD, ("wrong", "silent", "defect"))
+
     def test_an_ensemble_has_the_largest_of_each_number(self):
         cells = [
             self.cell(verdict="right", note="n", error=1, residual=5, energy_gain=-2, penetration=7, solve_s=0.1, iterations=3),

@@ -251,6 +251,43 @@ class Whole(Scratch):
             code = stress.main()
         return code, said.getvalue().splitlines(), draw.called
 
+    def test_the_usual_settings_and_those_that_are_given(self):
+        asked = []
+
+        def run_all(cases, options):
+            asked.append((cases, options))
+            return [], 0
+
+        for words in ([], [
+                "--jobs", "3", "--engines", "--time-limit", "2.5", "--member", "4", "--accuracy", "1e-6", "--quick", "--only",
+                "A", "--method", "m", "--method", "n", "--other-program", "x"]):
+            with mock.patch("sys.argv", ["stress.py", "--program", "prog", "--only", "B", *words]), \
+                    mock.patch.object(stress, "run_all", run_all), \
+                    mock.patch.dict(stress.DEPARTS), contextlib.redirect_stdout(io.StringIO()):
+                stress.main()
+                self.assertEqual(stress.DEPARTS, asked[0][0]["departs"])
+        names = ("jobs", "engines", "time_limit", "member", "accuracy", "quick", "only", "method", "seed", "first", "program",
+                 "other_program")
+        here = Path.cwd().resolve()
+        self.assertEqual([[getattr(options, name) for name in names] for _, options in asked], [[
+            1, False, 15, 0, 0.0, False, ["B"], [], 1, 0, str(here / "prog"), None
+        ], [3, True, 2.5, 4, 1e-6, True, ["B", "A"], ["m", "n"], 1, 0,
+            str(here / "prog"), str(here / "x")]])
+        self.assertEqual(asked[0][0]["case"][0]["id"], "M1")  # of scenarios/stress/cases.toml
+
+    def test_engines_run_beside_the_methods_where_they_are_asked_for(self):
+        ode = {"name": "ode", "unavailable": None, "variants": [{"name": "quick"}]}
+        with mock.patch.dict(LISTED, engines=[ode]):
+            self.assertNotIn("ode/quick", {row["method"] for row in self.all()[0] if "method" in row})
+            rows, _ = self.all(engines=True, method=["ode/quick"])
+        self.assertEqual([(row["id"], row["method"]) for row in rows if "method" in row], [("A", "ode/quick")] * 2)
+
+    def test_how_long_the_rest_takes_is_said_every_fifty_runs(self):
+        with program.workers(1) as pool, mock.patch.object(stress.time, "monotonic", side_effect=[10.0, 20.0, 35.0]), \
+                contextlib.redirect_stderr(io.StringIO()) as said:
+            self.assertEqual(stress.results([pool.submit(lambda n=n: n) for n in range(120)]), list(range(120)))
+        self.assertEqual(said.getvalue(), "50 of 120, 14 s left\n100 of 120, 5 s left\n")
+
     def test_the_end_is_bad_where_a_cell_is_and_only_such_cells_are_printed(self):
         code, said, _ = self.main(["right", "model", "typed", "engine"])
         self.assertEqual((code, len(said)), (0, 1))
