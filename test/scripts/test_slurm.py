@@ -339,6 +339,73 @@ class Tasks(unittest.TestCase):
         self.assertEqual([len(r) for r in runs], [3, 2, 2])
         self.assertIn("an array of this Slurm has up to 3 tasks", said)
 
+    def judged(self, end, begun=0, silent=0, heard=True, left=("a", "b")):
+        """What becomes of the runs that a task left which ended so: rows, what is said, what still waits."""
+        done, closed = [], []
+        todo = [{"asked": {"run": run}} for run in "abc"]
+        work = slurm.Work(types.SimpleNamespace(runs=Path("/r")), None, todo, 1, done.append)
+        work.begun["a"], work.silent["a"] = begun, silent
+        submission = types.SimpleNamespace(name="n", chunks={4: dict.fromkeys(left)}, states={4: end}, said=lambda: "no python",
+                                           read={Path("4.x.log"): 9 if heard else 0}, over=lambda: {4},
+                                           close=lambda: closed.append(1))
+        work.submissions = [submission]
+        with mock.patch.object(program, "do", lambda job, load, ended: (job["asked"]["run"], ended["status"], ended["reason"])), \
+                contextlib.redirect_stdout(io.StringIO()) as said:
+            work.judge(submission)
+        self.assertEqual((work.submissions, closed), ([], [1]))
+        return done, said.getvalue(), list(work.waiting)
+
+    def test_what_a_task_left_is_done_once_more_and_what_three_were_lost_at_is_a_row(self):
+        lost = "task 4 of n is lost (NODE_FAIL): 2 runs once more\n"
+        self.assertEqual(self.judged("NODE_FAIL", 2), ([], lost, ["a", "b", "c"]))
+        for end, status in (("NODE_FAIL", "interrupted"), ("TIMEOUT", "time_limit"), ("DEADLINE", "time_limit"),
+                            ("OUT_OF_MEMORY", "memory_limit")):
+            done, _, waiting = self.judged(end, 3)
+            self.assertEqual(done, [("a", status, f"3 tasks of Slurm were lost at it; the last: {end}")])
+            self.assertEqual(waiting, ["b", "c"])
+        # One whose time was over ended as it should, and one that left nothing is not said.
+        self.assertEqual(self.judged("COMPLETED"), ([], "", ["a", "b", "c"]))
+        self.assertEqual(self.judged("FAILED", left=()), ([], "", ["a", "b", "c"]))
+
+    def test_three_tasks_that_did_not_begin_end_the_sweep(self):
+        self.judged("FAILED", silent=1, heard=False)
+        self.judged("FAILED", silent=2)
+        with self.assertRaisesRegex(program.ProgramError, "3 tasks of Slurm one after another did not begin their runs; "
+                                    "the last: FAILED, and wrote: no python"):
+            self.judged("FAILED", silent=2, heard=False)
+
+    def test_what_is_heard_of_a_run_counts_once_and_its_time_for_the_pace(self):
+        done = []
+        work = slurm.Work(types.SimpleNamespace(runs=Path("/r")), None, [{"asked": {"run": run}} for run in "ab"], 1, done.append)
+        lines = [{"run": "a"}, {"run": "a", "record": 1, "took_s": 2.5}, {"run": "b"}, {"run": "a", "record": 2, "took_s": 4.0}]
+        work.hear(types.SimpleNamespace(look=lambda: lines))
+        self.assertEqual((done, work.took, dict(work.begun), list(work.waiting)), ([1], [2, 6.5], {"a": 1, "b": 1}, ["b"]))
+
+    def test_how_tasks_stand_is_said_where_it_changed_and_once_a_minute(self):
+        work, now = slurm.Work(types.SimpleNamespace(runs=Path("/r")), None, [], 1, None), iter((0.0, 0.0, 59.0, 61.0, 61.0))
+        with mock.patch.object(slurm.time, "monotonic", lambda: next(now)), contextlib.redirect_stdout(io.StringIO()) as said:
+            for words in ("1 at work", "1 at work", "2 at work", "", "3 at work"):
+                work.say(words)
+        self.assertEqual(said.getvalue(), "Slurm: 1 at work\nSlurm: 3 at work\n")
+
+    def test_tasks_that_wait_are_taken_from_slurm_and_of_what_is_not_through_all(self):
+        for states, ended, words in (({0: "COMPLETED"}, True, []), ({0: "RUNNING", 1: "PENDING"}, True, ["--state=PENDING"]),
+                                     ({0: "LAUNCH_FAILED"}, True, ["--state=PENDING"]), ({0: "COMPLETED"}, False, [])):
+            with tempfile.TemporaryDirectory() as folder:
+                place = Path(folder) / "contactbench-1"
+                place.mkdir()
+                submission, asked = slurm.Submission(place), []
+                submission.states = states
+                answer = types.SimpleNamespace(returncode=1, stdout="", stderr="x\nnot yours\n")
+                with mock.patch.object(slurm, "slurm", lambda *said: asked.append(list(said)) or answer), \
+                        contextlib.redirect_stderr(io.StringIO()) as said:
+                    submission.close(ended)
+                self.assertFalse(place.exists())
+            called = [["scancel", "--quiet", "--name=contactbench-1", *words]] if words or not ended else []
+            self.assertEqual(asked, called)
+            refused = "scancel --name=contactbench-1 does not work (not yours); its tasks end by themselves\n"
+            self.assertEqual(said.getvalue(), refused if called else "")
+
     def test_the_largest_array_is_asked_of_slurm(self):
         for stdout, found in (("A = 1\nMaxArraySize            = 1001\nB = 2\n", 1001), ("MaxArraySize = 0\n", 1)):
             with mock.patch.object(slurm, "slurm", lambda *_: types.SimpleNamespace(stdout=stdout, stderr="")):
