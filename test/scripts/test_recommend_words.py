@@ -11,6 +11,7 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
+import pandas as pd
 from contactbench import engines, ladder, plan, precision, program, recommend, references, sweep
 
 KNOBS = "step=1e-3 duration=2.0 friction=0.5"
@@ -312,6 +313,85 @@ class Once(unittest.TestCase):
         self.assertEqual(
             self.verify(("ok", 0.01, 1), ("ok", 0.01, 1), cheaper=[missed | {"time_per_step": 0.05}],
                         time_per_step=0.1)["faults"], [met])
+
+
+class Answers(unittest.TestCase):
+    """The answer of a table, by points that are made up: the first misses 0.02 m, the others meet it."""
+    def setUp(self):
+        self.points = [
+            point("near", error=0.05, worst=0.05, time=1.0),
+            point("best", worst=0.015, time=2.0, least=1.9, most=2.1),
+            point("second", worst=0.01, time=3.0, least=2.9, most=3.1)]
+        for of in self.points:
+            of["status"], of["cell"].key = "ok", of["run"]
+
+    def answer(self, of_scene="position_linf_m", unsure=0.0, about=None, steps=(), **more):
+        options = types.SimpleNamespace(
+            **{
+                "scene": "/x/my.xml", "set": ["a=1"], "error": 0.02, "time_per_step": None, "measure": None, "verify": False,
+                "against": [], "duration": None} | more)
+        table = pd.DataFrame([{
+            "scene": "my", "parameters": "a=1", "error_position_linf_m": "1", "error_other_m": "2", "error_none_m": ""}, {
+                "scene": "my", "parameters": "", "error_position_linf_m": "", "error_other_m": "", "error_none_m": "3"}])
+        results = types.SimpleNamespace(table=table, manifest={"references": {"my__a-1": about}},
+                                        cells=lambda *_, **__: [1, 2, 3, 4])
+        patches = {
+            "measure": lambda *_: of_scene, "uncertainty": lambda *_: unsure, "points": lambda *_: self.points,
+            "reference_of": lambda results, scene, parameters, name: f"against {scene} {parameters} {name}"}
+        with mock.patch.object(recommend, "table", lambda _: results), mock.patch.multiple(precision, **patches), \
+                mock.patch.object(recommend, "measured_on", lambda _: "a machine"), \
+                mock.patch.object(ladder, "steps_down", lambda *_: list(steps)), \
+                mock.patch.object(ladder, "furthest", lambda *_: "far"), \
+                mock.patch.object(recommend, "verify", lambda best, cheaper, *_: [best["run"], *(p["run"] for p in cheaper)]), \
+                mock.patch.object(recommend, "against", lambda best, *_: best["run"]):
+            return recommend.answer(options)
+
+    def test_the_cheapest_is_the_best_and_what_else_is_known_of_it_stands_beside(self):
+        made = self.answer(verify=True, against=["ode"])
+        self.assertEqual({k: v for k, v in made.items() if k not in ("best", "runner_up", "trust")}, {
+            "scene": "my", "parameters": "a=1", "measure": "position_linf_m", "wanted": 0.02, "time_per_step": None,
+            "measured_on": "a machine", "reference": "against my a=1 position_linf_m", "basis": "exact", "runs": 3,
+            "cheaper_that_missed": 1, "told_apart": True, "verified": ["best", "near"], "against": "best"})
+        self.assertEqual((made["best"]["run"], made["runner_up"]["run"]), ("best", "second"))
+        self.assertFalse({"verified", "against"} & set(self.answer()))
+        made = self.answer(error=1e-3, verify=True, against=["ode"])
+        self.assertEqual((made["best"], made["nearest"]["run"], made["against"]), (None, "second", "second"))
+        self.assertNotIn("verified", made)
+        self.assertNotIn("against", self.answer(error=1e-3))
+
+    def test_another_measure_is_one_that_this_scene_has_with_these_parameters(self):
+        self.assertEqual(self.answer(measure="other_m")["measure"], "other_m")
+        with self.assertRaisesRegex(recommend.WrongInput, "my has no error 'none_m'; it has position_linf_m, other_m$"):
+            self.answer(measure="none_m")
+
+    def test_a_reference_that_is_known_no_better_than_what_is_wanted_says_nothing(self):
+        about = {"until": 2.0, "duration": 2.0, "reason": "they part"}
+        made = self.answer(references.ERROR, unsure=0.019, about=about)
+        self.assertEqual((made["basis"], made["trust"]), ("certified", ladder.TRUST["certified"]))
+        made = self.answer(references.ERROR, about=about, duration=3.0)
+        self.assertEqual((made["basis"], made["trust"]), ("agreed", ladder.TRUST["agreed"].format(until=2)))
+        first = {"basis": "alike", "trust": "t1", "best": None, "runner_up": None, "nearest": self.points[0]}
+        second = {
+            "basis": "converging", "trust": "t2", "best": self.points[1], "runner_up": self.points[2], "nearest": self.points[1]}
+        last = {"basis": ladder.RESIDUAL, "trust": "t3", "best": None, "runner_up": None, "nearest": None}
+        # The uncertainty counts of a certified reference alone.
+        self.assertEqual(self.answer(unsure=9.0)["basis"], "exact")
+        for of_scene, unsure, reference in ((references.ERROR, 0.02, f"against my a=1 {references.ERROR}"), ("", 0.0, "missing")):
+            made = self.answer(of_scene, unsure=unsure, about=about, steps=[first, second, last])
+            self.assertEqual(
+                {k: made[k] for k in ("basis", "trust", "measure", "reference", "why", "runs", "told_apart", "furthest")}, {
+                    "basis": "converging", "trust": "t2", "measure": "converging", "reference": reference, "why": "they part",
+                    "runs": 4, "told_apart": True, "furthest": "far"})
+            self.assertEqual([made[k]["run"] for k in ("best", "runner_up", "nearest")], ["best", "second", "near"])
+            self.assertEqual([
+                (s["basis"], s["best"] and s["best"]["run"], s["nearest"] and s["nearest"]["run"]) for s in made["steps"]],
+                             [("alike", None, "near"), ("converging", "best", "best"), (ladder.RESIDUAL, None, None)])
+            for flag, words in (("--verify", {"verify": True}), ("--against", {"against": ["ode"]})):
+                with self.assertRaisesRegex(recommend.WrongInput, f"{flag} compares errors"):
+                    self.answer(of_scene, unsure=unsure, steps=[second], **words)
+        made = self.answer("", steps=[first])  # none met it
+        self.assertEqual((made["basis"], made["best"], made["nearest"]["run"], made["furthest"], made["told_apart"]),
+                         ("alike", None, "near", "", None))
 
 
 class Ends(unittest.TestCase):
