@@ -89,8 +89,9 @@ def shorter(share):
     def change(root):
         simulation = root.find("simulation")
         step, duration = float(simulation.get("step")), float(simulation.get("duration"))
-        simulation.set("duration", repr(max(1, round(duration * share / step)) * step if duration > step else duration))
-        return duration > step
+        steps = max(1, round(duration * share / step))
+        simulation.set("duration", repr(steps * step))
+        return steps < round(duration / step)  # a share of few steps may be all of them
 
     return change
 

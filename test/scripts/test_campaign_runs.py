@@ -1,5 +1,5 @@
-"""The campaign of random scenes: what is made of a run and the look at it, what is kept of one that fails, the tables,
-and how a scene is made smaller. On runs that are made up; test_campaign.py has the scenes and the look itself."""
+"""The campaign of random scenes: what is made of a run and the look at it, what is kept of one that fails, and the tables.
+On runs that are made up; test_campaign.py has the scenes and the look itself."""
 import contextlib
 import csv
 import io
@@ -8,7 +8,6 @@ import json
 import tempfile
 import types
 import unittest
-import xml.etree.ElementTree as ET
 from pathlib import Path
 from unittest import mock
 
@@ -368,73 +367,7 @@ class Running(Scratch):
         self.assertEqual(errors, "50 of 120, 14 s left\n100 of 120, 4 s left\n")
 
 
-class Smaller(Scratch):
-    SCENE = """<scenario><simulation step="0.01" duration="0.2"/><bodies>
-        <half_space name="p1"/><box name="b1" position="1.2345 0 -6.789"/>
-        <box name="b2"/><robot name="r"><link name="arm"><box name="hand"/></link></robot></bodies>
-        <contacts><pair a="b*" b="p1"/><pair a="b1" b="b1"/><pair a="hand" b="b2"/><pair a="gone" b="b1"/></contacts>
-        <controllers><pd robot="r"/><pd robot="lost"/></controllers></scenario>"""
-
-    def root(self):
-        return ET.fromstring(self.SCENE)
-
-    def test_what_refers_to_what_is_gone_goes_too(self):
-        root = self.root()
-        reduce.tidy(root)
-        self.assertEqual([(p.get("a"), p.get("b")) for p in root.find("contacts")], [("b*", "p1"), ("hand", "b2")])
-        self.assertEqual([c.get("robot") for c in root.find("controllers")], ["r"])
-        self.assertTrue(reduce.without(["r", "b2"])(root))
-        reduce.tidy(root)
-        self.assertEqual([(p.get("a"), p.get("b")) for p in root.find("contacts")], [("b*", "p1")])
-        self.assertIsNone(root.find("controllers"))
-        # Half-spaces alone are no scene.
-        self.assertFalse(reduce.without(["b1"])(root))
-
-    def test_links_of_a_robot_s_own_file_have_its_names(self):
-        root = ET.fromstring('<scenario><bodies><box name="b1"/><robot name="r" urdf="r.urdf"/></bodies></scenario>')
-        self.assertEqual(reduce.names_in(root), ["b1", *(f"l{n}" for n in range(10))])
-
-    def test_a_run_is_shortened_by_whole_steps_down_to_one(self):
-        for duration, share, left, changed in (("0.2", 0.25, 0.05, True), ("0.2", 0.87, 0.17, True), ("0.02", 0.25, 0.01, True),
-                                               ("0.01", 0.5, 0.01, False)):
-            root = self.root()
-            root.find("simulation").set("duration", duration)
-            self.assertEqual(reduce.shorter(share)(root), changed)
-            self.assertAlmostEqual(float(root.find("simulation").get("duration")), left, delta=1e-12)
-
-    def test_numbers_are_rounded_to_so_many_digits(self):
-        root = self.root()
-        number = [element.get("name") for element in root.iter()].index("b1")
-        for digits, position in ((3, "1.23 0 -6.79"), (1, "1 0 -7")):
-            self.assertTrue(reduce.rounder("position", number, digits)(root))
-            self.assertEqual(root.find("bodies")[1].get("position"), position)
-        self.assertFalse(reduce.rounder("position", number, 1)(root))
-
-    def test_a_trial_is_asked_so_often_and_leaves_no_file(self):
-        path = self.top / "scene.xml"
-        path.write_text(self.SCENE.replace('<robot name="r">', '<robot name="r" urdf="arm.urdf">'))
-        (self.top / "arm.urdf").write_text("the robot")
-        asked = []
-
-        def same(trial):
-            asked.append((trial.name, trial.exists()))
-            return len(asked) % 2 == 0
-
-        work = reduce.Reduction(path, self.top / "out/small.xml", same)
-        self.assertEqual((self.top / "out/arm.urdf").read_text(), "the robot")
-        self.assertEqual(work.bodies(), ["p1", "b1", "b2", "r"])
-        self.assertFalse(work.try_it(reduce.without(["b1"])))
-        self.assertEqual(work.bodies(), ["p1", "b1", "b2", "r"])
-        self.assertTrue(work.try_it(reduce.without(["b1"])))
-        self.assertEqual(work.bodies(), ["p1", "b2", "r"])
-        self.assertFalse(work.try_it(lambda root: False))  # no change is not asked
-        self.assertEqual(asked, [("trial_small.xml", True)] * 2)
-        self.assertEqual([p.name for p in (self.top / "out").iterdir()], ["arm.urdf"])
-        self.assertEqual(work.left, reduce.TRIALS - 3)
-        work.left = 0
-        self.assertFalse(work.try_it(reduce.without(["b2"])))
-        self.assertEqual(len(asked), 2)
-
+class Reducing(Scratch):
     def test_the_first_of_each_end_family_and_method_is_reduced_to_what_still_ends_so(self):
         rows = [
             row("r1_0"),
