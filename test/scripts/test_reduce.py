@@ -101,6 +101,18 @@ class Smaller(unittest.TestCase):
             self.assertEqual(next(n for n, _ in asked if n < 16), 8)
             self.assertLess(len(asked), 80)
 
+    def test_what_can_go_only_after_another_goes_in_another_round(self):
+        path = self.top / "scene.xml"
+        boxes = "".join(f'<box name="b{n}"/>' for n in range(3))
+        path.write_text(f'<scenario><simulation step="1" duration="1"/><bodies>{boxes}</bodies></scenario>')
+
+        def same(trial):
+            names = {body.get("name") for body in ET.parse(trial).getroot().find("bodies")}
+            return "b0" in names and not ("b2" in names and "b1" not in names)  # b2 stands on b1
+
+        root = ET.parse(reduce.reduce(path, self.top / "small.xml", same)).getroot()
+        self.assertEqual([body.get("name") for body in root.find("bodies")], ["b0"])
+
 
 if __name__ == "__main__":
     unittest.main()
