@@ -217,6 +217,7 @@ class Report(unittest.TestCase):
         self.assertEqual(found, {"by": "ode quick", "Coulomb": "1.0e-01", "without offset": "2.0e-02", "its own model": "3.0e-03",
                                  "momentum": "4.0e-04", "velocity, m/s": "5.0e-05", "time, us": "6.0", "status": "ok"})
         self.assertIn("4 contacts, t = 0.5 s, largest compliance 7.0e-07 1/kg", isolated.own_markdown([row]))
+        self.assertIn("largest compliance 0.0e+00 1/kg", isolated.own_markdown([{**row, "largest_compliance_per_kg": 0.0}]))
 
     def test_a_cheap_wrong_answer_is_on_no_front(self):
         def row(who, error, time, engine="ode"):
