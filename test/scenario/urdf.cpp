@@ -224,6 +224,97 @@ TEST_CASE("A joint starts where the scene says") {
   CHECK_THAT(message(arm, with("<begin/>")), Catch::Contains("it holds: start"));
 }
 
+TEST_CASE("Each joint of a URDF file has its own limits and effort, and each collision its own form") {
+  std::string text = replaced(arm, "<collision><origin xyz=\"0 0.2 0\"/>",
+                              "<collision><geometry><sphere radius=\"0.07\"/></geometry></collision>"
+                              "<collision><geometry><capsule radius=\"0.02\" length=\"0.3\"/></geometry></collision>"
+                              "<collision><origin xyz=\"0 0.2 0\"/>");
+  text = replaced(text, "<geometry><box size=\"0.2 0.2 0.2\"/>", "<geometry><box size=\"0.2 0.4 0.6\"/>");
+  const Scenario s = load(text);
+  const Joint& slide = s.model.trees[0].joints[1];
+  CHECK(slide.name == "slide");
+  CHECK(slide.lower == -0.1);
+  CHECK(slide.upper == 0.2);
+  CHECK(slide.torque_limit == 5);
+  CHECK(slide.damping == 0);
+  const Vec3 base(1, 2, 3);
+  const Quat q_arm = about(Vec3::UnitX(), -pi / 2) * about(Vec3::UnitZ(), 0.5);
+  const Vec3 p_hand = base + Vec3(0, 0.2, 0) + q_arm * Vec3(1, 0, 0);
+  CHECK((s.initial.pose[1] * slide.anchor_C - p_hand).norm() < 1e-14);
+  CHECK((s.initial.pose[0] * slide.anchor_P - p_hand).norm() < 1e-14);
+  CHECK(shape(s, "mount").half_extents == Vec3(0.1, 0.2, 0.3));
+  CHECK(shape(s, "hand").kind == ShapeKind::sphere);
+  CHECK(shape(s, "hand").radius == 0.07);
+  CHECK(shape(s, "hand_2").kind == ShapeKind::capsule);
+  CHECK(shape(s, "hand_2").half_extents == Vec3(0.02, 0.15, 0.02));
+  CHECK(shape(s, "hand_3").kind == ShapeKind::cylinder);
+  CHECK(shape(s, "hand_3").half_extents == Vec3(0.05, 0.2, 0.05));
+  CHECK(s.initial.q == std::vector<double>{0, 0});
+  const Scenario started = load(arm, replaced(scene, "angle=\"${-pi/2}\"/>",
+                                              "angle=\"${-pi/2}\"><start joint=\"slide\" velocity=\"3\" "
+                                              "position=\"0.15\"/></robot>"));
+  CHECK(started.initial.q == std::vector<double>{0, 0.15});
+  CHECK(started.initial.qd == std::vector<double>{0, 3});
+}
+
+TEST_CASE("What is fixed to the base stands, what is fixed to a link is a link where it has inertia") {
+  const std::string inertial =
+      "<inertial><origin xyz=\"0 0 0.01\"/><mass value=\"3\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" "
+      "iyz=\"0\" izz=\"1\"/></inertial>";
+  std::string text = replaced(arm, "<link name=\"tip\">", "<link name=\"tip\">" + inertial);
+  text = replaced(text, "<link name=\"mount\">", "<link name=\"mount\">" + inertial);
+  text = replaced(text, "</robot>",
+                  "<link name=\"plate\">" + inertial +
+                      "<collision><geometry><sphere radius=\"0.5\"/></geometry></collision></link>"
+                      "<joint name=\"bolts\" type=\"fixed\"><parent link=\"mount\"/><child link=\"plate\"/>"
+                      "<origin xyz=\"0 0 -1\"/></joint></robot>");
+  const Scenario s = load(text);
+  REQUIRE(s.model.trees[0].joints.size() == 3);
+  CHECK(s.model.trees[0].nv == 2);
+  const Joint& flange = s.model.trees[0].joints[2];
+  CHECK(flange.name == "flange");
+  CHECK(flange.kind == JointKind::fixed);
+  CHECK(flange.parent == 1);
+  CHECK(s.model.bodies[2].name == "tip");
+  CHECK(s.model.bodies[2].mass == 3);
+  CHECK(shape(s, "tip").body == 2);
+  CHECK(shape(s, "plate").body == -1);
+  CHECK((shape(s, "plate").local.p - Vec3(1, 1, 3)).norm() < 1e-15);
+  int told = 0;
+  for (const std::string& line : s.left_out) {
+    told += line.starts_with("the <inertial> of the base, which stands still at ") ? 1 : 0;
+    told += line.starts_with("the <inertial> of what is fixed to the base, which stands still at ") ? 2 : 0;
+  }
+  CHECK(told == 3);
+}
+
+TEST_CASE("Names of a URDF file become names of a scene, the prefix before each; a floating joint is a free one") {
+  std::string text = replaced(arm, "<joint name=\"flange\"", "<joint name=\"the flange\"");
+  text = replaced(text, "<link name=\"tip\">", "<link name=\"tip-1.b\">");
+  text = replaced(text, "<child link=\"tip\"/>", "<child link=\"tip-1.b\"/>");
+  text = replaced(text, "type=\"revolute\"", "type=\"floating\"");
+  const Scenario s = load(text, replaced(scene, "urdf=\"arm.urdf\"", "urdf=\"arm.urdf\" prefix=\"left_\""));
+  const std::vector<Joint>& joints = s.model.trees[0].joints;
+  REQUIRE(joints.size() == 2);
+  CHECK(joints[0].name == "left_shoulder");
+  CHECK(joints[0].kind == JointKind::free);
+  CHECK(joints[0].parent == -1);
+  CHECK(joints[1].name == "left_slide");
+  CHECK(s.model.trees[0].nv == 7);
+  CHECK(s.model.bodies[1].name == "left_hand");
+  CHECK(shape(s, "left_tip_1_b").radius == 0.03);
+  CHECK(shape(s, "left_mount").body == -1);
+  CHECK((s.initial.pose[0].p -
+         (Vec3(1, 2.2, 3) + about(Vec3::UnitX(), -pi / 2) * about(Vec3::UnitZ(), 0.5) * Vec3(0.5, 0, 0)))
+            .norm() < 1e-15);
+  // Without the prefix what begins with a digit is no name.
+  const std::string digit = replaced(replaced(arm, "<link name=\"hand\">", "<link name=\"2nd\">"),
+                                     "<child link=\"hand\"/>", "<child link=\"2nd\"/>");
+  CHECK(load(replaced(digit, "<parent link=\"hand\"/>", "<parent link=\"2nd\"/>")).model.bodies[1].name == "link_2nd");
+  CHECK_THAT(message(arm, replaced(scene, "urdf=\"arm.urdf\"", "urdf=\"arm.urdf\" prefix=\"2_\"")),
+             Catch::Contains("a prefix is a letter"));
+}
+
 TEST_CASE("A broken URDF file ends in one line with file and line") {
   struct Row {
     const char *from, *to;
