@@ -98,3 +98,78 @@ TEST_CASE("problems without contacts or beyond the limit are left alone") {
   CHECK_FALSE(ConditioningEstimate().measure(on_ground({}, 1, 1), out));
   CHECK_FALSE(ConditioningEstimate().measure(on_ground({{0, 0, 0}}, 1, 1), out, 2));
 }
+
+namespace {
+
+/// Limits of two joints that turn the same links: M = [[2, 1], [1, 2]]. `coordinates`: of each limit, and from which
+/// side.
+ContactProblem at_limits(const std::vector<std::pair<int, double>>& coordinates) {
+  ContactProblem p;
+  p.M.block(p.M.add_block(2)) << 2, 1, 1, 2;
+  p.v_minus.assign(2, 0.0);
+  for (const auto& [coordinate, sign] : coordinates) {
+    p.J.add_band();
+    p.J.entry(p.J.add_entry(0, 2))(0, coordinate) = sign;
+  }
+  p.offset.assign(3 * coordinates.size(), 0.0);
+  p.mu.assign(coordinates.size(), 0.0);
+  p.restitution.assign(coordinates.size(), 0.0);
+  return p;
+}
+
+}  // namespace
+
+TEST_CASE("a limit of a joint is one row, and one that is beside its other limit adds no rank") {
+  // W = M^-1 = [[2, -1], [-1, 2]] / 3, of which 2/3 is the weight: eigenvalues 3/2 and 1/2.
+  const Conditioning two = measure(at_limits({{0, 1}, {1, -1}}));
+  CHECK(two.rows == 2);
+  CHECK(two.freedoms == 2);
+  CHECK(two.rank == 2);
+  CHECK(two.condition == Approx(3).epsilon(1e-12));
+  const Conditioning one = measure(at_limits({{1, 1}}));
+  CHECK(one.rows == 1);
+  CHECK(one.freedoms == 2);
+  CHECK(one.rank == 1);
+  CHECK(one.condition == Approx(1).epsilon(1e-12));
+  const Conditioning both = measure(at_limits({{0, 1}, {0, -1}}));
+  CHECK(both.rows == 2);
+  CHECK(both.rank == 1);
+}
+
+TEST_CASE("rank and condition count the directions of all bodies that a contact joins, turned masses too") {
+  // Two balls of 1 and 3 kg on each other, one contact: W_nn = 1 + 1/3, W_tt = 3.5 times that.
+  ContactProblem p;
+  for (const double mass : {1.0, 3.0}) {
+    const int b = p.M.add_block(6);
+    p.M.block(b).diagonal() << mass, mass, mass, 0.4 * mass, 0.4 * mass, 0.4 * mass;
+  }
+  p.v_minus.assign(12, 0.0);
+  p.J.add_band();
+  for (const int b : {0, 1}) {
+    auto J = p.J.entry(p.J.add_entry(b, 6));
+    const double sign = b == 0 ? 1 : -1;
+    J(0, 1) = J(1, 0) = J(2, 2) = sign;
+    J(1, 5) = 1;  // arms of 1 m to the point between them
+    J(2, 3) = -1;
+  }
+  p.offset.assign(3, 0.0);
+  p.mu = {0.5};
+  p.restitution = {0};
+  const Conditioning c = measure(p);
+  CHECK(c.rows == 3);
+  CHECK(c.freedoms == 12);
+  CHECK(c.rank == 3);
+  CHECK(c.condition == Approx(3.5).epsilon(1e-12));
+}
+
+TEST_CASE("a problem as large as the limit is measured, in rows and in freedoms; one that is larger is not") {
+  Conditioning out{.rows = 7, .freedoms = 7, .rank = 7, .condition = 7};
+  ConditioningEstimate estimate;
+  const ContactProblem free = on_ground({{0, -0.5, 0}}, 1, 1);  // 3 rows, 6 freedoms
+  CHECK_FALSE(estimate.measure(free, out, 5));
+  const ContactProblem patch = on_ground({{1, -0.5, 0}, {-1, -0.5, 0}, {0, -0.5, 1}}, 1, 1);  // 9 rows
+  CHECK_FALSE(estimate.measure(patch, out, 8));
+  CHECK(out.rank == 7);
+  CHECK(estimate.measure(free, out, 6));
+  CHECK(estimate.measure(patch, out, 9));
+}

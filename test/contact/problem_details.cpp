@@ -1,0 +1,202 @@
+// Contact problems from what a file holds, and what is said of them: blocks, rank, notes; statuses; islands.
+
+#include <catch2/catch.hpp>
+#include <set>
+
+#include "contact/fclib_format.h"
+#include "contact/islands.h"
+#include "contact/problem_files.h"
+#include "problems.h"
+
+using namespace cb;
+
+namespace {
+
+Eigen::SparseMatrix<double> sparse(const Eigen::MatrixXd& A) { return A.sparseView(); }
+
+FclibContent local(const Eigen::MatrixXd& W, std::vector<double> q, std::vector<double> mu) {
+  FclibContent out;
+  out.W = sparse(W);
+  out.q = std::move(q);
+  out.mu = std::move(mu);
+  return out;
+}
+
+std::string refusal(const FclibContent& content, const ProblemFileOptions& options = {}) {
+  try {
+    to_problem(content, "file", options);
+    return "";
+  } catch (const FileError& error) {
+    return error.what();
+  }
+}
+
+/// Eigenvalues 1, 2 + d and -d.
+Eigen::Matrix3d nearly_semidefinite(double d) {
+  Eigen::Matrix3d W = Eigen::Matrix3d::Identity();
+  W(1, 2) = W(2, 1) = 1 + d;
+  return W;
+}
+
+}  // namespace
+
+TEST_CASE("Each form of a problem's file has its name") {
+  CHECK(name(ProblemFormat::fclib_global) == "fclib_global");
+  CHECK(name(ProblemFormat::fclib_local) == "fclib_local");
+  CHECK(name(ProblemFormat::siconos_text) == "siconos_text");
+}
+
+TEST_CASE("A W that is negative by seven digits is repaired with a note, by three digits where that is asked for") {
+  const ProblemFileOptions asked{.symmetrise = true};
+  for (const double d : {1e-6, 1e-4}) {
+    INFO(d);
+    const FclibContent content = local(nearly_semidefinite(d), {-1, 0, 0}, {0.5});
+    if (d > 1e-5)
+      CHECK_THAT(refusal(content), Catch::Contains("its smallest eigenvalue is -5e-05 of its largest; --symmetrise"));
+    else
+      CHECK(refusal(content).empty());
+    const StoredProblem stored = to_problem(content, "file", asked);
+    CHECK(stored.rank == 2);
+    CHECK(stored.asymmetry == 0);
+    REQUIRE(stored.notes.size() == 2);
+    CHECK(stored.notes[0] == std::string("W made positive semidefinite: its smallest eigenvalue was -") +
+                                 (d > 1e-5 ? "5e-05" : "5e-07") + " of its largest");
+    CHECK(stored.notes[1] == "W has rank 2 of 3");
+    // d/2 on and off the diagonal goes with the eigenvalue.
+    CHECK(stored.factor_error == Approx(d / 2).epsilon(1e-3));
+  }
+  CHECK_THAT(refusal(local(nearly_semidefinite(1e-2), {-1, 0, 0}, {0.5}), asked),
+             Catch::Contains("its smallest eigenvalue is -0.00498 of its largest") && !Catch::Contains("--symmetrise"));
+}
+
+TEST_CASE("A difference of W and its transpose within the last digits is averaged away without a word") {
+  Eigen::Matrix3d W = 4 * Eigen::Matrix3d::Identity();
+  W(0, 1) = 1;
+  for (const auto& [difference, refused] : {std::pair(2e-12, false), std::pair(6e-12, true)}) {
+    W(1, 0) = 1 + difference;  // of the largest entry, 4: below and above 1e-12
+    CHECK(refusal(local(W, {-1, 0, 0}, {0.5})).empty() != refused);
+  }
+  W(1, 0) = 1 + 2e-12;
+  const StoredProblem stored = to_problem(local(W, {-1, 0, 0}, {0.5}), "file");
+  CHECK(stored.asymmetry == Approx(5e-13).epsilon(1e-3));
+  CHECK(stored.notes.empty());
+  CHECK(stored.W.coeff(0, 1) == stored.W.coeff(1, 0));
+}
+
+TEST_CASE("What a local file holds beside W is its contacts' own") {
+  Eigen::MatrixXd W = Eigen::MatrixXd::Zero(6, 6);
+  W.diagonal() << 1, 2, 3, 40, 50, 60;
+  FclibContent content = local(W, {-1, 2, -3, -4, 5, -6}, {0.1, 0.2});
+  content.restitution = {0.3, 0.4};
+  const StoredProblem stored = to_problem(content, "file");
+  CHECK(stored.format == ProblemFormat::fclib_local);
+  CHECK(stored.problem.mu == content.mu);
+  CHECK(stored.problem.restitution == content.restitution);
+  CHECK(stored.q == content.q);
+  CHECK(stored.rank == 6);
+  CHECK(stored.factor_error < 1e-15);
+  CHECK(stored.notes.empty());
+  std::vector<double> u;
+  contact_velocity(stored.problem, stored.problem.v_minus, u);
+  for (std::size_t i = 0; i < 6; ++i) CHECK(u[i] == Approx(content.q[i]).epsilon(1e-14));
+  // The least motion that explains q: sum of q^2 / W.
+  double energy = 0;
+  for (int i = 0; i < 6; ++i) energy += 0.5 * content.q[i] * content.q[i] / W(i, i);
+  CHECK(0.5 * quadratic_form(stored.problem.M, stored.problem.v_minus) == Approx(energy).epsilon(1e-12));
+  content.restitution = {0.3, 1.5};
+  CHECK(refusal(content) == "file: restitution of contact 1 is 1.5; it must be from 0 to 1");
+}
+
+TEST_CASE("Rows of the same contacts make a body of at most six, in the file's order; what nobody touches is alone") {
+  FclibContent content;
+  content.global = true;
+  Eigen::MatrixXd M = Eigen::MatrixXd::Identity(9, 9), H = Eigen::MatrixXd::Zero(9, 6);
+  for (int i = 0; i < 9; ++i) M(i, i) = 1 + i;
+  // Contact 0 sees all rows but 3 and 8, contact 1 sees row 3.
+  for (const int i : {0, 1, 2, 4, 5, 6, 7}) H(i, i % 3) = 1 + i;
+  H(3, 3) = 1;
+  content.M = sparse(M);
+  content.H = sparse(H);
+  content.f = {1, 4, 9, 16, 25, 36, 49, 64, 81};
+  content.w.assign(6, 0.0);
+  content.mu = {0.1, 0.2};
+  const StoredProblem stored = to_problem(content, "file");
+  CHECK(stored.problem.M.first == std::vector<int>{0, 6, 7, 8, 9});
+  CHECK(stored.row_of_v == std::vector<int>{0, 1, 2, 4, 5, 6, 3, 7, 8});
+  for (int i = 0; i < 9; ++i) CHECK(stored.problem.v_minus[i] == Approx(1 + stored.row_of_v[i]));
+  CHECK(stored.problem.restitution == std::vector<double>{0, 0});
+  CHECK(stored.problem.J.block == std::vector<int>{0, 2, 1});
+  // A velocity that is given is believed where M makes f of it.
+  content.v_minus = {1, 2, 3, 4, 5, 6, 7, 8, 9};
+  CHECK(refusal(content).empty());
+  content.v_minus[7] = 8 * (1 + 1e-10);
+  CHECK(refusal(content).empty());
+  content.v_minus[7] = 8 * (1 + 1e-8);
+  CHECK_THAT(refusal(content), Catch::Contains("v_minus does not belong"));
+}
+
+TEST_CASE("Statuses have names and explanations of their own, from the mildest ending to the gravest") {
+  struct Row {
+    Status status;
+    const char *name, *fragment;
+  };
+  const Row rows[] = {{Status::ok, "ok", "passed the referee"},
+                      {Status::inaccurate, "inaccurate", "larger than accepted"},
+                      {Status::nonconverged, "nonconverged", "limit of sweeps, pivots or iterations"},
+                      {Status::ray, "ray", "Lemke"},
+                      {Status::cycling, "cycling", "basis again"},
+                      {Status::singular, "singular", "factorisation"},
+                      {Status::not_finite, "not_finite", "NaN"},
+                      {Status::energy_blowup, "energy_blowup", "kinetic energy"},
+                      {Status::penetration, "penetration", "interpenetrate"},
+                      {Status::interrupted, "interrupted", "signal"},
+                      {Status::write_failed, "write_failed", "could not be written"},
+                      {Status::event_stall, "event_stall", "too often within one step"},
+                      {Status::time_limit, "time_limit", "time limit"},
+                      {Status::memory_limit, "memory_limit", "memory limit"},
+                      {Status::crash, "crash", "the program failed"},
+                      {Status::unavailable, "unavailable", "not installed"},
+                      {Status::unsupported, "unsupported", "cannot do this scene"},
+                      {Status::input_error, "input_error", "input is wrong"}};
+  CHECK(std::size(rows) == status_count);
+  for (int i = 0; i < status_count; ++i) {
+    CHECK(static_cast<int>(rows[i].status) == i);
+    CHECK(name(rows[i].status) == rows[i].name);
+    CHECK_THAT(std::string(explanation(rows[i].status)), Catch::Contains(rows[i].fragment));
+  }
+}
+
+TEST_CASE("An island is elastic where any of its contacts is, first or last") {
+  ContactProblem p;
+  for (int b = 0; b < 4; ++b) test::add_body(p, 1, Eigen::Vector3d::Ones(), {0, -1, 0});
+  for (const int b : {2, 0, 1, 2, 0, 1}) test::add_contact(p, b, {0, -1, 0}, -1, {}, test::ground_axes(), 0.5);
+  Islands islands;
+  find_islands(p, islands);
+  CHECK(islands.count == 3);
+  CHECK(islands.of_contact == std::vector<int>{0, 1, 2, 0, 1, 2});
+  CHECK(islands.of_block == std::vector<int>{1, 2, 0, -1});
+  std::vector<char> elastic{1, 1, 1, 1, 1};
+  CHECK_FALSE(find_elastic(p, islands, elastic));
+  CHECK(elastic == std::vector<char>{0, 0, 0});
+  CHECK_FALSE(is_elastic(p));
+  p.restitution[3] = 0.5;
+  CHECK(find_elastic(p, islands, elastic));
+  CHECK(elastic == std::vector<char>{1, 0, 0});
+  p.restitution[2] = 1e-3;
+  CHECK(find_elastic(p, islands, elastic));
+  CHECK(elastic == std::vector<char>{1, 0, 1});
+  CHECK(is_elastic(p));
+}
+
+TEST_CASE("Members stand by their groups in their order; some are in none, and a group may have none") {
+  Groups groups;
+  groups.assign({2, -1, 0, 2, 4, 0, -1}, 5);
+  const auto members = [&](int g) { return std::vector<int>(groups[g].begin(), groups[g].end()); };
+  CHECK(members(0) == std::vector<int>{2, 5});
+  CHECK(members(1).empty());
+  CHECK(members(2) == std::vector<int>{0, 3});
+  CHECK(members(3).empty());
+  CHECK(members(4) == std::vector<int>{4});
+  groups.assign({}, 2);
+  CHECK(members(1).empty());
+}
