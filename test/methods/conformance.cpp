@@ -91,6 +91,47 @@ std::vector<Case> cases() {
           {"two boxes on each other", stack(2, 0.5, {0, -0.0098, 0})}};
 }
 
+/// The same event as seen by who moves at -V: all that moves is faster by V, and the ground with it.
+ContactProblem seen_moving(ContactProblem p, const Vector3d& V) {
+  std::vector<double> all(p.v_minus.size(), 0.0), u(3 * static_cast<std::size_t>(p.nc()));
+  for (std::size_t i = 0; i < all.size(); i += 6)
+    for (int k = 0; k < 3; ++k) all[i + k] = V[k];
+  multiply(p.J, p.M, all, u);
+  for (std::size_t i = 0; i < all.size(); ++i) p.v_minus[i] += all[i];
+  for (std::size_t i = 0; i < u.size(); ++i) p.offset[i] -= u[i];
+  return p;
+}
+
+/// Both side by side, the second's bodies first and their contacts in turn.
+ContactProblem in_turn(const ContactProblem& a, const ContactProblem& b) {
+  ContactProblem out;
+  for (const ContactProblem* p : {&b, &a}) {
+    for (int i = 0; i < p->M.blocks(); ++i) out.M.block(out.M.add_block(p->M.block_size(i))) = p->M.block(i);
+    out.v_minus.insert(out.v_minus.end(), p->v_minus.begin(), p->v_minus.end());
+  }
+  for (int c = 0; c < std::max(a.nc(), b.nc()); ++c)
+    for (const ContactProblem* p : {&a, &b}) {
+      if (c >= p->nc()) continue;
+      out.J.add_band();
+      for (int e = p->J.band[c]; e < p->J.band[c + 1]; ++e) {
+        const int block = p->J.block[e] + (p == &a ? b.M.blocks() : 0);
+        out.J.entry(out.J.add_entry(block, static_cast<int>(p->J.entry(e).cols()))) = p->J.entry(e);
+      }
+      out.offset.insert(out.offset.end(), p->offset.begin() + 3 * c, p->offset.begin() + 3 * c + 3);
+      out.mu.push_back(p->mu[c]);
+      out.restitution.push_back(p->restitution[c]);
+    }
+  return out;
+}
+
+std::vector<double> velocities_after(const ContactProblem& p, const ContactSolution& solution) {
+  BlockCholesky factor;
+  REQUIRE(factor.factor(p.M));
+  std::vector<double> v;
+  apply_impulse(p, factor, solution.impulse, v);
+  return v;
+}
+
 double largest(const std::vector<double>& x) {
   double size = 0;
   for (const double value : x) size = std::max(size, std::abs(value));
@@ -245,5 +286,52 @@ TEST_CASE("a negative coefficient of friction is a fault of the data to who weig
     find_method(method)->make({})(p, s);
     CHECK(s.status == Status::input_error);
     CHECK(s.reason == "contact 2 has a negative coefficient of friction");
+  }
+}
+
+TEST_CASE("no method tells a body that moves over the ground from ground that moves below it", "[conformance]") {
+  const Vector3d V(0.3, -0.2, 0.5);
+  std::vector<Case> all = cases();
+  all.push_back({"a sphere bounces", sphere({1, -2, 0.5}, {0, 0, 1}, 0.2, 0.5)});
+  all.push_back({"two boxes are shaken", stack(2, 0.4, {0.5, -1, 0.2}, 0.3)});
+  for (const Choice& choice : choices()) {
+    if (choice.options.solver == "pgs") continue;
+    const ContactMethod method = choice.row->make(choice.options);
+    for (const Case& c : all) {
+      INFO(choice.label << ": " << c.name);
+      const ContactProblem moving = seen_moving(c.problem, V);
+      ContactSolution here, there;
+      method(c.problem, here);
+      method(moving, there);
+      CHECK(here.status == there.status);
+      const std::vector<double> v = velocities_after(c.problem, here), seen = velocities_after(moving, there);
+      for (std::size_t i = 0; i < v.size(); ++i)
+        CHECK(seen[i] - (i % 6 < 3 ? V[static_cast<int>(i % 6)] : 0) ==
+              Approx(v[i]).margin(1e-8 * (1 + largest(c.problem.v_minus))));
+    }
+  }
+}
+
+TEST_CASE("islands whose contacts stand in turn move as each does alone, and are counted together", "[conformance]") {
+  const ContactProblem slides = seen_moving(box(0.1, {0.5, -0.0098, 0.2}), {0, 0, 0.1}),
+                       lands = stack(2, 0.5, {0.1, -1, 0});
+  const ContactProblem both = in_turn(slides, lands);
+  for (const Choice& choice : choices()) {
+    if (choice.options.solver == "pgs" || choice.options.solver == "bisection") continue;
+    INFO(choice.label);
+    ContactSolution first, second, together;
+    choice.row->make(choice.options)(slides, first);
+    choice.row->make(choice.options)(lands, second);
+    choice.row->make(choice.options)(both, together);
+    CHECK(first.status == Status::ok);
+    CHECK(second.status == Status::ok);
+    CHECK(together.status == Status::ok);
+    CHECK(together.size == first.size + second.size);
+    std::vector<double> v_plus;
+    CHECK(Referee::holds(Referee().check(both, together, choice.row->law, v_plus), 1e-9));
+    const std::vector<double> of_first = velocities_after(slides, first), of_second = velocities_after(lands, second);
+    for (std::size_t i = 0; i < of_second.size(); ++i) CHECK(v_plus[i] == Approx(of_second[i]).margin(1e-8));
+    for (std::size_t i = 0; i < of_first.size(); ++i)
+      CHECK(v_plus[of_second.size() + i] == Approx(of_first[i]).margin(1e-8));
   }
 }
