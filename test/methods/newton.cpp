@@ -344,3 +344,26 @@ TEST_CASE("Newton's method solves the same problem twice to the last bit, after 
   solve(method, test::sphere({1, -10, 0}, Vector3d::Zero()));
   CHECK(solve(method, p).impulse == first);
 }
+
+TEST_CASE("an approach that is left is claimed as a fraction of the fastest before, be it the body's or the ground's") {
+  // One sweep over the corners of a box that lands tilted leaves some.
+  ContactProblem falls = test::box(0.3, {0.1, -2, 0}, {0.5, 0, -1}), risen = falls;
+  risen.v_minus[1] = 0;
+  for (int c = 0; c < 4; ++c) risen.offset[3 * c] = -2;
+  for (const ContactProblem& p : {falls, risen}) {
+    NewtonOptions options;
+    options.sweep_limit = 1;
+    ContactSolution solution;
+    make_newton(options)(p, solution);
+    CHECK(solution.status == Status::nonconverged);
+    const test::Outcome after = test::outcome(p, solution.impulse);
+    double before = 0, left = 0;
+    for (int c = 0; c < 4; ++c) {
+      before = std::max(before, -after.u_minus[3 * c]);
+      left = std::max(left, -after.u[3 * c]);
+    }
+    CHECK(before == Approx(2 + 0.5 * 0.5 + 0.5));  // corners half a metre out, that come down by the spins, too
+    CHECK(left > 0.01);
+    CHECK(solution.claimed_residual == Approx(left / before));
+  }
+}

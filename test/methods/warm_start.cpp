@@ -264,3 +264,22 @@ TEST_CASE("a start that leads astray costs coulomb no answer", "[warm_start]") {
       }
   }
 }
+
+// Rest is that of the contacts: on a belt that goes on with the box, and not on one that goes on below it.
+TEST_CASE("a box that goes with its belt starts warm as one at rest does, and a belt that sets out is seen",
+          "[warm_start]") {
+  for (const char* name : {"ap", "convex"}) {
+    INFO(name);
+    Pair pair(name);
+    const auto on_belt = [](double box_speed, double belt_speed, double fall) {
+      ContactProblem p = stack(1, 0.5, {box_speed, -fall, 0});
+      for (int c = 0; c < 4; ++c) p.offset[3 * c + 1] = -belt_speed;
+      return p;
+    };
+    for (int step = 0; step < 5; ++step) pair.meets(on_belt(0.3, 0.3, 0.0098 + 1e-15 * step));
+    CHECK(*pair.accepted == 4);
+    pair.meets(on_belt(0.3, 0.5, 0.0098));
+    pair.meets(on_belt(0.3, 0.3, 0.0098));
+    pair.meets(on_belt(0, 0.5, 0.0098));
+  }
+}
