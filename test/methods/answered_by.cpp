@@ -36,7 +36,7 @@ TEST_CASE("convex is answered by the first way that serves: no friction, all sti
   for (const bool bound : {true, false}) {
     INFO("bound " << bound);
     CHECK(answers({box(0, {1, -0.0098, 0})}, false, bound) == Counts{{"frictionless", 1}});
-    CHECK(answers({box(0.5, {1e-3, -0.0098, 0})}, false, bound) == Counts{{"sticking", 1}});
+    CHECK(answers({box(0.5, {1e-3, -0.0098, 2e-3})}, false, bound) == Counts{{"sticking", 1}});
     CHECK(answers({stack(4, 0.5, {0, -0.0098, 0})}, false, bound) == Counts{{"frictionless", 1}});  // it needs none
   }
   CHECK(answers({box(0.3, {1, -0.0098, 0})}) == Counts{{"guess", 1}});
