@@ -119,3 +119,47 @@ TEST_CASE("a path without length, or at no rate, is a place to stand still at") 
     CHECK(std::isfinite(right));
   }
 }
+
+TEST_CASE("the wheels' motors damp their own rates, by what a rad/s too many costs them") {
+  Model model;
+  Tree tree;
+  for (int j = 0; j < 4; ++j) {
+    Joint joint;
+    joint.kind = JointKind::revolute;
+    joint.v = 3 + j;
+    tree.joints.push_back(joint);
+  }
+  model.trees = {Tree(), tree};
+  ControllerSpec spec;
+  spec.row = find_controller("figure_eight");
+  spec.tree = 1;
+  spec.gains = {2.5, 1, 1, 1, 1, 1, 1, 1};
+  spec.joints = {{0, 3, {}}, {1, 1, {}}};
+  JointGains gains(7);
+  gains.damping[6] = 0.5;  // of a controller before
+  spec.row->gains_of_joints(model, spec, gains);
+  CHECK(gains.damping == std::vector<double>{0, 0, 0, 0, 2.5, 0, 3});
+  for (const auto* none : {&gains.stiffness, &gains.stiffness_by_mass, &gains.damping_by_mass})
+    CHECK(*none == std::vector<double>(7, 0.0));
+}
+
+TEST_CASE("controllers are found by their names, and rows say what their numbers are") {
+  std::vector<std::string_view> names;
+  for (const ControllerRow& row : controllers()) names.push_back(row.name);
+  CHECK(names == std::vector<std::string_view>{"figure_eight", "computed_torque"});
+  CHECK(find_controller("nobody") == nullptr);
+  const auto units = [](const std::vector<GainRow>& rows) {
+    std::string out;
+    for (const GainRow& row : rows)
+      out += std::string(row.name) + " [" + std::string(row.unit) + "]" + (row.default_value ? " " : "! ");
+    return out;
+  };
+  CHECK(units(find_controller("figure_eight")->gains) ==
+        "kv [N m s/rad]! x_amplitude [m] z_amplitude [m] rate [rad/s] gain [1/s] velocity_gain [] wheel_radius [m] "
+        "axle [m] ");
+  CHECK(units(find_controller("computed_torque")->gains) == "kp [1/s^2] kd [1/s] ");
+  CHECK(units(find_controller("computed_torque")->roles[0].gains) ==
+        "offset [rad or m] amplitude [rad or m] frequency [rad/s] phase [rad] kp [N m/rad or N/m] kv [N m s/rad or N "
+        "s/m] ");
+  CHECK(units(find_controller("computed_torque")->roles[1].gains) == "acceleration [rad/s^2 or m/s^2]! ");
+}

@@ -138,3 +138,52 @@ TEST_CASE("a body that turns steadily has turned by rate times time, to the last
     CHECK((pose.q.vec() - std::sin(angle / 2) * axis).norm() < 3e-16 + 1e-15 * angle);
   }
 }
+
+namespace {
+
+/// Two free bodies and a link between them in the list.
+struct Mixed {
+  Model model{{{"ball", 2, {0.5, 0.5, 0.5}}, {"link", 3, {1, 2, 3}, 0}, {"cube", 5, {4, 4, 4}}}};
+  State state;
+  Mixed() {
+    state.pose = {{{1, 2, 3}, Quat::Identity()}, {{4, 5, 6}, Quat::Identity()}, {{7, 8, 9}, Quat::Identity()}};
+    for (int i = 0; i < 18; ++i) state.v.push_back(0.5 * (i - 4));
+  }
+};
+
+}  // namespace
+
+TEST_CASE("energies add up over all bodies, links too, and over the springs of all trees") {
+  Mixed t;
+  Tree trees[2];
+  for (int k = 0; k < 2; ++k) {
+    Joint spring;
+    spring.kind = JointKind::prismatic;
+    spring.q = k;
+    spring.stiffness = 4 + 2 * k;
+    spring.rest = 0.5 * k;
+    trees[k].joints = {Joint(), spring};
+  }
+  t.model.trees = {trees[0], trees[1]};
+  t.state.q = {0.25, 2};
+  // -g.p is 10 y - 2 x + z.
+  const double weights = 2 * (20 - 2 + 3) + 3 * (50 - 8 + 6) + 5 * (80 - 14 + 9);
+  CHECK(potential_energy(t.model, t.state, {2, -10, -1}) ==
+        Approx(weights + 0.5 * 4 * 0.25 * 0.25 + 0.5 * 6 * 1.5 * 1.5));
+  // v: (-2, -1.5, -1), (-0.5, 0, 0.5); (1, 1.5, 2), (2.5, 3, 3.5); (4, 4.5, 5), (5.5, 6, 6.5).
+  const double kinetic =
+      0.5 * (2 * 7.25 + 0.5 * 0.5) + 0.5 * (3 * 7.25 + 1 * 6.25 + 2 * 9 + 3 * 12.25) + 0.5 * (5 * 61.25 + 4 * 108.5);
+  CHECK(kinetic_energy(t.model, t.state) == Approx(kinetic));
+}
+
+TEST_CASE("forces move free bodies, each its own; what they may have put in is the sum over these") {
+  Mixed t;
+  const State before = t.state;
+  const double h = 0.1, bound = accelerate(t.model, {{4, 0, -2}, {100, 100, 100}, {0, 5, 0}}, h, t.state);
+  const double expected[18] = {-2 + 0.2, -1.5, -1 - 0.1, -0.5, 0,         0.5, 1,   1.5, 2,
+                               2.5,      3,    3.5,      4,    4.5 + 0.1, 5,   5.5, 6,   6.5};
+  for (int i = 0; i < 18; ++i) CHECK(t.state.v[i] == Approx(expected[i]));
+  // |F.v| h + m |dv|^2 / 2: |-8 + 2| 0.1 + 0.05, and 22.5 0.1 + 5 0.01 / 2.
+  CHECK(bound == Approx(0.6 + 0.05 + 2.25 + 0.025));
+  CHECK(t.state.pose[0].p == before.pose[0].p);
+}

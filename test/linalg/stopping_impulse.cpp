@@ -3,6 +3,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "linalg/convex_search.h"
+#include "linalg/proximal_term.h"
+
 using namespace cb;
 
 TEST_CASE("rows that are nearly the same are told apart down to a billionth, and no further") {
@@ -33,4 +36,95 @@ TEST_CASE("rows that are nearly the same are told apart down to a billionth, and
     CHECK(change[0] == Approx(1).epsilon(1e-9));
     CHECK(change[1] == Approx(apart > 1e-9 ? 0.5 : 0).margin(1e-6));
   }
+}
+
+TEST_CASE("contacts of the set stop in all their rows, those beside it get nothing, whatever each weighs") {
+  // Two bodies of three rates; contacts 0 and 2 are the set.
+  BlockDiagonalMatrix M;
+  M.add_block(3);
+  M.add_block(3);
+  M.block(0).diagonal() << 1, 2, 4;
+  M.block(1).diagonal() << 100, 50, 25;
+  BlockCholesky factor;
+  REQUIRE(factor.factor(M));
+  BandMatrix J;
+  for (const int b : {0, 0, 1}) {
+    J.add_band();
+    auto entry = J.entry(J.add_entry(b, 3));
+    entry << 1, 0.5, 0, 0, 1, 0.25, 0.125, 0, 1;
+    if (J.bands() == 2) entry *= 2;
+  }
+  const std::vector<double> weight{0.5, 2, 0.02}, u{-1, 2, 3, 7, 7, 7, 4, -5, 6};
+  const std::vector<char> in_set{1, 0, 1};
+  for (const int rows : {3, 1}) {
+    StoppingImpulse stop;
+    REQUIRE(stop.prepare(M, J, factor, weight, in_set, rows));
+    std::vector<double> r(9, 0.0), v(6, 0.0), change(9);
+    r[4] = 9;  // of a contact beside the set: kept
+    std::vector<double> own = r;
+    stop.correct(u, r);
+    CHECK(r[3] == 0);
+    CHECK(r[4] == 9);
+    for (std::size_t i = 0; i < r.size(); ++i) own[i] = r[i] - own[i];
+    multiply_transposed_add(J, M, own, v);
+    factor.solve_in_place(v);
+    multiply(J, M, v, change);
+    for (const int c : {0, 2})
+      for (int i = 0; i < rows; ++i) CHECK(change[3 * c + i] == Approx(-u[3 * c + i]).epsilon(1e-12));
+    if (rows == 1)
+      for (const int c : {0, 2}) CHECK(r[3 * c + 1] == 0);
+  }
+}
+
+TEST_CASE("of all velocities that move contacts as asked the least has the least energy") {
+  // Masses 1, 2 and 4; J = (1, 1, 0): v = M^-1 J^T 3 / 1.5.
+  BlockDiagonalMatrix M;
+  M.add_block(3);
+  M.block(0).diagonal() << 1, 2, 4;
+  BlockCholesky factor;
+  REQUIRE(factor.factor(M));
+  BandMatrix J;
+  J.add_band();
+  J.entry(J.add_entry(0, 3)).row(0) << 1, 1, 0;
+  StoppingImpulse stop;
+  REQUIRE(stop.prepare(M, J, factor, std::vector<double>{0.3}, std::vector<char>{1}, 1));
+  std::vector<double> v(3);
+  stop.least_velocity(std::vector<double>{3, 0, 0}, factor, v);
+  CHECK(v[0] == Approx(2));
+  CHECK(v[1] == Approx(1));
+  CHECK(v[2] == Approx(0).margin(1e-15));
+}
+
+TEST_CASE(
+    "a search along a line takes a whole step that is good, goes on where it falls, comes back, and stays uphill") {
+  const auto to = [](double least) { return convex_search({}, [=](double x) { return Along{2 * (x - least), 2}; }); };
+  CHECK(to(1.1) == 1);
+  CHECK(to(0.8) == 1);  // the slope is 0.25 of the start's
+  CHECK(to(0.7) == Approx(0.7));
+  CHECK(to(0.2) == Approx(0.2));
+  CHECK(to(3) == Approx(3));
+  CHECK(to(0) == 0);
+  CHECK(to(-1) == 0);
+  // A kink, where Newton's steps leave the bracket: slope -1 before 0.5, 10 after.
+  CHECK(convex_search({}, [](double x) { return Along{x < 0.5 ? -1.0 : 10.0, 1e-3}; }) == Approx(0.5).margin(1e-12));
+}
+
+TEST_CASE(
+    "a proximal term falls by tenths while points are found, goes back where one is not, and ends at either side") {
+  ProximalTerm t(1e-3);
+  CHECK(t() == 0.1);
+  t.found();
+  CHECK(t() == Approx(0.01));
+  t.missed();  // back towards 0.1, and more slowly down from there
+  CHECK(t() == Approx(0.03));
+  CHECK_FALSE(t.over());
+  t.found();
+  CHECK(t() == Approx(0.03 * std::sqrt(0.1)));
+  t.found();
+  CHECK(t() == Approx(0.003 * std::sqrt(0.1)));
+  CHECK(t.over());
+  ProximalTerm none(1e-3);
+  int misses = 0;
+  for (; !none.over(); ++misses) none.missed();
+  CHECK(misses == 9);  // 0.1 times 3^9 is beyond 1000
 }

@@ -56,3 +56,69 @@ TEST_CASE(
   CHECK_THROWS_AS(text.number("a number"), FileError);
   CHECK_THROWS_AS(text.number("a number"), FileError);
 }
+
+namespace {
+
+Eigen::MatrixXd matrix(const std::string& text) {
+  const File file(text);
+  TextFile words(file.path);
+  return Eigen::MatrixXd(read_siconos_matrix(words, "M"));
+}
+std::string refusal(const std::string& text) {
+  try {
+    matrix(text);
+    return "";
+  } catch (const FileError& error) {
+    return error.what();
+  }
+}
+
+}  // namespace
+
+TEST_CASE(
+    "a matrix that is not square is read alike from columns, blocks of several sizes, triplets and columns of few") {
+  Eigen::MatrixXd expected(3, 4);
+  expected << 1, 2, 0, 4, 5, 6, 0, 8, 0, 0, 11, 12;
+  CHECK(matrix("0 3 4  3 4  1 5 0  2 6 0  0 0 11  4 8 12") == expected);
+  // Block rows end at 2 and 3, block columns at 1, 2 and 4: four of the six blocks are there, each by columns.
+  CHECK(matrix("1 3 4  4 2 3  2 3  1 2 4  3 4  0 3 4  0 1 2 2  0 1 5  1 2 6  2 0 0 4 8  3 11 12") == expected);
+  CHECK(
+      matrix("2 3 4  1\nCSparse Version\ntriplet: 3-by-4, nzmax: 9 nnz: 9\n2 3 : 12 0 0 : 0.25 1 0 : 5 0 1 : 2 1 1 : 6 "
+             "0 3 : 4 1 3 : 8 2 2 : 11 0 0 : 0.75") == expected);
+  CHECK(matrix("2 3 4  2\nCSparse\n3-by-4, nzmax: 8 nnz: 8, 1-norm: 24\ncol 0 : locations 0 to 1 0 : 1 1 : 5\n"
+               "col 1 : locations 2 to 3 0 : 2 1 : 6\ncol 2 : locations 4 to 4 2 : 11\n"
+               "col 3 : locations 5 to 7 0 : 4 1 : 8 2 : 12") == expected);
+}
+
+TEST_CASE("a message names the line where something is wrong, what stands there and what should") {
+  CHECK_THAT(refusal("0 2 1\n2 1\n1\nx2\n"), Catch::EndsWith(":4: \"x2\" stands where a number should (M)"));
+  CHECK_THAT(refusal("0 2 1\n2 1\n1\n\n\n"), Catch::EndsWith(":6: the file ends where M should stand"));
+  CHECK_THAT(refusal("0\n2 1\n2 2"), Catch::EndsWith(":3: M: the two statements of its size differ"));
+  CHECK_THAT(refusal("3 1 1"),
+             Catch::EndsWith(":1: M, storage (0 dense, 1 sparse blocks, 2 sparse) is \"3\"; it must be from 0 to 2"));
+  CHECK_THAT(refusal("0 -1 1"), Catch::Contains("M, rows is \"-1\"; it must be from 0 to 1000000"));
+  CHECK_THAT(refusal("0 1 1000001"), Catch::Contains("M, columns is \"1000001\""));
+  CHECK_THAT(refusal("0 1 1.5"), Catch::Contains("\"1.5\" stands where a whole number should (M, columns)"));
+  CHECK_THAT(refusal("2 1 1 1 Sparse"), Catch::EndsWith("\"Sparse\" stands where \"CSparse\" should"));
+  CHECK_THAT(refusal("0 1 1 1 1 " + std::string(50, 'a') + "\x07"),
+             Catch::Contains("\"" + std::string(40, 'a') + "...\""));
+  CHECK_THAT(refusal("0 1 1 1 1 a\x07"), Catch::Contains("\"a?\""));
+}
+
+TEST_CASE("words are told from lines, whatever stands between them") {
+  const File file("  one\ttwo\r\n\nthree and the rest \nfour");
+  TextFile text(file.path);
+  CHECK(text.path() == file.path);
+  CHECK(text.word("a word") == "one");
+  CHECK(text.line() == 1);
+  CHECK(text.word("a word") == "two");
+  CHECK(text.word("a word") == "three");
+  CHECK(text.line() == 3);
+  CHECK(text.rest_of_line() == " and the rest ");
+  CHECK(text.line() == 4);
+  CHECK_FALSE(text.at_end());
+  text.expect("four");
+  CHECK(text.at_end());
+  CHECK(text.rest_of_line().empty());
+  CHECK(text.line() == 4);
+}
