@@ -1,0 +1,161 @@
+// What becomes of the parts of an event in the whole: sums, the worst, and what is counted as left out.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "contact/referee.h"
+#include "methods/pruned.h"
+#include "problems.h"
+
+using namespace cb;
+using namespace cb::test;
+
+namespace {
+
+/// What a method says of the island whose body has this mass.
+struct Said {
+  double mass;
+  Status status;
+  const char* reason;
+  int iterations, size;
+  double claimed, scale;
+};
+
+/// A method that says so, of a law whose claims add up or do not.
+MethodRow says(const std::vector<Said>& all, bool add_up, int& calls) {
+  MethodRow row;
+  row.name = "says";
+  row.law = newton_law();
+  row.law.claims_add_up = add_up;
+  row.make = [&all, &calls](const MethodOptions&) -> ContactMethod {
+    return [&all, &calls](const ContactProblem& p, ContactSolution& out) {
+      ++calls;
+      out.clear();
+      out.impulse.assign(3 * static_cast<std::size_t>(p.nc()), p.M.block(0)(0, 0));
+      for (const Said& said : all)
+        if (said.mass == p.M.block(0)(0, 0)) {
+          out.status = said.status;
+          out.reason = said.reason;
+          out.iterations = said.iterations;
+          out.size = said.size;
+          out.claimed_residual = said.claimed;
+          out.restitution_scale = said.scale;
+        }
+    };
+  };
+  return row;
+}
+
+/// Balls of these masses on the ground; the contacts of each in turn: two a ball.
+ContactProblem balls(const std::vector<double>& masses) {
+  ContactProblem p;
+  for (const double m : masses) add_body(p, m, Vector3d::Constant(0.4 * m), {0, -1, 0});
+  for (const double x : {-0.1, 0.1})
+    for (std::size_t b = 0; b < masses.size(); ++b)
+      add_contact(p, static_cast<int>(b), {x, -1, 0}, -1, {}, ground_axes(), 0.5);
+  return p;
+}
+
+}  // namespace
+
+TEST_CASE("of islands solved apart iterations and sizes add up, the worst ending counts, and claims as the law says",
+          "[pruned]") {
+  const std::vector<Said> all = {{1, Status::inaccurate, "the first", 3, 10, 0.25, 0.75},
+                                 {2, Status::ray, "the second", 5, 20, 0.0625, 0.5},
+                                 {3, Status::nonconverged, "the third", 7, 40, 0.125, 1}};
+  for (const bool add_up : {true, false}) {
+    int calls = 0;
+    const MethodRow row = says(all, add_up, calls);
+    for (const std::vector<double>& order : {std::vector<double>{1, 2, 3}, {3, 2, 1}, {2, 3, 1}}) {
+      const auto left_out = std::make_shared<LeftOut>();
+      ContactSolution whole;
+      calls = 0;
+      pruned(row, {}, left_out)(balls(order), whole);
+      CHECK(calls == 3);
+      CHECK(whole.iterations == 15);
+      CHECK(whole.size == 70);
+      CHECK(whole.status == Status::ray);
+      CHECK(whole.reason == "the second");
+      CHECK(whole.claimed_residual == (add_up ? 0.4375 : 0.25));
+      CHECK(whole.restitution_scale == 0.5);
+      for (std::size_t c = 0; c < 6; ++c)
+        for (std::size_t i = 0; i < 3; ++i) CHECK(whole.impulse[3 * c + i] == order[c % 3]);
+      CHECK(left_out->islands == 3);
+      CHECK(left_out->closed_forms == 0);
+      CHECK(left_out->repeats == 0);
+      REQUIRE(left_out->failed.has_value());  // the last that failed, as it was handed over
+      const double last = order[2] == 1 ? order[1] : order[2];
+      CHECK(left_out->failed->M.block(0)(0, 0) == last);
+      CHECK(left_out->failed->nc() == 2);
+    }
+  }
+}
+
+TEST_CASE("where nothing failed nothing is kept of an event, and what goes on with doubts has not failed", "[pruned]") {
+  const std::vector<Said> all = {{1, Status::inaccurate, "doubts", 3, 10, 0.25, 1}, {2, Status::ok, "", 5, 20, 0, 1}};
+  int calls = 0;
+  const MethodRow row = says(all, false, calls);
+  const auto left_out = std::make_shared<LeftOut>();
+  left_out->failed = balls({1});
+  ContactSolution whole;
+  pruned(row, {}, left_out)(balls({1, 2}), whole);
+  CHECK(whole.status == Status::inaccurate);
+  CHECK(whole.reason == "doubts");
+  CHECK_FALSE(left_out->failed.has_value());
+  // A lone island is the event itself, and is no island that was parted.
+  pruned(row, {}, left_out)(balls({2}), whole);
+  CHECK(whole.iterations == 5);
+  CHECK(left_out->islands == 2);
+  PruneOptions together;
+  together.islands = false;
+  calls = 0;
+  pruned(row, {}, left_out, together)(balls({2, 1}), whole);
+  CHECK(calls == 1);
+  CHECK(left_out->islands == 2);
+}
+
+TEST_CASE("items of what was left out have their own counts and names", "[pruned]") {
+  LeftOut left_out;
+  left_out.islands = 11;
+  left_out.closed_forms = 12;
+  left_out.idle_friction = 13;
+  left_out.repeats = 14;
+  const std::vector<LeftOutItem> all = items(left_out);
+  const std::pair<const char*, long> expected[] = {
+      {"islands", 11}, {"closed form", 12}, {"friction", 13}, {"rest", 14}};
+  REQUIRE(all.size() == std::size(expected));
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    CHECK_THAT(std::string(all[i].name), Catch::Contains(expected[i].first));
+    CHECK(all[i].count == expected[i].second);
+    CHECK_FALSE(all[i].why.empty());
+  }
+}
+
+// A ball of radius 1: 3.5 times as easily moved along the ground as off it.
+TEST_CASE("a lone ball's answer by exact friction is its formula, on ground that moves and in any direction",
+          "[pruned]") {
+  const MethodRow& row = *find_method("coulomb");
+  for (const double mu : {0.0, 0.1, 5.0})
+    for (int i = 0; i < 12; ++i) {
+      const double angle = 2 * M_PI * i / 12;
+      INFO(mu << ", " << angle);
+      ContactProblem p = sphere({2 * std::cos(angle), -3, 2 * std::sin(angle)}, {0.5, 1, -0.25}, mu);
+      p.offset = {-0.5, 0.25, 0.125};
+      const auto left_out = std::make_shared<LeftOut>();
+      ContactSolution lone, solved;
+      pruned(row, {}, left_out)(p, lone);
+      row.make({})(p, solved);
+      CHECK(left_out->closed_forms == 1);
+      CHECK(left_out->islands == 0);
+      CHECK(lone.status == Status::ok);
+      CHECK(lone.iterations == 0);
+      CHECK(lone.size == 3);
+      std::vector<double> u;
+      contact_velocity(p, p.v_minus, u);
+      const double m = 4. / 3 * M_PI, r_n = -u[0] * m, stick = std::hypot(u[1], u[2]) * m / 3.5;
+      CHECK(lone.impulse[0] == Approx(r_n));
+      CHECK(std::hypot(lone.impulse[1], lone.impulse[2]) == Approx(std::min(stick, mu * r_n)).margin(1e-14));
+      CHECK(lone.impulse[1] * u[1] + lone.impulse[2] * u[2] <= 0);
+      for (int k = 0; k < 3; ++k) CHECK(lone.impulse[k] == Approx(solved.impulse[k]).margin(1e-10));
+    }
+}
