@@ -272,6 +272,9 @@ TEST_CASE("a method says how many unknowns it handed to its solver") {
     return solution.size;
   };
   CHECK(size("newton", true, 4) == 12);
+  CHECK(size("mirtich", true, 4) == 12);
+  CHECK(size("coulomb", true, 4) == 12);
+  CHECK(size("soft", true, 4) == 6);  // velocities of one body
   CHECK(size("convex", false, 4) == 12);
   CHECK(size("convex", true, 4) == 12 + 4 + 1);  // impulses, multipliers of the normal velocities, and of the bound
   for (const int k : {4, 8}) CHECK(size("ap", true, k) == 4 * (k + 2));
