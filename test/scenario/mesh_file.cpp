@@ -105,6 +105,14 @@ TEST_CASE("A mesh that is cut off anywhere, or holds what is no number, is refus
   infinite[84 + 50 + 12 + 2] = '\x80';
   infinite[84 + 50 + 12 + 3] = '\x7F';
   CHECK_THAT(message(infinite, "a.stl"), Catch::Contains("facet 2: a point that is not finite"));
+  // The second corner of the fourth facet, each of its coordinates.
+  for (std::size_t coordinate = 0; coordinate < 3; ++coordinate) {
+    std::string one = binary;
+    const std::size_t at = 84 + 3 * 50 + 12 + 12 + 4 * coordinate;
+    one[at + 2] = '\x80';
+    one[at + 3] = '\x7F';
+    CHECK_THAT(message(one, "a.stl"), Catch::Contains("facet 4: a point that is not finite"));
+  }
   CHECK_THAT(message(text, "a.dae"), Catch::Contains("neither .obj nor .stl"));
   CHECK_THAT(message(std::string(100, '\0'), "a.obj"), Catch::Contains("no text"));
 }

@@ -306,3 +306,41 @@ TEST_CASE("Of a mesh what looks up is the ground, scaled and turned; how much do
   CHECK(nearest < 1e-14);
   CHECK(below < 1e-14);  // the depth is in the scene's metres, not the file's
 }
+
+TEST_CASE("What stands fixed has no pair with what stands fixed, though one pattern means both and what moves") {
+  Sections s = bodies(
+      R"(<box name="a" size="1 1 1" fixed="yes" position="0 0 0"/><box name="b" size="1 1 1" mass="1" position="2 0 0"/>
+<box name="c" size="1 1 1" fixed="yes" position="4 0 0"/><box name="d" size="1 1 1" mass="1" position="6 0 0"/>)");
+  s.after = R"(<contacts><pair a="*" b="*" mu="0.5"/></contacts>)";
+  const Scenario read = s.load();
+  const auto is_fixed = [](int i) { return i % 2 == 0; };
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j) {
+      if (i == j) continue;
+      INFO(i << ' ' << j);
+      CHECK((read.pairs.find(i, j) == nullptr) == (is_fixed(i) && is_fixed(j)));
+      CHECK(read.can_touch(i, j) == !(is_fixed(i) && is_fixed(j)));
+    }
+}
+
+TEST_CASE("Shapes of one link keep their distance, and do not touch though a pattern means both") {
+  Sections s = bodies(R"(<robot name="r"><link name="hand" mass="1" position="0 0 0" inertia="1 1 1">
+<box name="palm" size="1 1 1" position="0 0 0"/><sphere name="thumb" radius="1" position="1 0 0"/></link>
+<joint name="slide" kind="prismatic" parent="world" child="hand" axis="1 0 0"/></robot>
+<sphere name="ball" radius="1" mass="1" position="5 0 0"/>)");
+  s.after = R"(<contacts><pair a="*" b="*" mu="0.5"/></contacts>)";
+  const Scenario read = s.load();
+  CHECK_FALSE(read.can_touch(0, 1));
+  CHECK(read.can_touch(0, 2));
+  CHECK(read.can_touch(2, 1));
+}
+
+TEST_CASE("A place that no number tells is refused by the name of what would be there, moving or fixed") {
+  for (const char* how : {"mass=\"1\"", "fixed=\"yes\""}) {
+    const std::string array =
+        "<sphere name=\"ball\" radius=\"1\" mass=\"1\" position=\"0 0 0\"/>"
+        "<array count=\"3\" offset=\"0 1e308 0\"><sphere name=\"s\" radius=\"1\" position=\"0 0 0\" ";
+    CHECK_THAT(bodies(array + how + "/></array>").message(),
+               Catch::Contains("s_3 would be at a place that is not finite"));
+  }
+}
