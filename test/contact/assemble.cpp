@@ -202,3 +202,85 @@ TEST_CASE("an island as a problem of its own has the contacts, bodies and veloci
       }
     }
 }
+
+namespace {
+
+/// Two carts of 2 and 3 kg, each a tree of its own, on rails along x and y; a free ball of 5 kg between them in the
+/// list. Each has a shape of its index; the world's is the last.
+struct Carts {
+  Model model;
+  State state;
+  std::vector<Shape> shapes;
+  Carts() {
+    model.bodies = {{"cart", 2, {1, 1, 1}, 0}, {"ball", 5, {1, 1, 1}}, {"other", 3, {1, 1, 1}, 1}};
+    state.pose = {{{0, 0, 0}, Quat::Identity()}, {{1, 0, 0}, Quat::Identity()}, {{2, 0, 0}, Quat::Identity()}};
+    state.v.assign(18, 0.0);
+    for (int i = 0; i < 6; ++i) state.v[6 + i] = 10 + i;
+    state.q = {0, 0};
+    state.qd = {0.25, -0.5};
+    for (int t = 0; t < 2; ++t) {
+      Tree tree;
+      Joint joint;
+      joint.kind = JointKind::prismatic;
+      joint.body = 2 * t;
+      joint.axis_C = t == 0 ? Vec3::UnitX() : Vec3::UnitY();
+      joint.q = joint.v = tree.v = t;
+      tree.nv = 1;
+      tree.joints = {joint};
+      model.trees.push_back(tree);
+    }
+    for (const int body : {0, 1, 2, -1}) {
+      Shape shape;
+      shape.body = body;
+      shapes.push_back(shape);
+    }
+  }
+  std::vector<std::pair<int, int>> owners_of(const std::vector<std::pair<int, int>>& touching,
+                                             const std::vector<LimitContact>& limits, ContactProblem& p,
+                                             const ImplicitJoints* joints = nullptr) const {
+    std::vector<ContactPoint> contacts;
+    for (const auto& [a, b] : touching) contacts.push_back({{0, 0, 0}, {0, 1, 0}, 0, a, b});
+    std::vector<double> mu(contacts.size(), 0.5), restitution(contacts.size(), 0.25);
+    std::vector<BlockOwner> owners;
+    Assembler().assemble(model, state, shapes, contacts, limits, mu, restitution, 0, p, owners, {}, joints);
+    std::vector<std::pair<int, int>> out;
+    for (const BlockOwner& owner : owners) out.emplace_back(owner.body, owner.tree);
+    return out;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("blocks are those of what touches something: free bodies, then trees, each with its own mass and rates") {
+  using Owners = std::vector<std::pair<int, int>>;
+  const Carts carts;
+  ContactProblem p;
+  CHECK(carts.owners_of({{2, 3}}, {}, p) == Owners{{-1, 1}});
+  CHECK(p.v_minus == std::vector<double>{-0.5});
+  CHECK(p.M.block(0)(0, 0) == Approx(3));
+  CHECK(carts.owners_of({{2, 1}, {0, 3}}, {}, p) == Owners{{1, -1}, {-1, 0}, {-1, 1}});
+  CHECK(p.v_minus == std::vector<double>{10, 11, 12, 13, 14, 15, 0.25, -0.5});
+  CHECK(p.M.block(0)(0, 0) == 5);
+  CHECK(p.M.block(1)(0, 0) == Approx(2));
+  CHECK(p.mu == std::vector<double>{0.5, 0.5});
+  // A limit is a contact of its tree, after all others, without friction and restitution.
+  CHECK(carts.owners_of({{1, 3}}, {{1, 0, -1, 0}}, p) == Owners{{1, -1}, {-1, 1}});
+  CHECK(p.mu == std::vector<double>{0.5, 0});
+  CHECK(p.restitution == std::vector<double>{0.25, 0});
+  CHECK(p.J.entry(1)(0, 0) == -1);
+  CHECK(is_limit(p, 1));
+}
+
+TEST_CASE("joint forces of a step's end make trees heavier, by their own dampers and springs") {
+  const Carts carts;
+  JointGains passive(2), motors(2);
+  passive.damping = {4, 6};
+  motors.stiffness = {8, 16};
+  ImplicitJoints joints(passive, motors);
+  joints.begin(0.5);
+  ContactProblem p;
+  carts.owners_of({{0, 3}, {2, 3}, {1, 3}}, {}, p, &joints);
+  CHECK(p.M.block(0)(0, 0) == 5);
+  CHECK(p.M.block(1)(0, 0) == Approx(2 + 0.5 * 4 + 0.25 * 8));
+  CHECK(p.M.block(2)(0, 0) == Approx(3 + 0.5 * 6 + 0.25 * 16));
+}

@@ -187,3 +187,24 @@ TEST_CASE("forces move free bodies, each its own; what they may have put in is t
   CHECK(bound == Approx(0.6 + 0.05 + 2.25 + 0.025));
   CHECK(t.state.pose[0].p == before.pose[0].p);
 }
+
+TEST_CASE("a body whose moments are alike about two axes turns and has energy as its third moment says, whichever") {
+  for (int odd = 0; odd < 3; ++odd) {
+    INFO("axis " << odd);
+    Vec3 inertia(2, 2, 2);
+    inertia[odd] = 5;
+    Model model{{{"disc", 1, inertia}}};
+    const Quat q(Eigen::AngleAxisd(0.8, Vec3(1, -1, 2).normalized()));
+    const Vec3 w(3, 1, -2), own = q.conjugate() * w;
+    State state{0, {{{0, 0, 0}, q}}, {0, 0, 0, 3, 1, -2}};
+    CHECK(kinetic_energy(model, state) == Approx(0.5 * inertia.dot(own.cwiseAbs2())).epsilon(1e-14));
+    // Euler's equations: the spin about the odd axis stays, the others turn by (I_odd - I) / I w_odd.
+    const double h = 1e-6;
+    accelerate(model, {Vec3::Zero()}, h, state, Gyroscopic::explicit_euler);
+    const Vec3 change = (q.conjugate() * (Vec3(&state.v[3]) - w)) / h;
+    const int next = (odd + 1) % 3, last = (odd + 2) % 3;
+    CHECK(change[odd] == Approx(0).margin(1e-8));
+    CHECK(change[next] == Approx(-1.5 * own[odd] * own[last]).epsilon(1e-6).margin(1e-8));
+    CHECK(change[last] == Approx(1.5 * own[odd] * own[next]).epsilon(1e-6).margin(1e-8));
+  }
+}
