@@ -276,6 +276,48 @@ class Runs(unittest.TestCase):
         np.testing.assert_allclose(np.linalg.norm(r.orientation, axis=2), 1, rtol=1e-12)
         self.assertEqual(len(r.steps["status"]), 50)
 
+    @unittest.skipUnless(PROGRAM, "no program to compare with")
+    def test_every_array_of_a_run_has_the_columns_of_the_files_in_their_order(self):
+        # An arm that moves a cube: bodies that turn and slide, joints, contacts in some steps.
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run([PROGRAM, "run", "urdf_arm.xml", "--method", "ap", "--duration", "0.05", "--out", folder, "--quiet"],
+                           check=True)
+            files = {name: np.genfromtxt(os.path.join(folder, f"{name}.csv"), delimiter=",", names=True, dtype=None,
+                                         encoding="utf8") for name in ("trajectory", "joints", "steps")}
+        r = cb.run("urdf_arm.xml", "ap", duration=0.05)
+        rows = files["trajectory"]
+        self.assertGreater(len(r.bodies), 2)
+        np.testing.assert_array_equal(rows["t"], np.repeat(r.t, len(r.bodies)))
+        np.testing.assert_array_equal(rows["body"], np.tile(r.bodies, len(r.t)))
+        for name, columns in (("position", ("px", "py", "pz")), ("orientation", ("qw", "qx", "qy", "qz")),
+                              ("velocity", ("vx", "vy", "vz")), ("angular_velocity", ("wx", "wy", "wz"))):
+            found = getattr(r, name)
+            self.assertEqual(found.shape, (len(r.t), len(r.bodies), len(columns)))
+            np.testing.assert_array_equal(found.reshape(-1, len(columns)), np.stack([rows[c] for c in columns], axis=1), name)
+        np.testing.assert_array_equal(files["joints"]["joint"], np.tile(r.joints, len(r.t)))
+        np.testing.assert_array_equal(files["joints"]["q"], r.q.ravel())
+        self.assertEqual(set(r.steps), {"t", "events", "contacts", "iterations", "residual", "law_residual", "event_energy_gain",
+                                        "max_penetration", "kinetic_energy", "potential_energy", "solve_s", "step_s", "status"})
+        for name, column in r.steps.items():
+            if name.endswith("_s"):
+                self.assertTrue((column > 0).all(), name)
+            else:
+                np.testing.assert_array_equal(column, files["steps"][name], name)
+        self.assertTrue((r.steps["step_s"] >= r.steps["solve_s"]).all())
+
+    def test_a_run_says_how_it_ended_and_is_true_where_it_came_to_its_end(self):
+        whole = cb.run("stack.xml", "ap", set={"boxes": 2}, duration=0.003)
+        self.assertEqual((bool(whole), whole.status, whole.errors), (True, "ok", whole.summary["errors"]))
+        self.assertEqual(repr(whole), "<contactbench.Run: stack, ap, 4 times, ok>")
+        # Answers that the referee refuses end no run.
+        wrong = cb.run("stack.xml", lambda p: np.zeros((p.nc, 3)), law="coulomb", set={"boxes": 2}, duration=0.003)
+        self.assertEqual((bool(wrong), wrong.status, len(wrong.t)), (True, "inaccurate", 4))
+        calls = iter((True, False))
+        part = cb.run("stack.xml", lambda p: gauss_seidel(p) if next(calls) else 1 / 0, law="coulomb", set={"boxes": 2},
+                      duration=0.003)
+        self.assertEqual((bool(part), part.status, part.reason), (False, part.summary["status"], part.summary["reason"]))
+        self.assertEqual(repr(part), f"<contactbench.Run: stack, python, 2 times, crash: {part.reason}>")
+
     def test_a_switch_is_one_of_python_or_of_the_program(self):
         def pruned(value):
             return cb.run("sticking_box.xml", "ap", duration=0.002, prune=value).summary["options"]["prune"]
@@ -335,7 +377,9 @@ class Runs(unittest.TestCase):
 
     def test_the_scenes_are_found_by_name(self):
         names = [os.path.basename(path) for path in cb.scenes()]
-        self.assertIn("stack.xml", names)
+        self.assertEqual(set(names), {os.path.basename(path) for path in glob.glob(os.path.join(ROOT, "scenarios", "*.xml"))})
+        for scene in ("sliding_box", "sliding_box.xml", os.path.join(ROOT, "scenarios", "sliding_box.xml")):
+            self.assertEqual(cb.run(scene, "ap", duration=0.002).summary["scenario"], "sliding_box")
 
     def test_an_installed_module_has_the_scenes_of_its_prefix(self):
         with tempfile.TemporaryDirectory() as prefix:
@@ -366,6 +410,29 @@ class Examples(unittest.TestCase):
         for name, tau, expected in (("quick", 1.5, 2 / 4), ("quick", 2.5, 3 / 4), ("wide", 1.5, 1 / 4), ("wide", 2.9, 1 / 4), ("wide", 3.1, 2 / 4),
                                     ("wide", 9, 2 / 4), ("quick", 9, 3 / 4)):
             self.assertEqual(share(name, tau), expected, (name, tau))
+
+    def test_a_performance_profile_is_drawn_over_all_problems_and_from_the_fastest_on(self):
+        # Three problems of which nobody answers the last; times over the fastest: 1 and 20, 4 and 1, none.
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "profile.png")
+            axes = cb.performance_profile({"one": [2.0, 40.0, None], "other": [8.0, 2.0, None], "none": [None] * 3}, path)
+            with open(path, "rb") as file:
+                self.assertEqual(file.read(8), b"\x89PNG\r\n\x1a\n")
+        lines = axes.get_lines()
+        self.assertEqual([(line.get_label(), line.get_drawstyle()) for line in lines],
+                         [(name, "steps-post") for name in ("one", "other", "none")])
+        for line, curve in zip(lines, ([(1, 0), (1, 1 / 3), (20, 2 / 3), (40, 2 / 3)],
+                                       [(1, 0), (1, 1 / 3), (4, 2 / 3), (40, 2 / 3)], [(1, 0), (40, 0)])):
+            np.testing.assert_allclose(line.get_xydata(), curve)
+        self.assertEqual((axes.get_xscale(), axes.get_yscale(), axes.get_xlim(), axes.get_title()),
+                         ("log", "linear", (1, 40), "3 problems"))
+        self.assertEqual((axes.get_xlabel(), axes.get_ylabel()), ("time over that of the fastest", "share of problems"))
+        self.assertEqual([text.get_text() for text in axes.get_legend().get_texts()], ["one", "other", "none"])
+        # What is close together is drawn up to ten times the fastest, and so is what nobody answers.
+        for seconds, share in (({"a": [1.0], "b": [1.5]}, 1), ({"a": [None]}, 0)):
+            axes = cb.performance_profile(seconds, title="of mine")
+            self.assertEqual((axes.get_xlim(), axes.get_title(), axes.get_lines()[0].get_ydata()[-1]),
+                             ((1, 10), "of mine", share))
 
     def test_a_solver_of_ones_own_is_judged_beside_all_of_ours(self):
         with tempfile.TemporaryDirectory() as folder:
