@@ -3,9 +3,11 @@ import contextlib
 import io
 import json
 import math
+import sys
 import tempfile
 import unittest
 from pathlib import Path
+from unittest import mock
 
 import made
 import numpy as np
@@ -165,6 +167,37 @@ class Ladder(Folder):
         self.assertEqual((until, words, [c["method"] for c in two]), (0.4, "the whole run, 0.4 s", ["ap", "coulomb"]))
         self.assertEqual(ladder.alike(results, "box", "", 0.5), (0.0, "", ()))
 
+    def test_steps_down_say_by_what_they_judge_and_how_far_that_can_be_trusted(self):
+        # A-P and convex share a motion to 0.25 m; the coarse convex is 0.5 m from its own finest and 0.75 m from A-P's.
+        some = [("lemke", "0.01", 1.0, 8), ("convex", "0.01", 1.25, 9), ("convex", "0.1", 1.75, 1), ("lemke", "0.1", 3.0, 0.5),
+                ("mirtich", "0.1", 9.0, 0.25), ("newton", "0.01", 1.9, 7), ("newton", "0.1", 1.0, 0.4)]
+        results = self.results([(self.row(name, step, processing_s=s, steps=10 if name == "mirtich" else 100), {
+            0: 0, 1: x / 2, 2: x}) for name, step, x, s in some])
+        alike, converging, residual = ladder.steps_down(results, "box", "", 0.8, None)
+        self.assertEqual([row["basis"] for row in (alike, converging, residual)], ["alike", "converging", "residual"])
+        self.assertEqual((alike["best"]["cell"]["method"], alike["best"]["step"], alike["best"]["error"]),
+                         ("convex", "0.1", 0.75))
+        # The others are too far from their own finest steps, or have one step alone.
+        self.assertIsNone(alike["runner_up"])
+        self.assertTrue(alike["trust"].startswith(
+            "A-P Lemke and convex, epsilon 1e-12 J at their finest step stay within 0.8 m of each other for the whole run, 2 s")
+                        )
+        # By its own steps alone it is nearer; Mirtich's at its step is 7.25 m away.
+        self.assertEqual((converging["best"]["step"], converging["best"]["error"]), ("0.1", 0.5))
+        self.assertIn("at its step the others are up to 7.2 m away", converging["trust"])
+        self.assertEqual((residual["best"]["cell"]["method"], residual["best"]["error"]), ("mirtich", 0.0))
+        self.assertEqual(residual["runner_up"]["cell"]["method"], "coulomb")
+        # Where none meets the error the nearest stands there; a limit of a step's time is of all of them.
+        alike, converging, residual = ladder.steps_down(results, "box", "", 0.3, None)
+        self.assertEqual([row["best"] for row in (alike, converging)], [None, None])
+        self.assertEqual([(row["nearest"]["step"], row["nearest"]["error"]) for row in (alike, converging)], [("0.01", 0.5),
+                                                                                                              ("0.1", 0.5)])
+        alike = ladder.steps_down(results, "box", "", 0.2, None)[0]
+        self.assertIn("for the first 1 s, and part then", alike["trust"])
+        self.assertEqual(alike["nearest"]["error"], 0.25)  # up to then
+        limited = ladder.steps_down(results, "box", "", 0.8, 0.0045)
+        self.assertEqual([row["best"] and row["best"]["cell"]["method"] for row in limited], [None, None, "coulomb"])
+
     def test_of_a_scene_that_nobody_got_through_the_one_that_came_furthest_is_named(self):
         stopped = {"status": "ray", "finished": "false"}
         results = self.results([
@@ -188,6 +221,22 @@ class Ladder(Folder):
                          [["convex,", "epsilon", "1e-12", "J", "0.01", "0.0025", "0.5", "ok"],
                           ["A-P", "Lemke,", "k", "=", "8", "0.01", "0.00125", "1.5", "1.5e-07", "ok"],
                           ["A-P", "PATH,", "k", "=", "8", "crash", "at", "0.25", "s"]])
+
+    def test_flags_that_make_no_sense_and_scenes_that_are_not_there_end_with_2(self):
+        for words in (["--duration", "0"], ["--duration", "inf"], ["--limit", "-1"], ["--limit", "nan"]):
+            with mock.patch.object(sys, "argv",
+                                   ["compare.py", "box", *words]), contextlib.redirect_stderr(io.StringIO()) as said:
+                with self.assertRaises(SystemExit) as ended:
+                    compare.main()
+            self.assertEqual(ended.exception.code, 2)
+            self.assertIn(f"{words[0]} must be a positive number", said.getvalue())
+        wrong = mock.Mock(side_effect=compare.recommend.WrongInput("no such scene"))
+        with mock.patch.object(sys, "argv", ["compare.py", "there/box.xml"]), mock.patch.object(
+                compare.recommend, "sweep_of", wrong):
+            with contextlib.redirect_stderr(io.StringIO()) as said:
+                self.assertEqual(compare.main(), 2)
+        self.assertEqual(said.getvalue(), "compare: no such scene\n")
+        self.assertEqual((str(wrong.call_args.args[0].out), wrong.call_args.args[0].limit), ("box", 20))
 
     def test_without_a_reference_settings_are_printed_by_how_far_they_move(self):
         results = self.results([
@@ -271,6 +320,14 @@ class Advice(Folder):
             "k = 8 in place of 4 lowered the error by more than a tenth in "
             "1 of 6 cases and raised it in 1, at 4 times the cost (median)", text)
         self.assertEqual(sections.knob(self.results(rows), [("box", "")], "convex", "k", "4", "8"), "")
+
+    def test_what_a_turned_polygon_errs_by_is_said_with_its_fewest_and_most_edges(self):
+        rows = [(self.row("convex", **{ERROR: 1e-3}), None)]
+        for angle, errors in ((math.pi, (0.5, 0.25, 0.125)), (0, (7, 8, 9))):
+            rows += [(self.row("lemke", sweeps="polygons", scene="my_box", k=k, parameters=f"rotate_cone={angle / k!r}", **{
+                ERROR: e}), None) for k, e in zip((16, 4, 64), (errors[1], errors[0], errors[2]))]
+        text, = (line for line in sections.advice(self.results(rows)).shown["text"] if "corners" in line)
+        self.assertIn("my box with the polygon turned by pi/k errs by 0.5 m at k = 4 and by 0.12 m at k = 64.", text)
 
     def test_what_is_left_at_the_best_is_said_of_the_reference_too(self):
         results = self.results([(self.row("convex", error_certified_linf_m=3e-4), None)], references={
