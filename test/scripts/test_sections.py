@@ -1,13 +1,16 @@
 """Sections of the report and what their pages show, on tables made by hand in which every field is another word or number."""
+import contextlib
 import hashlib
+import io
 import json
 import math
 import tempfile
 import unittest
 from pathlib import Path
+from unittest import mock
 
 import made
-from contactbench import figures, report, sections, solve_all
+from contactbench import figures, isolated, report, sections, solve_all, templates, worth
 
 
 class Folder(unittest.TestCase):
@@ -180,6 +183,25 @@ class Beside(Folder):
                 "who": "ODE quick", "setting": "default", "precision": "single", "step": "0.01", "knobs": "",
                 "measure": "position_linf_m", "status": "ok", "error": 1e-3, "fails": ["gravity: 9, not 9.8"]})
 
+    def test_an_engine_s_own_problems_stand_with_its_residuals_and_those_of_our_methods(self):
+        made.results(self.top / "engines", [made.row(sweeps="engines")])
+        blank = dict.fromkeys(isolated.COLUMNS, "") | {
+            "file": "a.hdf5", "scene": "sliding_box", "engine": "mujoco", "variant": "newton"}
+        engine = {
+            "by": "mujoco newton", "contacts": "4", "law_residual": "0.1", "law_residual_without_offset": "0.02",
+            "own_residual": "0.003", "momentum_error": "0.0004", "velocity_error": "7", "largest_compliance_per_kg": "0.00005"}
+        ours = [{"by": by, "status": "ok", "law_residual": str(n)} for n, by in enumerate(isolated.BESIDE, 2)]
+        made.write_rows(self.top / "engines/own_problems.csv", [blank | of for of in (engine, *ours)])
+        section = sections.engines(made.results(self.top, [made.row()]))
+        table = next(t for t in made.page("engines", section.shown)[0] if t[0][:2] == ["scene", "engine"])
+        self.assertEqual(table, [[
+            "scene", "engine", "contacts", "compliance, 1/kg", "Coulomb", "without offset", "its own model", "momentum",
+            *isolated.BESIDE],
+                                 [
+                                     "sliding box", "mujoco newton", "4", "5e-05", "0.1", "0.02", "0.003", "0.0004",
+                                     *(str(n) for n, _ in enumerate(isolated.BESIDE, 2))]])
+        self.assertEqual(section.data["own"], section.shown["own"])
+
     def test_runs_that_did_not_end_well_are_those_that_are_not_ok_or_whose_claims_were_refuted(self):
         rows = [
             made.row(run="good"),
@@ -195,7 +217,85 @@ class Beside(Folder):
                                  ["ray", "ray", "0.1235 s", "no way on", "0"], ["late", "time_limit", "", "", "0"]])
 
 
+class Data(Folder):
+    """What report.json says of sections whose pages are looked at elsewhere."""
+    def test_claims_stand_by_their_names_with_those_about_times_apart(self):
+        rise = {"error_energy_rise_relative": 0.25}
+        rows = [
+            made.row(scene="impacting_sphere", solver="", k="", method="newton", variant=v, **rise)
+            for v in ("uncapped", "stick-tested")]
+        rows += [
+            made.row(scene="impacting_sphere", **rise | {"processing_s": 1}),
+            made.row(scene="impacting_sphere", **made.EPS | rise | {"processing_s": 2})]
+        section = sections.claim_table(made.results(self.top, rows, sweeps=["paper"]))
+        self.assertEqual(list(section.data), [f"C{n}" for n in range(1, 11)])
+        self.assertEqual([p["verdict"] for p in section.data["C1"]["parts"]], ["reproduced", "reproduced", "not reproduced"])
+        self.assertEqual(set(section.timing), {"C9"})  # of the others about times there is no run
+        self.assertEqual((section.timing["C9"]["parts"][0]["verdict"], section.data["C9"]["parts"][0]["verdict"]),
+                         ("reproduced", "cannot be told"))
+        (table, ), words = made.page("claim_table", section.shown)
+        self.assertEqual(table[1][3], "in part (2 of 3 parts)")
+        self.assertIn("contradicted : no other model gains more than 1e-9.", words)
+
+    def test_orders_and_ways_of_stepping_name_their_runs(self):
+        rows = [
+            made.row(run=f"o{h}", sweeps="orders", step=h, knobs=f"step={h}", error_position_linf_m=h)
+            for h in ("0.1", "0.4", "0.2", "0.8")]
+        rows += [made.row(run="p", sweeps="polygons", k="16", error_position_linf_m=1, error_polygon_position_linf_m=2)]
+        rows += [
+            made.row(run="s", sweeps="stepping", knobs="accuracy=1e-3", error_position_linf_m=5e-3, switches=3, impacts=4,
+                     first_order_steps=5, solves=6)]
+        results = made.results(self.top, rows)
+        data = sections.convergence(results).data
+        self.assertEqual((data["orders"][0]["runs"], data["polygons"][0]["runs"]), (["o0.8", "o0.4", "o0.2", "o0.1"], ["p"]))
+        self.assertNotIn("cells", data["orders"][0])
+        self.assertEqual(
+            sections.ways_of_stepping(results).data["wanted"], {
+                "s": {
+                    "scene": "box", "parameters": "", "method": "A-P Lemke, k = 8", "wanted": 1e-3, "status": "ok",
+                    "reached": 5e-3, "switches": 3, "impacts": 4, "first_order_steps": 5, "solves": 6}})
+
+    def test_what_several_machines_made_says_so(self):
+        machines = [{"cpu": "one"}, {"cpu": "two"}]
+        results = made.results(self.top, [made.row()], machine=machines, versions={"git": "abc"}, profile="paper", sweeps=[
+            "motion"])
+        section = sections.reading(results)
+        self.assertEqual(section.shown["made_with"][:2], [("machine", machines), ("versions", {"git": "abc"})])
+        _, words = made.page("reading", section.shown, profile="paper", worth={"exact": 1, "rounding": 0, "sample": 0})
+        self.assertIn("Nothing was repeated, so that noise is not known.", words)
+        self.assertIn("No run is known to have been disturbed", words)
+
+
 class Whole(Folder):
+    def test_of_other_scenes_the_figures_of_any_scene_are_drawn_alone_and_a_failure_is_said(self):
+        for sweeps, names in ((["paper"], list(figures.FIGURES)), (["motion"], ["error_time", "error_budget"])):
+            results = made.results(self.top, [made.row()], sweeps=sweeps)
+            for name in ("error_time", "repose"):
+                (self.top / "figures").mkdir(exist_ok=True)
+                (self.top / f"figures/{name}.png").write_text("old")
+            with mock.patch.object(report, "ProcessPoolExecutor") as pool, contextlib.redirect_stderr(io.StringIO()) as said:
+                submit = pool.return_value.__enter__.return_value.submit
+                submit.side_effect = lambda drawn, name, of: mock.Mock(
+                    exception=lambda: None, result=lambda: "one\nno room" if name == names[1] else "")
+                report.draw(results)
+            self.assertEqual([call.args for call in submit.call_args_list], [(report.drawn, name, results) for name in names])
+            self.assertEqual(said.getvalue(), f"report: {names[1]}.py could not draw: no room\n")
+            # A picture of other results must not stand in for one that is drawn now.
+            self.assertEqual([(self.top / f"figures/{name}.png").exists() for name in ("error_time", "repose")],
+                             [False, "repose" not in names])
+
+    def test_numbers_of_pages_are_short_and_what_is_none_is_empty(self):
+        sample = worth.Number(None, [0.12345, 0.5, None])
+        self.assertEqual([templates.known(x) for x in (None, math.nan, 0.0, 12345.6, sample)],
+                         ["", "", "0", "1.23e+04", "0.312 [0.123 to 0.5] in 2 of 3"])
+        self.assertEqual([templates.short(x) for x in ("1.23456", "", "ray", "1e-9")], ["1.23", "", "ray", "1e-09"])
+        filters = templates.TEMPLATES.filters
+        self.assertEqual([filters[name](0.0123456) for name in ("g2", "g3", "g4", "g3_known")],
+                         ["0.012", "0.0123", "0.01235", "0.0123"])
+        self.assertEqual((filters["fixed"](1.23456, 2), filters["words"]("a_b_c"), filters["numbers"]([1.23456, 2e-9])),
+                         ("1.23", "a b c", "1.23, 2e-09"))
+        self.assertEqual(filters["e"]('<a href="b">&\'</a>'), "&lt;a href=&quot;b&quot;&gt;&amp;&#x27;&lt;/a&gt;")
+
     def test_sections_stand_in_groups_by_what_the_results_are_of(self):
         paper = made.results(self.top, [made.row()], sweeps=["orders", "paper"], profile="quick")
         self.assertEqual(report.heading(paper)["title"], "contact models compared")
@@ -220,7 +320,9 @@ class Whole(Folder):
             made.row(sweeps="error_time", scene="my_box", step=h, knobs=f"step={h}", error_position_linf_m=2e-3 * float(h),
                      reference="analytic", **of) for h in ("0.1", "0.2") for of in ({}, made.EPS | {"processing_s": 1.5})]
         results = made.results(self.top, rows, sweeps=["error_time"], profile="mine", runs=4)
-        report.write(results)
+        with contextlib.redirect_stderr(io.StringIO()) as told:
+            report.write(results)
+        self.assertEqual(told.getvalue(), "report: no motion.html: no run kept its contacts\n")
         said = json.loads((self.top / "report.json").read_text())
         self.assertEqual(said["profile"], "mine")
         self.assertEqual({key for of in said["sections"].values() for key in of},

@@ -72,6 +72,24 @@ class Gathered(Folder):
         row = gather.row_of(self.one, self.record(finished=False), self.summary, self.top, certified)
         self.assertNotIn("error_certified_linf_m", row)
 
+    def test_each_run_is_held_against_the_reference_of_its_scene_and_parameters(self):
+        runs = [
+            plan.Run(scene, sets, "ap", "", "lemke", (("k", "8"), ), 1)
+            for scene, sets in (("box", (("mu", "0.3"), )), ("box", ()), ("arm", (("mu", "0.3"), )))]
+        for n, run in enumerate(runs, 1):
+            folder = self.top / run.name
+            folder.mkdir()
+            (folder / "run.json").write_text(gather.json.dumps(run.asked() | self.record() | {"scene": run.scene}))
+            (folder / "summary.json").write_text(
+                gather.json.dumps({"options": {"duration": 1.0}, "t_reached": 1, "peak_memory_mb": 1}))
+            (folder / "trajectory.csv").write_text(f"t,body,px,py,pz\n0,a,0,0,0\n1,a,{n},0,0\n")
+        motion = {(0.0, "a"): (0, 0, 0), (1.0, "a"): (0, 0, 0)}
+        certified = {("box", "mu=0.3"): references.Reference({"until": 1.0}, motion),
+                     ("arm", "mu=0.3"): references.Reference({}, None)}
+        rows, summaries = gather.rows_of([*runs, plan.Run("none", (), "ap", "", "", (), 1)], self.top, certified)
+        self.assertEqual([row.get("error_certified_linf_m") for row in rows], ["1.0", None, ""])
+        self.assertEqual(len(summaries), 3)
+
     def test_the_manifest_counts_what_the_table_holds(self):
         def done(run, status, busy, machine=None):
             folder = self.top / "runs" / run.name
