@@ -47,15 +47,18 @@ class Today(Folder):
     def test_each_run_is_as_far_from_the_law_as_its_bodies_and_a_step_costs_what_it_costs(self):
         law = {"law_residual_max": "0.9e-8"}
         arm = {"scene": "arm", "parameters": "n=2"}
-        results = self.results([(self.row("admm", **{ERROR: 8}), {0: 0, 1: 7}),
-                                (self.row("newton", **{ERROR: 4e-3} | law), {0: 0, 1: 1}),
-                                (self.row("cascade", **{ERROR: 9}), {0: 0, 1: 1.25}),
-                                (self.row("lemke", processing_s=3, steps=40, law_residual_max=0.125, **{ERROR: 7e-3}), {
-                                    0: 0, 1: 1.5}), (self.row("convex", step="0.02", status="inaccurate"), {0: 0, 1: 6}),
-                                (self.row("newton", step="0.02", status="ray", finished="false"), {0: 0, 1: 6}),
-                                (self.row("soft", **arm), {0: 0, 1: 3}),
-                                (self.row("admm", law_residual_max="1.1e-8", **arm), {0: 0, 1: 3})])
+        results = self.results([
+            (self.row("admm", **{ERROR: 8}), {0: 0, 1: 7}), (self.row("lemke", k="4"), {0: 0, 1: 9}),
+            (self.row("lemke", k="4", repeat=2, status="ray", finished="false", processing_s=9), {0: 0, 1: 9}),
+            (self.row("newton", **{ERROR: 4e-3} | law), {0: 0, 1: 1}), (self.row("cascade", **{ERROR: 9}), {0: 0, 1: 1.25}),
+            (self.row("lemke", processing_s=3, steps=40, law_residual_max=0.125, **{ERROR: 7e-3}), {0: 0, 1: 1.5}),
+            (self.row("convex", step="0.02", status="inaccurate"), {0: 0, 1: 6}),
+            (self.row("newton", step="0.02", status="ray", finished="false"), {0: 0, 1: 6}),
+            (self.row("soft", **arm), {0: 0, 1: 3}), (self.row("admm", law_residual_max="1.1e-8", **arm), {0: 0, 1: 3})])
         rows = {(r["scene"], r["parameters"], r["step"], r["label"]): r for r in today.rows_of(results)}
+        # Of a setting of which one repeat did not come to its end nothing is said.
+        part = rows["box", "", "0.01", "A-P Lemke, k = 4"]
+        np.testing.assert_equal([part[key] for key in ("status", "apart", "time_per_step")], ["ray at 2 s", math.nan, math.nan])
         lemke = rows["box", "", "0.01", "A-P Lemke, k = 8"]
         self.assertEqual({key: lemke[key] for key in lemke if key != "cell"}, {
             "scene": "box", "parameters": "", "step": "0.01", "label": "A-P Lemke, k = 8", "column": "polygon", "status": "ok",
@@ -166,6 +169,9 @@ class Ladder(Folder):
         until, words, two = ladder.alike(results, "box", "", 3.5)
         self.assertEqual((until, words, [c["method"] for c in two]), (0.4, "the whole run, 0.4 s", ["ap", "coulomb"]))
         self.assertEqual(ladder.alike(results, "box", "", 0.5), (0.0, "", ()))
+        apart = some(lemke=("0.02", [0, 0], {}), convex=("0.02", [1, 0], {}))  # at the start already
+        ladder.precision.moments.cache_clear()
+        self.assertEqual(ladder.alike(apart, "box", "", 0.5), (0.0, "", ()))
 
     def test_steps_down_say_by_what_they_judge_and_how_far_that_can_be_trusted(self):
         # A-P and convex share a motion to 0.25 m; the coarse convex is 0.5 m from its own finest and 0.75 m from A-P's.
@@ -197,6 +203,13 @@ class Ladder(Folder):
         self.assertEqual(alike["nearest"]["error"], 0.25)  # up to then
         limited = ladder.steps_down(results, "box", "", 0.8, 0.0045)
         self.assertEqual([row["best"] and row["best"]["cell"]["method"] for row in limited], [None, None, "coulomb"])
+        # What was recorded at other moments than those two is not held against them.
+        some = [(self.row(name, step, scene="arm", processing_s=s), {t: 0 for t in times})
+                for name, step, s, times in (("lemke", "0.01", 8, (0, 1)), ("convex", "0.01", 9, (0, 1)),
+                                             ("lemke", "0.1", 2, (0, 1)), ("path", "0.01", 7, (0.5, 1.5)), ("path", "0.1", 1,
+                                                                                                            (0.5, 1.5)))]
+        alike = ladder.steps_down(self.results(some), "arm", "", 0.2, None)[0]
+        self.assertEqual((alike["basis"], alike["best"]["cell"]["solver"], alike["best"]["step"]), ("alike", "lemke", "0.1"))
 
     def test_of_a_scene_that_nobody_got_through_the_one_that_came_furthest_is_named(self):
         stopped = {"status": "ray", "finished": "false"}

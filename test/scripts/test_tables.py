@@ -322,6 +322,20 @@ class TableOne(Folder):
         self.assertEqual(latex[lemke].split(" & ")[2], "6.5 (2.2)")
         self.assertEqual(latex[lemke + 1].split(" & ")[2], r"\emph{5.18 (0.35)}")
         self.assertEqual(table1.tex("a_b 5% & #1 \\"), r"a\_b 5\% \& \#1 \textbackslash ")
+        titles = [
+            "impacting sphere", "sliding box", "sticking box", "circular sliding", *(f"stack of {n}" for n in (1, 2, 4, 8, 16)),
+            "mobile robot", "grasp"]
+        self.assertEqual([title for title, _ in self.shown["columns"]], titles)
+        with open(self.top / "table1.csv", newline="") as file:
+            heads, *lines = csv.reader(file)
+        line = next(line for line in lines if line[:2] == ["ap", ""] and line[5] == "sliding_box")
+        self.assertEqual(list(zip(heads, line)), [("method", "ap"), ("variant", ""), ("solver", "lemke"), ("epsilon", ""),
+                                                  ("k", "16"), ("scene", "sliding_box"), ("parameters", ""),
+                                                  ("simulated_s", "8.0"), ("repeats", "4"), ("status", "ok"), ("reason", ""),
+                                                  ("t_reached", "2.0"), ("median_s", "6.5"), ("minimum_s", "5.0"),
+                                                  ("maximum_s", "9.0"), ("ratio", repr(6.5 / 3)), ("busy", "true"),
+                                                  ("paper_s", "5.18"), ("paper_certain", "yes"),
+                                                  ("paper_ratio", repr(5.18 / 15.01)), ("ensemble", "ok 1")])
         with open(self.top / "table1.csv", newline="") as file:
             rows = {(r["parameters"], r["method"]): r for r in csv.DictReader(file)}
         self.assertEqual((rows["boxes=4", "ap"]["ensemble"], rows["", "ap"]["ensemble"]), ("ok 2, ray 1", "ok 1"))
