@@ -9,7 +9,7 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-import made
+import handmade as made
 import numpy as np
 from contactbench import compare, ladder, sections, today
 

@@ -4,7 +4,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import made
+import handmade as made
 import matplotlib.pyplot as plt
 import numpy as np
 from contactbench import precision, sections, stepping
@@ -240,6 +240,17 @@ class Orders(Folder):
         self.assertEqual(table[2], [
             "box mu=0.5", "turned by pi/k", "4, 8, 16, 32, 64", "0.293, 0.0761, 0.0192, 0.00482, 0.0012",
             "0.586, 0.152, 0.0384, 0.00963, 0.00241", ", ".join(["0.000831"] * 5), "1.000"])
+
+
+class Fits(unittest.TestCase):
+    def test_three_points_have_their_circle_and_four_the_one_in_their_middle(self):
+        # About (1, 2): 3, 4 and 5 are a right triangle.
+        np.testing.assert_allclose(precision.circle([(4, 6), (-3, 5), (6, 2)]), (5, 0), atol=1e-7)
+        # Two at 2 m from the middle and two at 3 m: algebraic least squares take the mean of the squares.
+        radius, deviation = precision.circle([(3, 2), (-1, 2), (1, 5), (1, -1)])
+        self.assertAlmostEqual(radius, math.sqrt((4 + 9) / 2))
+        self.assertAlmostEqual(deviation, math.sqrt(((radius - 2)**2 + (3 - radius)**2) / 2) / radius)
+        self.assertAlmostEqual(precision.slope([1, 2, 4, 8], [1, 3, 9, 27]), math.log(3) / math.log(2))
 
 
 class Profiles(Folder):

@@ -9,7 +9,7 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-import made
+import handmade as made
 from contactbench import figures, isolated, report, sections, solve_all, templates, worth
 
 

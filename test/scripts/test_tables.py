@@ -6,7 +6,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import made
+import handmade as made
 import numpy as np
 from contactbench import gather, plan, references, sections, table1
 from contactbench.runs import Cell, Runs, series

@@ -5,7 +5,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import made
+import handmade as made
 from contactbench import gather, sections, worth
 
 
