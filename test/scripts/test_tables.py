@@ -190,6 +190,17 @@ class Cells(Folder):
         self.assertEqual((engine.name, engine.command),
                          ("ODE quick", "contactbench run box.xml --engine ode --variant quick --setting tuned"))
 
+    def test_methods_and_engines_have_the_names_that_readers_know(self):
+        for method, choice, name in (("ap", "lemke", "A-P Lemke"), ("ap", "ynl", "A-P YNL"),
+                                     ("ap", "path-lib", "A-P PATH library"), ("ap", "pgs", "A-P pgs"),
+                                     ("coulomb", "newton", "Coulomb Newton"), ("coulomb", "nsgs", "Coulomb Gauss-Seidel"),
+                                     ("coulomb", "admm", "Coulomb ADMM"), ("soft", "sap", "soft SAP"),
+                                     ("soft", "mujoco", "soft MuJoCo"), ("mirtich", "", "Mirtich"), ("convex", "ipm", "convex"),
+                                     ("ode", "", "ODE"), ("bullet", "", "Bullet"), ("bullet-float", "", "Bullet (float)"),
+                                     ("dart", "", "DART"), ("simbody", "", "Simbody"), ("siconos", "nsgs",
+                                                                                        "Siconos Gauss-Seidel")):
+            self.assertEqual(made.cell(method=method, solver=choice).name, name)
+
     def test_cells_are_those_of_the_scene_the_sweep_and_the_columns_that_are_asked_for(self):
         rows = [
             made.row(scene=scene, sweeps=sweeps, k=k, repeat=n)

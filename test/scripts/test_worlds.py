@@ -141,6 +141,10 @@ class Compared(unittest.TestCase):
         self.assertEqual(worth.worth(tree, [tree, tree], [tree], [tree]), worth.EXACT)
         self.assertEqual(worth.counted([[tree, True, None]], worth.EXACT), {worth.EXACT: 4})
         self.assertEqual(worth.worth([], [[]], [], []), {})
+        # Parts that are alike in shape, each with numbers of two classes, keep their places.
+        twins, others = ({name: {"x": 1.0, "y": y} for name in "pq"} for y in (2.0, 2.5))
+        self.assertEqual(worth.worth(twins, [twins, others], [twins], [twins]),
+                         {name: {"x": worth.EXACT, "y": sample} for name in "pq"})
         self.assertEqual([worth.is_class(of) for of in ("exact", {"sample": 2}, {"sample": {"sample": 2}}, {}, [])],
                          [True, True, False, False, False])
 
