@@ -57,6 +57,11 @@ class Gathered(Folder):
                 "max_penetration": "0.31", "max_gain_j": "0.41", "max_gain_relative": "0.42", "estimated_error_m": "0.51",
                 "switches": "108", "impacts": "109", "first_order_steps": "110", "error_final_m": "0.61", "error_other_m": ""})
 
+    def test_times_memory_and_who_else_used_the_machine_are_no_numbers_of_the_input(self):
+        times = {column for column, source in gather.COLUMNS.items() if (source or "").startswith("time.")}
+        self.assertEqual(len(times), 6)
+        self.assertEqual(set(gather.TIMING), times | {"processing_s", "wall_s", "other_cores", "busy", "peak_memory_mb"})
+
     def test_a_run_that_could_not_say_it_is_judged_from_outside_and_what_is_missing_is_empty(self):
         row = gather.row_of(self.one, self.record(finished=False), {}, self.top, None)
         self.assertEqual((row["t_reached"], row["peak_memory_mb"], row["wall_s"]), ("9.0", "99.0", "32.5"))
