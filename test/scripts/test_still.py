@@ -117,6 +117,8 @@ class Still(unittest.TestCase):
             self.assertAlmostEqual(math.hypot(corner[0], corner[2], beyond), 0.5)
         self.assertAlmostEqual(np.vstack(pill)[:, 1].max(), 2 + 0.5 * math.sin(math.pi / 3))
         self.assertAlmostEqual(np.vstack(pill)[:, 1].min(), -2 - 0.5 * math.sin(math.pi / 3))
+        ends = [face[0, 1] for face in pill if np.ptp(face[:, 1]) < 1e-12]  # what closes it at the top and below
+        np.testing.assert_allclose(sorted(ends), [-2 - 0.5 * math.sin(math.pi / 3), 2 + 0.5 * math.sin(math.pi / 3)])
         corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
         np.testing.assert_array_equal(faces("hull", faces=[corners]), [corners])
         np.testing.assert_array_equal(faces("sphere", radius=1), [[[0, 0, 0]]])
@@ -138,6 +140,9 @@ class Still(unittest.TestCase):
         for axis, bright in middles.items():
             self.assertAlmostEqual(bright, 0.62 + 0.38 * light[axis])
         self.assertEqual(len(re.findall("<polygon", still.svg(some))), 6)  # it begins and ends there
+        # Of a cylinder all are, the near ones over the far ones.
+        tin = box | {"kind": "cylinder", "radius": 0.5}
+        self.assertEqual(len(list(still.faces_at(motion([tin], *[[((0, 0, 0), UPRIGHT)] * 2]), 0))), 2 + still.SIDES)
 
 
 if __name__ == "__main__":
