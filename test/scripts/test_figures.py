@@ -20,6 +20,7 @@ def said(axes):
 
 
 class Drawn(unittest.TestCase):
+    """Draws figures of made-up runs."""
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
@@ -237,6 +238,8 @@ class Canvas(Drawn):
         figure, *_ = self.draw("figure02", made)
         self.assertEqual([text.get_text() for text in figure.legends[0].get_texts()],
                          ["A-P, Lemke", r"A-P, Lemke, k = 8 ($\bf{\times}$ time_limit at 1 s)"])
+        figure, *_ = self.draw("figure10", results(self.top, [{"scene": "grasp"}]))
+        self.assertEqual([text.get_text() for text in figure.legends[0].get_texts()], ["half the box's size", "A-P, Lemke"])
 
     def test_where_nothing_is_to_be_shown_the_picture_says_what_is_missing(self):
         made = results(self.top, [{"scene": "other"}])
