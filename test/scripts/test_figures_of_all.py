@@ -83,7 +83,7 @@ class ErrorTime(Drawn):
         rows = [{"cell": cells[0], "solver": 1e-3, "model": 1e-5, "step_error": 1e-7}, {
             "cell": cells[1], "solver": 0.0, "model": math.nan, "step_error": 1e-2}]
         with mock.patch.object(precision, "scenes", return_value=[("one_scene", "mu=1"), ("other", "")]), \
-                mock.patch.object(precision, "budget", side_effect=lambda _, scene, parameters: rows if scene == "one_scene" else rows[:1]):
+                mock.patch.object(precision, "budget", side_effect=lambda _, scene, more: rows if more else rows[:1]):
             axes, handles = self.drawn("error_budget", results(self.top / "more", [SWEEP]))
         self.assertEqual([handle.get_label() for handle in handles], ["A-P, Lemke", "convex"])
         for panel, title, points in zip(axes[0], ("solver", "model", "step"),

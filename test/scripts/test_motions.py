@@ -1,4 +1,4 @@
-"""A run as it is looked at (view.py, gltf.py), on files written by hand: which moments, contacts, curves and surfaces there are."""
+"""A run as it is looked at (view.py, gltf.py), on files written by hand: its moments, contacts, curves and surfaces."""
 import base64
 import io
 import json
