@@ -79,6 +79,33 @@ class Shapes(unittest.TestCase):
         np.testing.assert_allclose(look.inertia_of(shape, mass), mass / 80 * np.array(wanted), rtol=1e-9)
         self.assertAlmostEqual(look.VOLUME["hull"](shape), 1)
 
+    def test_a_hull_without_symmetry_is_as_far_from_all_shapes_as_its_own_side_says(self):
+        # Legs of 1, 2 and 3 along x, y and z; upside down, turned about x, it reaches from -2 to 0 in y and from -3 to 0 in z.
+        wedge = one("hull", points=[(0.0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3)])
+        up, down = np.eye(3), np.diag([1.0, -1, -1])
+        plane, ball = one("half_space", normal=np.array([0.0, 1, 0])), one("sphere", radius=0.5)
+        box, can = one("box", half=np.array([9.0, 1, 9])), one("cylinder", radius=9, length=2)
+        rod, same = one("capsule", radius=0.25, length=1.5), one("hull", points=[(0.0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3)])
+        across = 1 / math.sqrt(1 + 1 / 4 + 1 / 9)  # of the origin from the slanted face
+        for other, at, turn, gap in ((plane, (0, 0, 0), up, 0), (plane, (0, 0, 0), down, -2), (box, (0, 3.5, 0), up, 0.5),
+                                     (box, (0, 3.5, 0), down, 2.5), (box, (0, -3.25, 0), up, 2.25),
+                                     (box, (0, -3.25, 0), down, 0.25), (box, (0, -0.875, 0), up, -0.125), (can, (0, 2.875, 0), up,
+                                                                                                           -0.125),
+                                     (can, (0, -3.25, 0), down, 0.25), (ball, (0, 0, 4), up, 0.5), (ball, (0, 0, -4), up, 3.5),
+                                     (ball, (0, 0, -4), down, 0.5), (ball, (-3, 0, 0), up, 2.5), (ball, (2.5, 0, 0), down, 1),
+                                     (rod, (0.2, -2, 0.3), up, 1), (rod, (0, 4, 0), up, 1), (rod, (0, 4, 0), down, 3),
+                                     (same, (0, 2.5, 0), up, 0.5), (same, (0, -4.5, 0), down, 0.5), (ball, (0.1, 0.1, -0.75), up,
+                                                                                                     0.25)):
+            # Of shapes that are apart the gap of solids is a bound from below; along an axis of theirs it is the distance.
+            q = (np.zeros((1, 3)), turn[None])
+            p = (np.array([at], float), np.eye(3)[None])
+            with self.subTest(other.kind, at=at, down=turn is down):
+                for found in (look.apart(wedge, *q, other, *p), look.apart(other, *p, wedge, *q)):
+                    self.assertAlmostEqual(float(found[0]), gap, 7)
+        for t in (-0.125, 0.5):  # over the slanted face, and below it
+            point = (across + t) * across * np.array([1, 1 / 2, 1 / 3])
+            self.assertAlmostEqual(float(look.point_solid(wedge.solid, np.zeros((1, 3)), up[None], point[None])[0]), t, 9)
+
     def test_a_hull_of_too_many_points_is_refused(self):
         turn = np.linspace(0, 2 * math.pi, look.HULL + 1, endpoint=False)
         with self.assertRaisesRegex(ValueError, f"a hull of {look.HULL + 1} points; at most {look.HULL}"):
