@@ -98,7 +98,8 @@ class Start(unittest.TestCase):
         """What need() does: starts the script again, ends, or goes on."""
         said, words = io.StringIO(), ["scripts/some.py", "--flag"]
         with mock.patch.dict(os.environ, {start.ASKED: asked} if asked else {}), mock.patch("sys.stderr", said), \
-                mock.patch.object(start, "CANDIDATES", ("", "/one", "/two")), mock.patch("os.access", lambda path, _: path in there), \
+                mock.patch.object(start, "CANDIDATES", ("", "/one", "/two")), \
+                mock.patch("os.access", lambda path, _: path in there), \
                 mock.patch("os.execv", side_effect=SystemExit) as started, \
                 mock.patch("sys.orig_argv", ["python3", "-B", *words]), mock.patch("sys.argv", words):
             try:
