@@ -105,7 +105,7 @@ class Angle(unittest.TestCase):
         picture, over_time, of_mu = axes
         self.assertEqual([handle.get_label().partition(" (")[0] for handle in handles],
                          ["A-P, Lemke", "convex", "soft, SAP", "published, mu from 0.3 to 0.6"])
-        # Least to largest of the second half, from 2 s of 4 on; convex to the right of its mu, others to the left; soft did not end.
+        # Least to largest from 2 s of 4 on; convex to the right of its mu, others to the left; soft did not end.
         bars = {
             round(float(x), 3): (a, b) for some in of_mu.collections if hasattr(some, "get_segments")
             for (x, a), (_, b) in some.get_segments()}
