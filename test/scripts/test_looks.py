@@ -63,10 +63,10 @@ class Looks(Folder):
 
     def test_a_thinned_curve_keeps_its_ends_and_every_extreme(self):
         t, y = np.arange(10000.0), np.zeros(10000)
-        y[[1234, 7777, 1, 2, 9997, 9998]], y[[0, -1]] = (5, -7, 3, -3, 3, -3), (1, 2)
+        y[[1234, 7777, 1, 2, 9993, 9994]], y[[0, -1]] = (5, -7, 3, -3, 3, -3), (1, 2)
         x, z = looks.thin(t, y, 100)
         self.assertLessEqual(len(x), 102)
-        self.assertLessEqual({(0, 1), (1, 3), (2, -3), (1234, 5), (7777, -7), (9997, 3), (9998, -3), (9999, 2)}, set(zip(x, z)))
+        self.assertLessEqual({(0, 1), (1, 3), (2, -3), (1234, 5), (7777, -7), (9993, 3), (9994, -3), (9999, 2)}, set(zip(x, z)))
         self.assertEqual(sorted(set(x)), list(x))
         self.assertIs(looks.thin(t, y, 10000)[0], t)
 

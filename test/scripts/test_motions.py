@@ -152,6 +152,12 @@ class Motion(Made):
         self.assertEqual(view.curve([0.1234567], pd.Series(["0.98765"])), {"t": [0.123457], "v": [0.9877]})
         self.assertEqual(view.curve([1], pd.Series(["what"])), {"t": [1], "v": [None]})
 
+    def test_of_all_bodies_the_farthest_says_how_far_apart_two_motions_are(self):
+        at = {(t, body): (0, 0, z) for t, some in ((1.0, (0.25, 0.5)), (2.0, (0.75, 0.125)), (3.0, (9, 9)))
+              for body, z in zip("ab", some)}
+        zero = {(t, body): (0, 0, 0) for t in (0.0, 1.0, 2.0) for body in "abc"}
+        self.assertEqual(view.apart(at, zero), {"t": [1, 2], "v": [0.5, 0.75]})  # at the moments that both have
+
     def test_the_long_arrow_is_nearly_the_largest_impulse(self):
         vectors = np.outer(np.arange(101), [0.6, 0, 0.8])
         self.assertAlmostEqual(view.largest(vectors), 98)
@@ -278,7 +284,10 @@ def values(document, binary, number):
 
 class Gltf(Made):
     def test_a_shape_hangs_on_its_body_in_its_own_colour_and_what_stands_is_grey(self):
-        motion = view.Motion(self.run_of(), "the label")
+        folder = self.run_of()
+        for words in range(4):  # parts of a file begin at every fourth byte
+            read_gltf(gltf.file_of(view.Motion(folder, words * "x" + "y")))
+        motion = view.Motion(folder, "the label")
         document, binary = read_gltf(gltf.file_of(motion))
         nodes = document["nodes"]
         self.assertEqual([node["name"] for node in nodes], ["one", "two", "ground", "s_one", "s_two", "rest"])
@@ -330,6 +339,12 @@ class Gltf(Made):
         np.testing.assert_allclose(document["nodes"][0]["rotation"], [*OTHER[1:], OTHER[0]], rtol=1e-6)
         times = document["accessors"][animation["samplers"][0]["input"]]
         np.testing.assert_allclose([times["min"], times["max"]], [[0], [0.5]], rtol=1e-6)
+
+    def test_normals_of_a_hull_s_faces_are_of_length_one_and_outwards(self):
+        top = [(-2, 0, -3), (-2, 0, 3), (2, 0, 3), (2, 0, -3)]  # seen from above counter-clockwise
+        shape = {"kind": "hull", "faces": [top, [(x, -1, z) for x, _, z in top[::-1]]]}
+        _, normals, _ = gltf.mesh_of(shape | {"radius": 0, "hx": 0, "hy": 0, "hz": 0}, 1)
+        np.testing.assert_allclose(normals, 4 * [[0, 1, 0]] + 4 * [[0, -1, 0]], atol=1e-12)
 
     def test_round_shapes_stand_along_y_and_normals_are_across_their_surfaces(self):
         size = {"radius": 0.5, "hx": 0.25, "hy": 2, "hz": 0.75}

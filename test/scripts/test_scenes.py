@@ -25,7 +25,9 @@ class Families(unittest.TestCase):
         self.top = Path(folder.name)
 
     def model(self, scene):
-        return look.Model(scenes.write(scene, self.top))
+        path = scenes.write(scene, self.top)
+        self.assertEqual(path, self.top / f"{scene.name}.xml")
+        return look.Model(path)
 
     def made(self, family, number=0, **chosen):
         """A scene of a family; `chosen`: what one_of takes where it is there, by the first of its values."""
