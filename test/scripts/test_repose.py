@@ -134,6 +134,7 @@ class Angle(unittest.TestCase):
             np.testing.assert_allclose(ball.center, middle + 0.1 * k * along, atol=1e-12)
         self.assertEqual(drum.center, (0, 0))
         self.assertAlmostEqual(drum.radius, math.hypot(0.3, 0.1) + 0.2)  # around the farthest ball
+        np.testing.assert_allclose([picture.get_xlim(), picture.get_ylim()], 2 * [(-1.05 * drum.radius, 1.05 * drum.radius)])
         half = math.sqrt(drum.radius**2 - 0.3**2) * along
         np.testing.assert_allclose(sorted(picture.lines[0].get_xydata().tolist()), [middle - half, middle + half], atol=1e-12)
         self.assertEqual(picture.get_title(loc="left"), "convex, mu = 0.5, at its end")
