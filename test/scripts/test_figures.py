@@ -7,7 +7,7 @@ from unittest import mock
 
 import matplotlib.pyplot as plt
 import numpy as np
-from contactbench import figures, looks, robots
+from contactbench import figures, robots
 from made import csv_of, lines_of, results, trajectory
 from matplotlib.collections import QuadMesh
 from matplotlib.patches import Polygon
