@@ -1,6 +1,7 @@
 #include "output/contact_file.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <sstream>
 
 #include "output/temporary.h"
@@ -114,6 +115,77 @@ TEST_CASE("the contacts of a recorded step are rows in world axes", "[output]") 
   CHECK(none.ok());
   CHECK_FALSE(std::filesystem::exists(directory.path() / "contacts.csv"));
   CHECK_FALSE(std::filesystem::exists(directory.path() / "shapes.csv"));
+}
+
+TEST_CASE("contacts whose tangents a scene turns are in world axes as well", "[output]") {
+  // Turned by 0.3 rad about the normal from a to b, here -y: t1, t2 of the event are cos 0.3, -sin 0.3 of x and -z.
+  TemporaryDirectory directory;
+  Scene scene;
+  scene.scenario.rotate_cone = 0.3;
+  const double c = std::cos(0.3), s = std::sin(0.3);
+  for (int contact = 0; contact < 3; ++contact) {  // the event has these tangents, too
+    auto J = scene.problem.J.entry(scene.problem.J.band[contact]);
+    const Eigen::MatrixXd rows = J;
+    J.row(1) = c * rows.row(1) - s * rows.row(2);
+    J.row(2) = c * rows.row(2) + s * rows.row(1);
+  }
+  {
+    ContactFile file(directory.path(), scene.scenario, true, 1);
+    scene.v_plus = {3, 0, 4, 0, 0, 0};
+    scene.solution.impulse = {0, 0, 0, 1, 0.5, 0, 2, 0, 0.25};
+    file.event(scene.event(0.5));
+  }
+  const auto rows = lines(read_file(directory.path() / "contacts.csv"));
+  REQUIRE(rows.size() == 4);
+  const auto numbers = [](const std::string& row) {
+    std::vector<double> out;
+    std::istringstream stream(row.substr(row.find("flat\",") + 6));
+    for (std::string cell; std::getline(stream, cell, ',');) out.push_back(std::strtod(cell.c_str(), nullptr));
+    REQUIRE(out.size() == 13);
+    return out;
+  };
+  for (int contact = 1; contact < 4; ++contact) {
+    const auto row = numbers(rows[contact]);  // p, n, u, r and the mode
+    CHECK(row[6] == Approx(3));
+    CHECK(row[7] == Approx(0).margin(1e-15));
+    CHECK(row[8] == Approx(4));
+  }
+  const auto second = numbers(rows[2]), third = numbers(rows[3]);
+  CHECK(second[9] == Approx(0.5 * c));
+  CHECK(second[10] == 1);
+  CHECK(second[11] == Approx(0.5 * s));
+  CHECK(third[9] == Approx(0.25 * s));
+  CHECK(third[10] == 2);
+  CHECK(third[11] == Approx(-0.25 * c));
+}
+
+TEST_CASE("a shape's row has its place on its body, its turn, its radius and its half extents", "[output]") {
+  TemporaryDirectory directory;
+  Scene scene;
+  scene.scenario.model.bodies.push_back({"the other, \"left\"", 1, Vec3(1, 1, 1)});
+  Shape post;
+  post.kind = ShapeKind::cylinder;
+  post.name = "post";
+  post.body = 1;
+  post.local.p = Vec3(1, 2, 3);
+  post.local.q = Quat(0.1, 0.7, -0.5, 0.5);
+  post.radius = 4;
+  post.half_extents = Vec3(4, 5, 4.5);
+  scene.scenario.shapes.push_back(post);
+  const ContactFile file(directory.path(), scene.scenario, true, 1);
+  const auto shapes = lines(read_file(directory.path() / "shapes.csv"));
+  REQUIRE(shapes.size() == 4);
+  CHECK(shapes[3] == "post,\"the other, \"\"left\"\"\",cylinder,1,2,3,0.1,0.7,-0.5,0.5,4,4,5,4.5");
+}
+
+TEST_CASE("a contact sticks or slips by its speed along the plane in both directions, whatever its normal one is",
+          "[output]") {
+  const double bears[] = {1, 0, 0}, across[] = {0, 3e-7, 8e-7}, normal[] = {5, 0, 0}, second[] = {0, 0, 2e-6};
+  CHECK(contact_mode(bears, across, 1, 1) == ContactMode::stick);  // 8.5e-7
+  CHECK(contact_mode(bears, normal, 1, 1) == ContactMode::stick);  // parts
+  CHECK(contact_mode(bears, second, 1, 1) == ContactMode::slip);
+  const double pulls[] = {-1, 0, 0};
+  CHECK(contact_mode(pulls, across, 1, 1) == ContactMode::open);
 }
 
 TEST_CASE("a contact file that fails names the file, be it that of the contacts or that of the shapes", "[output]") {

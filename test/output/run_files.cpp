@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cerrno>
+#include <cmath>
 #include <limits>
 #include <sstream>
 
@@ -99,6 +101,97 @@ TEST_CASE("a step without an event has empty residuals, not zero ones", "[output
   CHECK(cell(record, "law_residual") == "0.5");
   CHECK(cell(record, "gap").empty());
   CHECK(cell(record, "status") == "inaccurate");
+}
+
+TEST_CASE("each number of a step stands under its name", "[output]") {
+  StepRecord record;
+  record.step = 1;
+  record.t = 2;
+  record.events = 3;
+  record.contacts = 4;
+  record.size = 5;
+  record.iterations = 6;
+  record.solves = 70;  // these are not in the row
+  record.false_claims = 71;
+  record.doubted = 72;
+  record.event_energy_gain_relative = 73;
+  record.penetration_inside = 74;
+  record.penetration_displacement = 75;
+  record.claimed_residual = 7;
+  record.residual = 8;
+  record.law_residual = 9;
+  record.gap = 10;
+  record.infeasibility = 11;
+  record.event_energy_gain = 12;
+  record.max_penetration = 13;
+  record.kinetic_energy = 14;
+  record.potential_energy = 15;
+  record.times = {16, 17, 18, 19, 20};
+  int expected = 0;
+  for (const char* column : {"step",
+                             "t",
+                             "events",
+                             "contacts",
+                             "size",
+                             "iterations",
+                             "claimed_residual",
+                             "residual",
+                             "law_residual",
+                             "gap",
+                             "infeasibility",
+                             "event_energy_gain",
+                             "max_penetration",
+                             "kinetic_energy",
+                             "potential_energy",
+                             "dynamics_s",
+                             "collision_s",
+                             "assembly_s",
+                             "solve_s",
+                             "step_s"}) {
+    INFO(column);
+    CHECK(cell(record, column) == std::to_string(++expected));
+  }
+}
+
+TEST_CASE("a body's row is its place, its turn, its velocity and its spin", "[output]") {
+  TemporaryDirectory directory;
+  State state = state_at(0.5);
+  state.pose[0].p = Vec3(1, 2, 3);
+  state.pose[0].q = Quat(0.1, 0.7, -0.5, 0.25);
+  state.v = {4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  {
+    RunFiles files(directory.path(), two_bodies(), 1);
+    files.step(state, record_at(1, 0.5));
+  }
+  const auto trajectory = lines(read_file(directory.path() / "trajectory.csv"));
+  REQUIRE(trajectory.size() == 3);
+  CHECK(trajectory[1] == "0.5,left,1,2,3,0.1,0.7,-0.5,0.25,4,5,6,7,8,9");
+}
+
+TEST_CASE("of stepping to an accuracy each step has its row, kept or not, and other runs leave no such file",
+          "[output]") {
+  TemporaryDirectory directory;
+  {
+    RunFiles files(directory.path(), two_bodies(), 2, {}, 0, true);
+    files.start(state_at(0));
+    StepRecord record = record_at(1, 0.5);
+    record.accuracy = AccuracyStep{AccuracyStep::macro, 0.25, 0.125, 3, true};
+    files.step(state_at(0.5), record);
+    record = record_at(2, 0.75);
+    record.accuracy = AccuracyStep{AccuracyStep::switched, 0.0625, 2, 0, false};
+    files.step(state_at(0.75), record);
+    record = record_at(3, 1);
+    record.accuracy = AccuracyStep{AccuracyStep::first_order, 4, 8, 16, false};
+    files.step(state_at(1), record);
+    CHECK(files.ok());
+  }
+  CHECK(read_file(directory.path() / "stepping.csv") ==
+        "step,t,kind,impact,length,refused,estimate\n"
+        "1,0.5,macro,1,0.25,3,0.125\n2,0.75,switch,0,0.0625,0,2\n3,1,first_order,0,4,16,8\n");
+  { RunFiles files(directory.path(), two_bodies(), 1); }
+  CHECK_FALSE(std::filesystem::exists(directory.path() / "stepping.csv"));
+  { RunFiles files(directory.path(), two_bodies(), 0, {}, 0, true); }
+  CHECK_FALSE(std::filesystem::exists(directory.path() / "stepping.csv"));
 }
 
 TEST_CASE("the longest possible step fits its row", "[output]") {
@@ -201,6 +294,99 @@ TEST_CASE("each joint has the torque of its rate, beside a base that floats, too
   REQUIRE(joints.size() == 3);
   CHECK(joints[1] == "0.5,first,0.25,7,70");
   CHECK(joints[2] == "0.5,second,-0.25,8,80");
+}
+
+TEST_CASE("at the start no motor has a torque, and joints that do not move have no row", "[output]") {
+  TemporaryDirectory directory;
+  Model model = two_bodies();
+  Tree tree;
+  tree.nv = 2;
+  tree.joints.resize(3);
+  tree.joints[0].name = "welded";
+  tree.joints[1].name = "slide, long";
+  tree.joints[1].q = 1;
+  tree.joints[1].v = 1;
+  tree.joints[2].name = "hinge";
+  tree.joints[2].q = 0;
+  tree.joints[2].v = 0;
+  model.trees.push_back(tree);
+  State state = state_at(0);
+  state.q = {0.5, 0.25};
+  state.qd = {3, 4};
+  {
+    RunFiles files(directory.path(), model, 2);
+    files.start(state);
+    state.t = 1;
+    files.step(state, record_at(1, 1), std::vector<double>{5, 6});
+    state.t = 2;
+    files.step(state, record_at(2, 2), std::vector<double>{7, 8});
+  }
+  const auto joints = lines(read_file(directory.path() / "joints.csv"));
+  CHECK(joints == std::vector<std::string>{"t,joint,q,qd,tau", "0,\"slide, long\",0.25,4,0", "0,hinge,0.5,3,0",
+                                           "2,\"slide, long\",0.25,4,8", "2,hinge,0.5,3,7"});
+  { RunFiles files(directory.path(), two_bodies(), 1); }
+  CHECK_FALSE(std::filesystem::exists(directory.path() / "joints.csv"));
+}
+
+TEST_CASE("the file that fails is named, whichever it is", "[output]") {
+  Model model = two_bodies();
+  Tree tree;
+  tree.nv = 1;
+  tree.joints.resize(1);
+  tree.joints[0].q = tree.joints[0].v = 0;
+  model.trees.push_back(tree);
+  for (const char* name : {"trajectory.csv", "steps.csv", "joints.csv", "loads.csv", "stepping.csv"}) {
+    const TemporaryDirectory directory;
+    std::filesystem::create_directory(directory.path() / name);  // stands in its way
+    const RunFiles files(directory.path(), model, 1, {Shape()}, 0, true);
+    CHECK_FALSE(files.ok());
+    CHECK(files.error() == EISDIR);
+    CHECK(files.failed_path() == (directory.path() / name).string());
+  }
+}
+
+TEST_CASE("loads are kept pair by pair, their friction in world axes where a scene turns the tangents", "[output]") {
+  TemporaryDirectory directory;
+  Model model = two_bodies();
+  Tree tree;
+  tree.nv = 1;
+  tree.joints.resize(1);
+  model.trees.push_back(tree);
+  Shape ground, left, right;
+  ground.kind = ShapeKind::half_space;
+  ground.name = "ground";
+  left.name = "left, front";
+  right.name = "right";
+  const ContactProblem problem;
+  const Residuals residuals;
+  const std::vector<double> v_plus;
+  ContactSolution solution;
+  std::vector<ContactPoint> contacts(3);
+  // Normals of a, from b: x turned to y, and -y. Of the ground and the left one both orders are pairs of their own.
+  contacts[0] = {Vec3::Zero(), Vec3(0.6, 0.8, 0), 0, 1, 0};
+  contacts[1] = {Vec3::Zero(), Vec3(0, -1, 0), 0, 0, 2};
+  contacts[2] = {Vec3::Zero(), Vec3(0.6, 0.8, 0), 0, 1, 0};
+  const double turn = 0.25, c = std::cos(turn), s = std::sin(turn);
+  {
+    RunFiles files(directory.path(), model, 1, {ground, left, right}, turn);
+    solution.impulse = {1, 0.5, 0, 2, 0.25, 0.125, 4, 0, 1, 100, 100, 100};  // the last of a joint's limit
+    files.event(EventRecord{0, problem, solution, residuals, v_plus, contacts});
+    files.step(state_at(0.5), record_at(1, 0.5));
+  }
+  const auto loads = lines(read_file(directory.path() / "loads.csv"));
+  REQUIRE(loads.size() == 3);
+  CHECK(loads[1].starts_with("0.5,\"left, front\",ground,5,"));
+  CHECK(loads[2].starts_with("0.5,ground,right,2,"));
+  const auto numbers = [](const std::string& row) {
+    const auto all = cells(row);
+    return Vec3(std::stod(all[all.size() - 3]), std::stod(all[all.size() - 2]), std::stod(all.back()));
+  };
+  // Tangents x-wise and n x that, turned about -n as the event's: c t1 - s t2, c t2 + s t1.
+  const auto friction = [&](const Vec3& t1, const Vec3& t2, double x, double y) -> Vec3 {
+    return x * (c * t1 - s * t2) + y * (c * t2 + s * t1);
+  };
+  CHECK((numbers(loads[1]) - friction(Vec3(0.8, -0.6, 0), Vec3(0, 0, -1), 0.5, 1)).norm() < 1e-15);
+  CHECK((numbers(loads[2]) - friction(Vec3(1, 0, 0), Vec3(0, 0, 1), 0.25, 0.125)).norm() < 1e-15);
 }
 
 TEST_CASE("the loads of a robot's shapes add up over a step, friction in world axes", "[output]") {
