@@ -183,6 +183,124 @@ TEST_CASE("The distance from a figure eight is the distance along its normal, on
   }
 }
 
+TEST_CASE(
+    "A robot's mass, moments and axle are those of its parts, wherever it faces and whatever side its load is on") {
+  // Base: 20 kg, 0.1 m behind the axle and 0.05 m to the right of its middle; faces 0.5 rad off -z, at (2, 3).
+  Scenario scenario = two_wheels(0.1);
+  scenario.initial.pose[0].p.x() = 0.05;
+  const Quat turn(Eigen::AngleAxisd(0.5, Vec3::UnitY()));
+  for (Pose& pose : scenario.initial.pose) pose = {turn * pose.p + Vec3(2, 0, 3), turn};
+  const WheeledRobot robot = *wheeled_robot(scenario);
+  CHECK(robot.axle == Approx(0.4).epsilon(1e-14));
+  CHECK(robot.radius == wheel_radius);
+  CHECK(robot.mass == 22);
+  CHECK(robot.forward_moment == Approx(-20 * 0.1).epsilon(1e-13));
+  CHECK(robot.left_moment == Approx(-20 * 0.05).epsilon(1e-13));
+  CHECK(robot.yaw_inertia == Approx(2 + 20 * (0.1 * 0.1 + 0.05 * 0.05) + 2 * (3e-3 + 0.2 * 0.2)).epsilon(1e-13));
+  State state = scenario.initial;
+  const Vec3 forward = turn * Vec3(0, 0, -1), up(0, 1, 0), middle(2, 0.1, 3);
+  for (std::size_t b = 0; b < 3; ++b) {  // 0.75 m/s ahead, 0.25 rad/s to the left
+    const Vec3 v = 0.75 * forward + 0.25 * up.cross(state.pose[b].p - middle);
+    for (std::size_t i = 0; i < 3; ++i) {
+      state.v[6 * b + i] = v[static_cast<int>(i)];
+      state.v[6 * b + 3 + i] = 0.25 * up[static_cast<int>(i)];
+    }
+  }
+  const WheeledRobot::State now = robot.state_of(state);
+  CHECK(now.x == Approx(2));
+  CHECK(now.z == Approx(3));
+  CHECK(now.heading == Approx(0.5));
+  CHECK(now.speed == Approx(0.75));
+  CHECK(now.turning == Approx(0.25));
+}
+
+TEST_CASE("A coasting robot with its load on one side keeps its energy, and drag alone stops it exponentially") {
+  WheeledRobot robot = *wheeled_robot(two_wheels(0));
+  robot.kv = 0;
+  const double r = robot.radius, L = robot.axle;
+  const double a = robot.mass + 2 * robot.wheel_inertia / (r * r);
+  const double d = robot.yaw_inertia + robot.wheel_inertia * L * L / (2 * r * r);
+  {
+    robot.damping = 0.03;  // N m s, about each axle
+    NoSlipDrive drive(robot, {1, 2, 0, 0.5, 0});
+    const double rate = 2 * 0.03 / (r * r) / a;
+    CHECK(drive.at(3).speed == Approx(0.5 * std::exp(-rate * 3)).epsilon(1e-11));
+    CHECK(drive.at(3).x == 1);
+    CHECK(drive.at(3).z == Approx(2 - 0.5 * (1 - std::exp(-rate * 3)) / rate).epsilon(1e-11));
+    NoSlipDrive spin(robot, {0, 0, 0, 0, 0.5});
+    const double slowing = 0.03 * L * L / (2 * r * r) / d;
+    CHECK(spin.at(3).turning == Approx(0.5 * std::exp(-slowing * 3)).epsilon(1e-11));
+  }
+  robot.damping = 0;
+  robot.left_moment = -1.25;
+  robot.forward_moment = 0.75;
+  const WheeledRobot::State start{0, 0, 0, 1, 0.5};
+  const auto energy = [&](const WheeledRobot::State& s) {  // a point (a, b) forward and left moves with u - w b, w a
+    return 0.5 * a * s.speed * s.speed - robot.left_moment * s.speed * s.turning + 0.5 * d * s.turning * s.turning;
+  };
+  NoSlipDrive drive(robot, start);
+  for (const double t : {0.5, 2.0, 10.0}) CHECK(energy(drive.at(t)) == Approx(energy(start)).epsilon(1e-12));
+  CHECK(std::abs(drive.at(2).speed - 1) > 1e-3);
+}
+
+TEST_CASE("Motors at their limit turn the robot, or drive it on, with all the torque they have") {
+  WheeledRobot robot = *wheeled_robot(two_wheels(0));
+  robot.kv = 1e3;
+  robot.torque_limit = 1e-3;
+  const double r = robot.radius, L = robot.axle;
+  const double a = robot.mass + 2 * robot.wheel_inertia / (r * r);
+  const double d = robot.yaw_inertia + robot.wheel_inertia * L * L / (2 * r * r);
+  // The figure begins at the origin towards (-0.4, -0.8), which is to the left of -z; or straight on.
+  NoSlipDrive turns(robot, {}), drives(robot, {0, 0, robot.law.at(0).heading, 0, 0});
+  CHECK(turns.at(0.1).turning == Approx(2e-3 * L / (2 * r) / d * 0.1).epsilon(1e-9));
+  CHECK(turns.at(0.1).speed == Approx(0).margin(1e-15));
+  CHECK(drives.at(0.1).speed == Approx(2e-3 / r / a * 0.1).epsilon(1e-9));
+  CHECK(drives.at(0.1).turning == Approx(0).margin(1e-15));
+}
+
+TEST_CASE("Distances from the figure count from 5 s on, those from the robot that never slips from the start") {
+  const Scenario scenario = two_wheels(0.05);
+  const WheeledRobot robot = *wheeled_robot(scenario);
+  SimulationOptions options;
+  options.step = 0.01;
+  options.duration = 8;
+  SceneErrors errors(scenario, options, 0);
+  NoSlipDrive exact(robot, robot.state_of(scenario.initial));
+  CrossTrack exact_track(robot.law);
+  const FigureEight& path = robot.law;
+  double exact_largest = 0, exact_sum = 0, largest = 0, sum = 0, last = 0;
+  int late = 0;
+  for (int n = 1; n <= 800; ++n) {
+    const double t = 0.01 * n;
+    // 0.5 m beside the figure to begin with; from 5 s on 0.04 m, and 0.02 m from 6.5 s.
+    const double off = n < 500 ? 0.5 : n < 650 ? 0.04 : 0.02;
+    const FigureEight::Wanted at = path.at(t);
+    const double speed = std::hypot(at.vx, at.vz);
+    const WheeledRobot::State place{at.x + off * at.vz / speed, at.z - off * at.vx / speed, 0, 0, 0};
+    errors.observe_step(placed(scenario, robot, place, t), StepRecord());
+    const WheeledRobot::State& there = exact.at(t);
+    const double cross = exact_track.distance(t, there.x, there.z);
+    last = std::hypot(place.x - there.x, place.z - there.z);
+    largest = std::max(largest, last);
+    sum += last * last;
+    if (n < 500) continue;
+    ++late;
+    exact_largest = std::max(exact_largest, cross);
+    exact_sum += cross * cross;
+  }
+  const auto found = named(errors, "mobile_robot");
+  const double rms = std::sqrt((150 * 0.04 * 0.04 + 151 * 0.02 * 0.02) / 301), exact_rms = std::sqrt(exact_sum / late);
+  CHECK(found.at("cross_track_linf_m") == Approx(0.04).epsilon(1e-6));
+  CHECK(found.at("cross_track_rms_m") == Approx(rms).epsilon(1e-6));
+  CHECK(found.at("no_slip_cross_track_linf_m") == Approx(exact_largest).epsilon(1e-9));
+  CHECK(found.at("no_slip_cross_track_rms_m") == Approx(exact_rms).epsilon(1e-9));
+  CHECK(found.at("cross_track_rms_difference_m") == Approx(std::abs(rms - exact_rms)).epsilon(1e-5));
+  CHECK(exact_largest != Approx(exact_rms));
+  CHECK(found.at("position_final_m") == Approx(last).epsilon(1e-9));
+  CHECK(found.at("position_linf_m") == Approx(largest).epsilon(1e-9));
+  CHECK(found.at("position_l2_m") == Approx(std::sqrt(sum / 800)).epsilon(1e-9));
+}
+
 TEST_CASE("A robot that moves as the one that never slips has no error, and shares its load as it was given") {
   Scenario scenario = two_wheels(0.05);
   const WheeledRobot robot = *wheeled_robot(scenario);
@@ -245,6 +363,15 @@ TEST_CASE("A wheel that spins on the spot slips along, one that is pushed sidewa
   CHECK(found.at("slip_right_across_linf_m_per_s") < 1e-12);
   CHECK(found.at("unloaded_left_relative") == 1);
   CHECK(found.count("cross_track_rms_m") == 0);  // not before 5 s
+  // And without slip in three steps more: a quarter of the mean square.
+  for (const double t : {2e-3, 3e-3, 4e-3})
+    errors.observe_step(placed(scenario, robot, {0, 0, 0.7, 0.4, 0.1}, t), StepRecord());
+  const auto later = named(errors, "mobile_robot");
+  CHECK(later.at("slip_left_across_rms_m_per_s") == Approx(0.01).epsilon(1e-10));
+  CHECK(later.at("slip_left_across_linf_m_per_s") == Approx(0.02).epsilon(1e-10));
+  CHECK(later.at("slip_left_along_rms_m_per_s") < 1e-12);
+  CHECK(later.at("slip_right_along_rms_m_per_s") == Approx(0.025).epsilon(1e-10));
+  CHECK(later.at("slip_right_across_rms_m_per_s") < 1e-12);
 }
 
 TEST_CASE("Creep of a grasp is what the held body moves in both fingers' frames, whatever the hand does") {
@@ -318,6 +445,25 @@ TEST_CASE("Creep of a grasp is what the held body moves in both fingers' frames,
     state.pose[2].q = swing * turn;
     state.q[2] = 0.3 + 0.5 * std::sin(2 * state.t + 0.1) - 0.01 * state.t;
     errors.observe_step(state, StepRecord());
+  }
+  {
+    // Back where it was at the end: the largest stays what it was.
+    SceneErrors back(scenario, options, 0);
+    for (const double off : {0.07, 0.0}) {
+      State state = scenario.initial;
+      state.t = off > 0 ? 2 : 4;
+      state.pose[2].p.x() = off;
+      state.pose[2].q = Quat(Eigen::AngleAxisd(off, Vec3::UnitZ()));
+      state.q[2] = 0.3 + 0.5 * std::sin(2 * state.t + 0.1) + off;
+      back.observe_step(state, StepRecord());
+    }
+    const auto at_the_end = named(back, "grasp");
+    CHECK(at_the_end.at("creep_final_m") == 0);
+    CHECK(at_the_end.at("creep_linf_m") == Approx(std::sqrt(2) * 0.07).epsilon(1e-12));
+    CHECK(at_the_end.at("creep_rate_m_per_s") == Approx(std::sqrt(2) * 0.07 / 2).epsilon(1e-12));
+    CHECK(at_the_end.at("rotation_linf_rad") == Approx(0.07).epsilon(1e-12));
+    CHECK(at_the_end.at("tracking_shoulder1_linf_rad") == Approx(0.07).epsilon(1e-12));
+    CHECK(at_the_end.count("dropped_s") == 0);
   }
   const auto found = named(errors, "grasp");
   CHECK(found.at("tracking_shoulder1_linf_rad") == Approx(0.04).epsilon(1e-12));
