@@ -1,0 +1,237 @@
+// What an engine is asked for is what the flags say, and what it answers stands in its place.
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+
+#include "program/program.h"
+
+#ifdef BROKEN_ENGINE_FOLDER  // where engines are built at all
+
+using namespace program;
+
+namespace {
+
+const std::string fall = std::string(SOURCE_ROOT) + "/scenarios/preflight/fall.xml";
+
+/// An engine with two variants that keeps what it is asked in `asked` and gives this answer.
+void write_engine(const fs::path& directory, const std::string& answer) {
+  const fs::path program = directory / "contactbench-engine-odd";
+  std::ofstream(program)
+      << "#!/bin/sh\nif [ \"$1\" = --describe ]; then\nprintf '%s' '"
+      << R"({"version": "1.2", "precision": "single", "package": "libodd", "knobs": [],)"
+      << R"("variants": [{"name": "a", "knobs": {"x": 1, "y": 2}}, {"name": "b", "knobs": {"x": 3}}]})"
+      << "' >&3\nexit\nfi\nprintf '%s' \"$1\" > how\nprintf '%s' \"$2\" > asked\nprintf '%s' '" << answer << "' >&3\n";
+  fs::permissions(program, fs::perms::owner_all);
+}
+
+Result by_engine(const fs::path& directory, const std::vector<std::string>& arguments) {
+  return run(directory, arguments, [&] { setenv("CONTACTBENCH_ENGINES", directory.c_str(), 1); });
+}
+
+/// A line of a preflight as it is printed, with the note of all of them here.
+std::string fmt_line(const std::string& verdict, const std::string& name, std::string measured, std::string wanted) {
+  const auto padded = [](std::string text, std::size_t width) { return text + std::string(width - text.size(), ' '); };
+  measured.insert(0, 14 - measured.size(), ' ');
+  return "  " + padded(verdict, 6) + ' ' + padded(name, 32) + ' ' + measured + "   " + padded(std::move(wanted), 24) +
+         " noted\n";
+}
+
+std::vector<std::string> joined(std::vector<std::string> words, const std::vector<std::string>& more) {
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+}  // namespace
+
+TEST_CASE("an engine is asked for what the flags say, and its summary says so", "[program][engines]") {
+  const TemporaryDirectory directory;
+  write_engine(
+      directory.path(),
+      R"({"status": "unsupported", "reason": "why", "contacts_max": 4, "penetration_max": 0.25, "write_s": 0.5,)"
+      R"("errors": [["first", 1.5], ["none", null], ["second", 2.5]]})");
+  const Result result = by_engine(directory.path(), {"run",
+                                                     "impacting_sphere.xml",
+                                                     "--engine",
+                                                     "odd",
+                                                     "--variant",
+                                                     "b",
+                                                     "--knob",
+                                                     "x=7",
+                                                     "--set",
+                                                     "mu=0.125",
+                                                     "--friction",
+                                                     "0.5",
+                                                     "--restitution",
+                                                     "0.75",
+                                                     "--step",
+                                                     "0.001",
+                                                     "--duration",
+                                                     "2",
+                                                     "--perturb",
+                                                     "0.01",
+                                                     "--seed",
+                                                     "3",
+                                                     "--record-every",
+                                                     "4",
+                                                     "--time-limit",
+                                                     "60",
+                                                     "--memory-limit",
+                                                     "4000",
+                                                     "--out",
+                                                     "out",
+                                                     "--quiet"});
+  INFO(result.err);
+  CHECK(result.code == 3);
+  CHECK(result.err == "contactbench run: unsupported: why (at t = 0 s; out)\n");
+  CHECK(read_file(directory.path() / "how") == "--run");
+  const Json asked = Json::parse(read_file(directory.path() / "asked"));
+  CHECK(fs::path(asked["scene"].get<std::string>()).filename() == "impacting_sphere.xml");
+  CHECK(asked["set"] == Json::parse(R"([["mu", "0.125"]])"));
+  CHECK(asked["variant"] == "b");
+  CHECK(asked["knobs"] == Json({{"x", 7}}));
+  CHECK(asked["friction"] == 0.5);
+  CHECK(asked["restitution"] == 0.75);
+  CHECK(asked["step"] == 0.001);
+  CHECK(asked["duration"] == 2);
+  CHECK(asked["perturb"] == 0.01);
+  CHECK(asked["seed"] == 3);
+  CHECK(asked["record_every"] == 4);
+  CHECK(asked["time_limit_s"] == 60);
+  CHECK(asked["save_problems"] == "");
+  CHECK(asked["save_every"] == 1);
+  CHECK(asked["out"] == "out");
+
+  const Json row = summary(directory.path() / "out");
+  CHECK(row["scenario"] == "impacting_sphere");
+  CHECK(row["parameters"]["mu"] == 0.125);
+  CHECK(row["method"] == "odd");
+  CHECK(row["variant"] == "b");
+  CHECK(row["requested"] == Json({{"method", "odd"}, {"solver", nullptr}, {"variant", "b"}}));
+  CHECK(row["used"] == row["requested"]);
+  CHECK(row["engine"] == Json({{"name", "odd"},
+                               {"version", "1.2"},
+                               {"precision", "single"},
+                               {"package", "libodd"},
+                               {"setting", "own"},
+                               {"knobs", {{"x", 7}}}}));
+  const Json& options = row["options"];
+  CHECK(options["friction"] == 0.5);
+  CHECK(options["restitution"] == 0.75);
+  CHECK(options["step"] == 0.001);
+  CHECK(options["duration"] == 2);
+  CHECK(options["perturb"] == 0.01);
+  CHECK(options["seed"] == 3);
+  CHECK(options["record_every"] == 4);
+  CHECK(options["prune"] == "off");
+  CHECK(options["time_limit_s"] == 60);
+  CHECK(options["memory_limit_mb"] == 4000);
+  CHECK(row["status"] == "unsupported");
+  CHECK(row["reason"] == "why");
+  CHECK(row["contacts_max"] == 4);
+  CHECK(row["max_penetration"] == 0.25);
+  CHECK(row["time"]["write_s"] == 0.5);
+  CHECK(row["errors"] == Json({{"first", 1.5}, {"second", 2.5}}));
+  CHECK(row["peak_memory_mb"].get<double>() > 0.1);
+}
+
+TEST_CASE("of an engine the first variant, the scene's own step and its knobs as they are stand where nothing is said",
+          "[program][engines]") {
+  const TemporaryDirectory directory;
+  write_engine(directory.path(), R"({"status": "unsupported"})");
+  const Result result = by_engine(directory.path(), {"run", fall, "--engine", "odd"});
+  CHECK(result.code == 3);
+  const Json asked = Json::parse(read_file(directory.path() / "asked"));
+  CHECK(asked["variant"] == "a");
+  CHECK(asked["knobs"] == Json({{"x", 1}, {"y", 2}}));
+  CHECK(asked["step"] == 1e-3);
+  CHECK(asked["duration"] == 0.5);
+  CHECK(asked["record_every"] == 1);
+  for (const char* none : {"friction", "restitution", "time_limit_s"}) CHECK(asked[none].is_null());
+  CHECK(asked["out"] == "results/runs/fall__odd__a");
+  const Json row = summary(directory.path() / "results/runs/fall__odd__a");
+  CHECK(row["requested"]["variant"].is_null());
+  CHECK(row["used"]["variant"] == "a");
+  CHECK(row["engine"]["setting"] == "default");
+  CHECK(
+      result.out.starts_with("fall: engine odd, a (single precision, default): unsupported\n"
+                             "  reached     0 of 0.5 s in 0 steps of 0.001 s, at most 0 contacts\n"));
+  // Each override has its part of the folder's name.
+  by_engine(directory.path(),
+            {"run",       fall,    "--engine",   "odd", "--variant",      "b",   "--knob",        "x=2",
+             "--step",    "0.01",  "--duration", "1",   "--friction",     "0.5", "--restitution", "0.25",
+             "--perturb", "0.125", "--seed",     "6",   "--record-every", "7"});
+  CHECK(fs::exists(directory.path() /
+                   "results/runs/fall__odd__b__own__h0.01__T1__mu0.5__e0.25__perturb0.125__seed6__every7__x_2"));
+}
+
+TEST_CASE("an engine's knobs that nobody has tuned, or that it does not have, are refused by name",
+          "[program][engines]") {
+  const TemporaryDirectory directory;
+  write_engine(directory.path(), R"({"status": "unsupported"})");
+  const std::vector<std::string> start = {"run", fall, "--engine", "odd", "--out", "out", "--quiet"};
+  CHECK(by_engine(directory.path(), joined(start, {"--setting", "tuned"})).code == 3);
+  const Json row = summary(directory.path() / "out");
+  CHECK(row["status"] == "unavailable");
+  CHECK(row["reason"] == "nobody has searched for knobs of odd/a (scripts/engines.py tune)");
+  CHECK_FALSE(fs::exists(directory.path() / "asked"));
+  const auto refused_with = [&](const std::vector<std::string>& more, const std::string& words) {
+    const Result result = by_engine(directory.path(), joined(start, more));
+    INFO(result.err);
+    CHECK(result.code == 2);
+    CHECK(result.err.find(words) != std::string::npos);
+  };
+  refused_with({"--knob", "z=1"}, "--knob z: no such knob; there are x, y");
+  refused_with({"--knob", "x"}, "--knob x: must be NAME=VALUE");
+  refused_with({"--knob", "x=fast"}, "--knob fast: must be NAME=NUMBER");
+  refused_with({"--variant", "c"}, "--variant c: odd has no such variant; there are a, b");
+  CHECK_FALSE(fs::exists(directory.path() / "asked"));
+}
+
+TEST_CASE("the preflight of an engine is that of each variant, or of the one that is asked for", "[program][engines]") {
+  const TemporaryDirectory directory;
+  const auto line = [](const char* name, const char* measured, const char* rest) {
+    return std::string(R"({"name": ")") + name + R"(", "measured": )" + measured +
+           R"(, "expected": 2, "allowed": 0.5, )" + R"("unit": "m/s", "note": "noted", )" + rest + "}";
+  };
+  const std::string good = line("good", "2.25", "\"passed\": true"), bad = line("bad", "3.5", "\"passed\": false"),
+                    none = line("none", "null", "\"passed\": false, \"unsupported\": true");
+  write_engine(directory.path(), "{\"lines\": [" + good + ", " + none + "]}");
+  const Result passes = by_engine(directory.path(), {"check", "--engine", "odd"});
+  INFO(passes.out << passes.err);
+  CHECK(passes.code == 0);
+  const std::string ok = fmt_line("ok", "good", "2.25", "2 +- 0.5 m/s"), not_there = fmt_line("-", "none", "-", "");
+  CHECK(passes.out ==
+        "odd a, default, h = 0.001 s\n" + ok + not_there + "odd b, default, h = 0.001 s\n" + ok + not_there);
+  CHECK(read_file(directory.path() / "how") == "--preflight");
+  const Json asked = Json::parse(read_file(directory.path() / "asked"));
+  CHECK(asked["variant"] == "b");
+  CHECK(asked["knobs"] == Json({{"x", 3}}));
+  CHECK(asked["step"] == 1e-3);
+  CHECK(fs::is_directory(asked["out"].get<std::string>()));
+
+  write_engine(directory.path(), "{\"lines\": [" + good + ", " + bad + "]}");
+  const Result fails = by_engine(
+      directory.path(), {"check", "--engine", "odd", "--variant", "a", "--step", "0.01", "--setting", "tuned"});
+  CHECK(fails.code == 3);
+  CHECK(fails.out == "odd a, tuned, h = 0.01 s\n" + ok + fmt_line("FAILS", "bad", "3.5", "2 +- 0.5 m/s") +
+                         "A line that fails stands beside the engine's rows (docs/engines.md).\n");
+  CHECK(Json::parse(read_file(directory.path() / "asked"))["step"] == 0.01);
+  const Result as_json = by_engine(directory.path(), {"check", "--engine", "odd", "--variant", "a", "--json"});
+  CHECK(as_json.code == 3);
+  const Json rows = Json::parse(as_json.out);
+  REQUIRE(rows.size() == 1);
+  CHECK(rows[0]["engine"] == "odd");
+  CHECK(rows[0]["variant"] == "a");
+  CHECK(rows[0]["setting"] == "default");
+  CHECK(rows[0]["step"] == 1e-3);
+  CHECK(rows[0]["fault"].is_null());
+  CHECK(rows[0]["knobs"] == Json({{"x", 1}, {"y", 2}}));
+  CHECK(rows[0]["lines"] == Json::parse("[" + good + ", " + bad + "]"));
+
+  write_engine(directory.path(), "' >&3; echo 'what was last said' >&2; exit 5; printf '");
+  const Result dies = by_engine(directory.path(), {"check", "--engine", "odd", "--variant", "a"});
+  CHECK(dies.code == 3);
+  CHECK(dies.out.starts_with("odd a, default, h = 0.001 s: crash: exit code 5: what was last said\n"));
+}
+
+#endif
