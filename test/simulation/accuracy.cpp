@@ -319,6 +319,58 @@ TEST_CASE("a ball bounces where it should until its bounces are too low to matte
   }
 }
 
+TEST_CASE("the tally of a run is what its steps say, summed") {
+  // A ball that bounces, with e = 0.5, until it rests, and a box that slides until it rests.
+  Scenario s = empty_scene(1e-3, 1.9);
+  s.gravity.constant = {0, -g, 0};
+  add_ground(s);
+  add_sphere(s, 0.5, 1, {0, 1.5, 0});
+  add_box(s, {1, 0.2, 1}, 2, {{5, 0.1, 0}, Quat::Identity()}, {1, 0, 0});
+  collide_all(s, 0.25, 0.5);
+  SimulationOptions options = accurate(s, 1e-6);
+  options.record_interval = 0.25;
+  Simulation simulation(s, options, precise("convex"), find_method("convex")->law);
+  AccuracyTally sum;
+  double length = 0;
+  int kinds[3] = {};
+  while (!simulation.done()) {
+    const double before = simulation.state().t;
+    const StepRecord& record = simulation.step();
+    REQUIRE(record.status == Status::ok);
+    REQUIRE(record.accuracy.has_value());
+    const AccuracyStep& step = *record.accuracy;
+    CHECK(simulation.state().t - before == Approx(step.length).margin(1e-12));
+    length += step.length;
+    ++kinds[step.kind];
+    sum.refused += step.refused;
+    sum.impacts += step.impact ? 1 : 0;
+    sum.base_solves += record.solves;
+    sum.estimated_error += step.estimate;
+    if (step.kind == AccuracyStep::macro) {
+      sum.shortest = std::min(sum.shortest, step.length);
+      sum.longest = std::max(sum.longest, step.length);
+    } else {
+      CHECK(step.estimate == Approx(g * step.length * step.length / 2));  // what a step of first order may miss
+    }
+  }
+  const AccuracyTally& tally = *simulation.accuracy();
+  CHECK(length == Approx(1.9));
+  CHECK(tally.taken == kinds[AccuracyStep::macro]);
+  CHECK(tally.switches == kinds[AccuracyStep::switched]);
+  CHECK(tally.first_order == kinds[AccuracyStep::first_order]);
+  CHECK(tally.switches > 0);
+  CHECK(tally.impacts > 3);
+  CHECK(tally.impacts == sum.impacts);
+  CHECK(tally.refused == sum.refused);
+  CHECK(tally.base_solves == sum.base_solves);
+  CHECK(tally.estimated_error == Approx(sum.estimated_error).epsilon(1e-12));
+  CHECK(tally.shortest == sum.shortest);
+  CHECK(tally.longest == sum.longest);
+  CHECK(tally.longest <= 0.25 * (1 + 1e-12));  // records cut them; the last is shorter
+  CHECK(tally.order == 5);
+  CHECK(tally.base_steps > tally.base_solves / 2);
+}
+
 TEST_CASE("a shock passes through balls that touch at rest without loss") {
   // e = 1, all at once: u_n+ = -u_n- at both contacts, -1/3, 2/3 and 2/3 of the speed (Poisson).
   Scenario s = empty_scene(1e-3, 1);

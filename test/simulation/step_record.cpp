@@ -103,6 +103,25 @@ TEST_CASE("of the events of a step counts and energies add up, and the worst of 
   }
 }
 
+TEST_CASE("a claim is false where what is called ok does not hold, and nowhere else") {
+  const Scenario s = two_landings();
+  const double mass[] = {2, 3};
+  for (const bool right : {true, false})
+    for (const Status status : {Status::ok, Status::inaccurate}) {
+      int events = 0;
+      const ContactMethod method = [&](const ContactProblem&, ContactSolution& solution) {
+        solution.status = status;
+        solution.impulse = {mass[events++] * (right ? 1.0 : 1.5), 0, 0};
+      };
+      Simulation simulation(s, options_of(s), method, newton_law());
+      const StepRecord& record = simulation.step();
+      CHECK(events == 2);
+      CHECK(record.false_claims == (!right && status == Status::ok ? 2 : 0));
+      CHECK(record.doubted == (right && status != Status::ok ? 2 : 0));
+      CHECK(record.status == (right ? Status::ok : Status::inaccurate));
+    }
+}
+
 TEST_CASE("of duality gaps in a step the largest stays with its sign, wherever it was") {
   const Scenario s = two_landings();
   for (const int wrong : {0, 1}) {

@@ -1,0 +1,198 @@
+// The verbs of a step one by one: modes, bounces that are left out, tries that are not taken.
+
+#include "simulation/base_step.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "scenes.h"
+
+using namespace cb;
+
+namespace {
+
+constexpr double h = 0.01;
+
+/// A ball of 2 kg that touches the ground, comes down with `speed` and has this law; there is no gravity.
+Scenario landing(double speed, double mu, double e) {
+  Scenario s = test::empty_scene(h, 1);
+  s.gravity.constant = Vec3::Zero();
+  test::add_ground(s);
+  test::add_sphere(s, 0.1, 2, {0, 0.1, 0}, {0, -speed, 0});
+  test::collide_all(s, mu, e);
+  return s;
+}
+
+/// One event of what touches. Returns whether anything approached.
+bool meet(BaseStep& base) {
+  base.kick(h);
+  base.look(h);
+  return base.approaching() && base.event(0);
+}
+
+}  // namespace
+
+TEST_CASE("a slip is in the facet of the polygon as the event has it, where a scene turns that, too") {
+  // The first corner is 0.6 rad from x towards -z (docs/scenarios.md); each of four is a quarter of the circle wide.
+  const auto facet = [](double direction) {
+    Scenario s = test::empty_scene(h, 1);
+    test::add_ground(s);
+    test::add_box(s, {1, 0.2, 1}, 2, {{0, 0.1, 0}, Quat::Identity()},
+                  2 * Vec3(std::cos(direction), 0, -std::sin(direction)));
+    test::collide_all(s, 0.25);
+    s.rotate_cone = 0.6;
+    SimulationOptions options;
+    options.step = h;
+    MethodOptions four;
+    four.k = 4;
+    BaseStep base(s, options, find_method("ap")->make(four), anitescu_potra_law());
+    base.begin(1);
+    REQUIRE(meet(base));
+    std::vector<BaseStep::Mode> modes;
+    base.read_modes(modes);
+    REQUIRE(!modes.empty());
+    for (const BaseStep::Mode& mode : modes) {
+      CHECK(mode.facet == modes[0].facet);
+      CHECK(mode.slip.norm() > 1.9);
+    }
+    return modes[0].facet;
+  };
+  // A slip is that of the first shape, the ground, as seen from the box.
+  CHECK(facet(0.6) == 4);
+  CHECK(facet(0.6 + 0.7) == 4);
+  CHECK(facet(0.6 - 0.7) == 4);
+  CHECK(facet(0.6 + M_PI) == 0);
+  const int next = facet(0.6 + M_PI / 2), before = facet(0.6 - M_PI / 2);
+  CHECK(std::min(next, before) == 2);
+  CHECK(std::max(next, before) == 6);
+}
+
+TEST_CASE("a contact that sticks, one that slips and one that parts have their modes, the last none") {
+  SimulationOptions options;
+  options.step = h;
+  const auto modes_of = [&](const Vec3& v) {
+    Scenario s = landing(0, 0.25, 0);
+    for (int i = 0; i < 3; ++i) s.initial.v[static_cast<std::size_t>(i)] = v[i];
+    BaseStep base(s, options, find_method("newton")->make({}), newton_law());
+    base.begin(1);
+    base.kick(h);
+    base.look(h);
+    base.approaching();
+    std::vector<BaseStep::Mode> modes;
+    base.read_modes(modes);
+    return modes;
+  };
+  REQUIRE(modes_of(Vec3::Zero()).size() == 1);
+  CHECK(modes_of(Vec3::Zero())[0].facet == -1);
+  REQUIRE(modes_of(Vec3(1, 0, 2)).size() == 1);
+  CHECK(modes_of(Vec3(1, 0, 2))[0].facet == 0);
+  CHECK(modes_of(Vec3(1, 0, 2))[0].slip.cwiseAbs() == Vec3(1, 0, 2));
+  CHECK(modes_of(Vec3(0, 1, 0)).empty());
+}
+
+TEST_CASE(
+    "restitution is left out where nothing would part with more than rest does, and told with speed and distance") {
+  const Scenario s = landing(0.1, 0, 0.5);  // would part with 0.05 m/s
+  SimulationOptions options;
+  options.step = h;
+  for (const double rest : {0.04, 0.06})
+    for (const bool trial : {false, true}) {
+      BaseStep base(s, options, find_method("newton")->make({}), newton_law());
+      base.begin(1);
+      base.set_rest_speed(rest);
+      base.set_trial(trial);
+      REQUIRE(meet(base));
+      const bool left_out = rest > 0.05, told = left_out && !trial;
+      CHECK(base.state().v[1] == Approx(left_out ? 0 : 0.05).margin(1e-15));
+      CHECK(base.record().bounces_left_out == (told ? 1 : 0));
+      CHECK(base.record().bounce_speed == Approx(told ? 0.05 : 0));
+      CHECK(base.record().bounce_distance == Approx(told ? 0.05 * h : 0));
+    }
+}
+
+TEST_CASE("what is approached with is the fastest of what touches, and nothing where it parts") {
+  SimulationOptions options;
+  options.step = h;
+  for (const double speed : {0.25, -0.25}) {
+    Scenario s = landing(speed, 0, 0);
+    test::add_sphere(s, 0.1, 1, {3, 0.1, 0}, {7, -2 * speed, 0});
+    test::collide_all(s, 0);
+    BaseStep base(s, options, find_method("newton")->make({}), newton_law());
+    base.begin(1);
+    base.kick(h);
+    base.look(h);
+    CHECK(base.approach_speed() == Approx(speed > 0 ? 0.5 : 0));
+  }
+}
+
+TEST_CASE("a limit that moves is approached with the difference of the rates") {
+  // A carriage at its lower limit, which follows with 0.5 m/s.
+  Scenario s = test::empty_scene(h, 1);
+  s.gravity.constant = Vec3::Zero();
+  s.model.bodies.push_back({"carriage", 2, Vec3::Ones(), 0});
+  Joint joint;
+  joint.kind = JointKind::prismatic;
+  joint.body = joint.q = joint.v = 0;
+  joint.lower = 0;
+  joint.limit_rate = 0.5;
+  Tree tree;
+  tree.joints = {joint};
+  tree.nv = 1;
+  s.model.trees = {tree};
+  s.initial.pose.resize(1);
+  s.initial.v.assign(6, 0.0);
+  s.initial.q = {0};
+  SimulationOptions options;
+  options.step = h;
+  for (const double rate : {0.2, 0.7}) {
+    s.initial.qd = {rate};
+    s.initial.v[0] = rate;
+    BaseStep base(s, options, find_method("newton")->make({}), newton_law());
+    base.begin(1);
+    base.kick(h);
+    base.look(h);
+    CHECK(base.approach_speed() == Approx(rate < 0.5 ? 0.3 : 0).margin(1e-15));
+    CHECK(base.approaching() == (rate < 0.5));
+  }
+}
+
+TEST_CASE("a try that is not taken takes back what its answers were worth, not what they cost") {
+  const Scenario s = landing(1, 0, 0);
+  SimulationOptions options;
+  options.step = h;
+  int events = 0;
+  const ContactMethod method = [&](const ContactProblem&, ContactSolution& solution) {
+    // The first stops it; the second throws it up with 2 m/s and claims nothing.
+    solution.impulse = {events == 0 ? 2.0 : 6.0, 0, 0};
+    solution.status = events == 0 ? Status::ok : Status::inaccurate;
+    solution.claimed_residual = events == 0 ? 0.25 : 0.5;
+    solution.iterations = 3;
+    solution.size = 5;
+    ++events;
+  };
+  BaseStep base(s, options, method, newton_law());
+  base.begin(1);
+  REQUIRE(meet(base));
+  CHECK(base.record().event_energy_gain == Approx(-1));
+  base.set_trial(true);
+  base.set_state(s.initial);
+  REQUIRE(meet(base));
+  CHECK(base.record().status == Status::inaccurate);
+  CHECK(base.record().residual > 1e-3);
+  CHECK(base.record().event_energy_gain == Approx(-1 + 3));
+  CHECK(base.record().event_energy_gain_relative == Approx(3));
+  CHECK_FALSE(base.reason().empty());
+  base.forgive();
+  const StepRecord& record = base.record();
+  CHECK(record.status == Status::ok);
+  CHECK(base.reason().empty());
+  CHECK(record.residual < 1e-9);
+  CHECK(record.claimed_residual == 0.25);
+  CHECK(*record.law_residual < 1e-9);
+  CHECK(record.event_energy_gain == Approx(-1));
+  CHECK(record.event_energy_gain_relative == 0);
+  CHECK(record.events == 2);
+  CHECK(record.solves == 2);
+  CHECK(record.iterations == 6);
+  CHECK(record.size == 10);
+}
