@@ -81,6 +81,26 @@ TEST_CASE("memory is told in units of 2^20 bytes, as the system tells it", "[out
   CHECK(peak_memory_mb() == Approx(told / 1024).epsilon(0.2));
 }
 
+TEST_CASE("the machine is called what the system calls it, without quotes or spaces around", "[output]") {
+  const Machine here = machine();
+  const auto first_of = [](const char* file, const std::string& key) {
+    std::ifstream in(file);
+    for (std::string line; std::getline(in, line);)
+      if (line.compare(0, key.size(), key) == 0) return line;
+    return std::string();
+  };
+  const std::string model = first_of("/proc/cpuinfo", "model name"),
+                    pretty = first_of("/etc/os-release", "PRETTY_NAME");
+  if (!model.empty()) CHECK(model.ends_with(": " + here.cpu));
+  CHECK(here.cpu.find_first_of("\":") == std::string::npos);
+  if (!pretty.empty()) CHECK(pretty.find(here.os.substr(0, here.os.find(", "))) != std::string::npos);
+  CHECK(here.os.find("Linux ") != std::string::npos);
+  CHECK(here.os.find('"') == std::string::npos);
+  CHECK(here.cores >= 1);
+  CHECK(peak_memory_beyond(0.5));
+  CHECK_FALSE(peak_memory_beyond(1e6));
+}
+
 TEST_CASE("a tally adds counts up and keeps the worst of the rest", "[output]") {
   RunTally tally;
   CHECK_FALSE(tally.residual_max.has_value());

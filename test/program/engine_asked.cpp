@@ -187,6 +187,44 @@ TEST_CASE("an engine's knobs that nobody has tuned, or that it does not have, ar
   CHECK_FALSE(fs::exists(directory.path() / "asked"));
 }
 
+TEST_CASE("an engine is listed with what it says of itself, or with why it says nothing", "[program][engines]") {
+  const TemporaryDirectory directory;
+  const auto listed = [&] {
+    const Json all = Json::parse(by_engine(directory.path(), {"list", "engines", "--json"}).out);
+    for (const Json& entry : all)
+      if (entry["name"] == "odd") return entry;
+    return Json();
+  };
+  write_engine(directory.path(), "{}");
+  const Json entry = listed();
+  CHECK(entry["version"] == "1.2");
+  CHECK(entry["precision"] == "single");
+  CHECK(entry["package"] == "libodd");
+  CHECK(entry["program"] == (directory.path() / "contactbench-engine-odd").string());
+  CHECK(entry["unavailable"].is_null());
+  CHECK(entry["variants"][1]["knobs"] == Json({{"x", 3}}));
+  const std::string plain = by_engine(directory.path(), {"list", "engines"}).out;
+  CHECK(plain.find(" (odd 1.2, single precision, libodd)\n") != std::string::npos);
+  std::ofstream(directory.path() / "contactbench-engine-odd") << "#!/bin/sh\necho first >&2; echo 'no library' >&2\n";
+  CHECK(listed()["unavailable"] == "contactbench-engine-odd does not say what it is: no library");
+}
+
+TEST_CASE("an engine that does not hear that it should stop is stopped, and the run was interrupted",
+          "[program][engines]") {
+  const TemporaryDirectory directory;
+  write_engine(directory.path(), "' >&3; trap '' TERM; : > going; while :; do sleep 0.05; done; printf '");
+  Process process(directory.path(), {"run", fall, "--engine", "odd", "--out", "out", "--quiet"},
+                  [&] { setenv("CONTACTBENCH_ENGINES", directory.path().c_str(), 1); });
+  REQUIRE(wait_until([&] { return fs::exists(directory.path() / "going"); }));
+  process.send(SIGINT);
+  const Result result = process.wait();
+  CHECK(result.code == 3);
+  const Json row = summary(directory.path() / "out");
+  CHECK(row["status"] == "interrupted");
+  CHECK(row["reason"] == "stopped by a signal");
+  CHECK(row["finished"] == false);
+}
+
 TEST_CASE("the preflight of an engine is that of each variant, or of the one that is asked for", "[program][engines]") {
   const TemporaryDirectory directory;
   const auto line = [](const char* name, const char* measured, const char* rest) {

@@ -154,11 +154,11 @@ TEST_CASE("what an engine's program answers is believed where it is an answer, a
 TEST_CASE("an engine's run leaves no file of an earlier one, and refuses before it does", "[program][engines]") {
   const TemporaryDirectory directory;
   fs::create_directories(directory.path() / "out");
-  for (const char* earlier : {"trajectory.npz", "contacts.csv", "shapes.csv"})
-    std::ofstream(directory.path() / "out" / earlier) << "old";
+  const std::vector<std::string> all = {"trajectory.npz", "contacts.csv", "shapes.csv",   "hulls.csv",
+                                        "joints.csv",     "loads.csv",    "stepping.csv", "hard_problem.hdf5"};
+  for (const std::string& earlier : all) std::ofstream(directory.path() / "out" / earlier) << "old";
   CHECK(fall(directory.path(), "falls").result.code == 0);
-  for (const char* earlier : {"trajectory.npz", "contacts.csv", "shapes.csv"})
-    CHECK_FALSE(fs::exists(directory.path() / "out" / earlier));
+  for (const std::string& earlier : all) CHECK_FALSE(fs::exists(directory.path() / "out" / earlier));
   const std::string before = read_file(directory.path() / "out/summary.json");
   CHECK(fall(directory.path(), "falls", {"--save-problems", "/proc/nope"}).result.code == 2);
   CHECK(read_file(directory.path() / "out/summary.json") == before);

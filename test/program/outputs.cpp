@@ -1,5 +1,6 @@
 // What a run and a check put out besides rows: JSON, arrays, the real-time factor.
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 
 #include "program/program.h"
@@ -71,4 +72,23 @@ TEST_CASE("a trajectory as npz takes the place of the rows, whatever becomes of 
   refused({"run", "sliding_box.xml", "--method", "newton", "--format", "xml"}, {"csv or npz"});
   refused({"run", "sliding_box.xml", "--method", "newton", "--format", "npz", "--record-every", "0"},
           {"no trajectory"});
+}
+
+TEST_CASE("a run leaves no file of an earlier one that it does not write itself", "[program]") {
+  const TemporaryDirectory directory;
+  const fs::path out = directory.path() / "r";
+  const std::vector<std::string> earlier = {"hard_problem.hdf5", "trajectory.npz", "joints.csv",   "loads.csv",
+                                            "stepping.csv",      "contacts.csv",   "shapes.csv",   "hulls.csv",
+                                            "steps.csv",         "trajectory.csv", "summary.json", "notes.txt"};
+  fs::create_directories(out);
+  for (const std::string& name : earlier) std::ofstream(out / name) << "old\n";
+  REQUIRE(
+      run(directory.path(), {"run", "sticking_box.xml", "--method", "ap", "--duration", "0.002", "--out", "r"}).code ==
+      0);
+  auto names = content(out);
+  std::sort(names.begin(), names.end());
+  CHECK(names == std::vector<std::string>{"notes.txt", "steps.csv", "summary.json", "trajectory.csv"});
+  CHECK(read_file(out / "notes.txt") == "old\n");
+  for (const char* name : {"steps.csv", "trajectory.csv", "summary.json"})
+    CHECK(read_file(out / name).find("old") == std::string::npos);
 }

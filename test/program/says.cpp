@@ -54,6 +54,12 @@ std::map<std::string, Json> listed(const fs::path& directory, const char* topic)
   return out;
 }
 
+std::size_t width_of(const std::map<std::string, Json>& entries) {
+  std::size_t width = 0;
+  for (const auto& entry : entries) width = std::max(width, entry.first.size());
+  return width;
+}
+
 bool has_line(const std::string& text, const std::string& line) {
   const auto all = lines(text);
   return std::find(all.begin(), all.end(), line) != all.end();
@@ -150,6 +156,30 @@ TEST_CASE("check says which ways of stepping fit a scene and a method", "[progra
         Json({accuracy, "--stepping steps: 8 bodies can meet each other; one problem a step, first order"}));
 }
 
+TEST_CASE("check warns of a box that should tip by its own friction and its own width over height", "[program]") {
+  const TemporaryDirectory directory;
+  // The low box tips beyond mu = 1/2, the tall one beyond 1/4. Beside them a ball, which never does.
+  const auto notes = [&](const std::string& low, const std::string& tall) {
+    std::ofstream(directory.path() / "two.xml")
+        << R"(<scenario title="two boxes">
+  <simulation step="1e-3" duration="0.1"/><reference kind="missing"/><gravity constant="0 -9.8 0"/>
+  <bodies><half_space name="ground" point="0 0 0" normal="0 1 0"/>
+    <sphere name="ball" radius="0.5" mass="1" position="9 0.5 0"/>
+    <box name="low" size="2 1 2" mass="1" position="0 0.5 0"/>
+    <box name="tall" size="2 4 1" mass="1" position="5 2 0"/></bodies>
+  <contacts><pair a="ball" b="ground" mu="9"/><pair a="low" b="ground" mu=")"
+        << low << R"("/><pair a="tall" b="ground" mu=")" << tall << "\"/></contacts></scenario>";
+    return said(directory.path(), {"check", "two.xml", "--method", "convex", "--steps", "0", "--json"})["notes"];
+  };
+  CHECK(notes("0.49", "0.24").empty());
+  REQUIRE(notes("0.49", "0.26").size() == 1);
+  CHECK(notes("0.49", "0.26")[0] ==
+        "with the compression bound a box that should tip slides: tall tips before it slides where friction (0.26) is "
+        "above width over height (0.25 on its narrowest base); ap or --compression-bound off tip it");
+  CHECK(notes("0.51", "0.24")[0].get<std::string>().find("low tips before it slides where friction (0.51)") !=
+        std::string::npos);
+}
+
 TEST_CASE("a law is claimed by the methods that list it, a solver by its own, and options say their defaults",
           "[program]") {
   const TemporaryDirectory directory;
@@ -188,6 +218,11 @@ TEST_CASE("a law is claimed by the methods that list it, a solver by its own, an
     CHECK_FALSE(method["source"].get<std::string>().empty());
   }
   CHECK(listed(directory.path(), "outside").count("external") == 1);
+  // The lines for people end with whose a solver is.
+  const Result plain = run(directory.path(), {"list", "solvers"});
+  for (const auto& [solver, method] : {std::pair("lemke", "(ap)"), {"ipm", "(convex)"}, {"admm", "(coulomb)"}})
+    CHECK(has_line(plain.out, solver + std::string(width_of(solvers) - std::string(solver).size() + 2, ' ') +
+                                  solvers.at(solver)["summary"].get<std::string>() + ' ' + method));
 }
 
 TEST_CASE("scenes, references and controllers are listed with what belongs to each", "[program]") {
@@ -365,6 +400,32 @@ TEST_CASE("a run some of whose answers do not hold counts them, names the worst,
   const std::string command = json["hard_problem_command"];
   CHECK(command.starts_with(
       "contactbench solve r/hard_problem.hdf5 --kind contact --method coulomb --solver nsgs --sweeps 3"));
+}
+
+TEST_CASE("a run tells in lines what its summary says, and where its files are", "[program]") {
+  const TemporaryDirectory directory;
+  const Result result =
+      run(directory.path(), {"run", "sticking_box.xml", "--method", "ap", "--duration", "0.01", "--out", "here"});
+  REQUIRE(result.code == 0);
+  const auto all = lines(result.out);
+  const Json json = summary(directory.path() / "here");
+  CHECK(all[0] == "sticking_box: ap, lemke: ok");
+  CHECK(all[1] == "  reached     0.01 of 0.01 s in 10 steps of 0.001 s, 10 events, at most 4 contacts");
+  CHECK(all.back() == "  files       here");
+  CHECK(has_line(result.out, "  errors      against the analytic reference sticking_box"));
+  for (const auto& error : json["errors"].items())
+    CHECK(result.out.find("    " + error.key() + ' ') != std::string::npos);
+}
+
+TEST_CASE("stored problems are numbered by the events that they are of", "[program]") {
+  const TemporaryDirectory directory;
+  const Result result =
+      run(directory.path(), {"run", "sticking_box.xml", "--method", "ap", "--duration", "0.01", "--out", "r", "--quiet",
+                             "--save-problems", "kept", "--save-every", "4"});
+  if (result.code == 2) return;  // a build without HDF5
+  auto names = content(directory.path() / "kept");
+  std::sort(names.begin(), names.end());
+  CHECK(names == std::vector<std::string>{"event_000000001.hdf5", "event_000000005.hdf5", "event_000000009.hdf5"});
 }
 
 TEST_CASE("velocities of contacts are those of the body, where the friction directions are turned, too", "[program]") {

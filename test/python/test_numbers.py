@@ -104,6 +104,14 @@ class ByHand(unittest.TestCase):
         np.testing.assert_allclose(a.velocities, [[-0.5 + 0.0625 + 0.25, 2.875, 0]])
         self.assertEqual((p.nc, p.nv, p.e[0], p.mu[0]), (1, 6, 0.5, 0.25))
 
+    def test_an_unsymmetric_W_is_taken_for_its_symmetric_part_where_that_is_asked_for(self):
+        skew = [[4, 1, 0], [0, 2, 0], [0, 0, 3]]
+        with self.assertRaises(cb.Error):
+            cb.Problem(W=skew, q=[-1, 0, 0], mu=0.5)
+        p = cb.Problem(W=skew, q=[-1, 0, 0], mu=0.5, symmetrise=True)
+        np.testing.assert_allclose(p.W, [[4, 0.5, 0], [0.5, 2, 0], [0, 0, 3]], atol=1e-12)
+        self.assertEqual(len(p.notes), 1)
+
     def test_how_things_show(self):
         self.assertEqual(repr(two()), "<contactbench.Problem: 2 contacts, 6 velocities>")
         self.assertEqual(repr(cb.judge(two(), RIGHT, "coulomb")), "<contactbench.Answer: ok>")
@@ -183,6 +191,13 @@ class Runs(unittest.TestCase):
         self.assertEqual((r.status, r.reason, r.finished), ("time_limit", "the time limit of 0.2 s was reached", False))
         self.assertEqual(r.summary["options"]["time_limit_s"], 0.2)
         self.assertGreater(r.summary["steps"], 0)
+
+    def test_what_a_scene_asks_of_its_method_is_in_force_unless_something_else_is_said(self):
+        for options, k in (({}, 8), ({"k": 4}, 4)):
+            self.assertEqual(cb.run("sticking_box.xml", "ap", duration=0.002, **options).summary["options"]["k"], k)
+        for options, bound in (({}, "off"), ({"compression_bound": True}, "on")):
+            self.assertEqual(cb.run("grasp.xml", "convex", duration=0.002, **options).summary["options"]["compression_bound"],
+                             bound)
 
     def test_what_is_not_pruned_is_not_left_out(self):
         on, off = (cb.run("sticking_box.xml", "convex", duration=0.01, prune=prune).summary for prune in (True, False))
