@@ -29,6 +29,7 @@ import fcntl
 import hashlib
 import io
 import json
+import math
 import os
 import re
 import resource
@@ -54,13 +55,15 @@ MEMORY = 4 << 30       # bytes of data a test may hold: a fault that makes it ea
 APART = {"rooms", "scripts_style", "published"}
 PARTS = ("lib/", "app/", "test/", "scripts/", "scenarios/", "CMake")
 MODULE = "contactbench_python"  # the target that makes the Python module
-# Tests of scripts that a fault there reaches first; the others of this list follow.
-SCRIPTS = {f"scripts/contactbench/{name}": test for name, test in {
-    "sweep": "scripts_sweep", "plan": "scripts_sweep", "references": "scripts_recommend", "recommend": "scripts_recommend",
-    "worth": "scripts_worth", "replay": "replay", "solve_all": "replay", "stress": "scripts_stress", "measures": "scripts_stress", "problems": "scripts_stress",
-    "limits": "scripts_stress", "look": "scripts_campaign", "campaign": "scripts_campaign", "scenes": "scripts_campaign",
-    "reduce": "scripts_campaign", "picture": "scripts_first_day", "start": "scripts_first_day",
-    "engines": "scripts_engines", "view": "view", "precision": "scripts_worth", "repose": "scripts_repose", "gather": "scripts_worth", "": "scripts_report"}.items()}
+# Tests of scripts that a fault there reaches first, where they have another name than the script; the others follow, the quick
+# ones first.
+SCRIPTS = {
+    "references": ("references", "recommend"), "recommend": ("recommend_words", "recommend"), "worth": ("worlds", "worth"),
+    "stress": ("stress_runs", "stress_solves", "stress"), "campaign": ("campaign_runs", "campaign"), "sweep": ("sweep_jobs", "sweep"),
+    "problems": ("findings", "stress_solves"), "limits": ("findings", "stress_solves"), "figures": ("figures", "figures_of_all"),
+    "robots": ("looks",), "heatmap": ("figures_of_all",), "view": ("motions", "view"), "gltf": ("motions", "view"), "replay": ("replay",),
+    "runs": ("tables",), "gather": ("tables",), "table1": ("tables",), "stepping": ("precision",), "ladder": ("choices",),
+    "compare": ("choices",), "report": ("sections", "report"), "picture": ("pictures", "first_day"), "start": ("pictures", "first_day")}
 
 
 def digest_of(*parts):
@@ -155,7 +158,7 @@ class Copy:
         own = re.findall(r"/bin/(\w+)", command.partition(str(self.build))[2])
         if "test_program" in own:
             own.append("contactbench")
-        if name == "python":
+        if name.startswith("python"):
             own = ["contactbench", MODULE]
         return own or (["contactbench_wrong"] if name == "wrong_methods" else ["contactbench"])
 
@@ -165,7 +168,8 @@ class Copy:
 
     def of_tests(self, names):
         """Digest of the sources of some rooms' tests."""
-        folders = tuple(f"test/{name}/" if (self.tree / "test" / name).is_dir() else "test/scripts/" for name in names)
+        folders = tuple(f"test/{name}/" if (self.tree / "test" / name).is_dir() else "test/python/" if name.startswith("python") else "test/scripts/"
+                        for name in names)
         files = [f for f in sorted(self.files) if f.startswith(folders)]
         return digest_of(*((self.tree / f).read_bytes() for f in files))
 
@@ -209,17 +213,20 @@ def order(copy, fault, nearest_only):
     stand_in = {name for name in copy.tests if name.startswith("scripts_")}  # they never start the program
     if room == "scripts":
         can = [name for name in copy.tests if name not in compiled]
-        near = [test for prefix, test in sorted(SCRIPTS.items(), key=lambda row: -len(row[0])) if file.startswith(prefix)][:1]
+        name = Path(file).stem
+        near = [test for name in SCRIPTS.get(name, (name,)) for test in (name, f"scripts_{name}")]
     else:
         can = [name for name in copy.tests if name not in stand_in]
         near = {"app": ["program"], "cone": ["cone", "methods"], "ncp": ["ncp", "methods"],
-                "contact": ["contact", "second_referee"]}.get(room, [room])
+                "contact": ["contact", "second_referee"], "python": ["python", "python_numbers"]}.get(room, [room])
     near = [name for name in near if name in can]
     if nearest_only:
         return near
-    cost = copy.tests
-    rest = sorted((name for name in can if name not in near), key=lambda name: (name not in compiled, list(cost).index(name)))
-    return near + rest
+    known = copy.undisturbed
+    rest = (name for name in can if name not in near)
+    if room == "scripts":
+        return near + sorted(rest, key=lambda name: known[name][0] if name in known else math.inf)
+    return near + sorted(rest, key=lambda name: (name not in compiled, list(copy.tests).index(name)))
 
 
 def judge(copy, fault, tests):

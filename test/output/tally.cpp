@@ -119,17 +119,17 @@ TEST_CASE("the worst condition met is kept with its time; problems of the same s
           "[output]") {
   // A body of masses 1, 1, 4 along its contact's directions has W = diag(1, 1, 1/4): condition 4. Of 16: condition 16.
   const auto event = [](double t, double heavy) {
-    Event event;
-    event.t = t;
-    event.problem.M.add_block(3);
-    event.problem.M.block(0).diagonal() << 1, 1, heavy;
-    event.problem.J.add_band();
-    event.problem.J.entry(event.problem.J.add_entry(0, 3)).setIdentity();
-    event.problem.v_minus.assign(3, 0.0);
-    event.problem.offset.assign(3, 0.0);
-    event.problem.mu = {0.5};
-    event.problem.restitution = {0};
-    return event;
+    Event met;
+    met.t = t;
+    met.problem.M.add_block(3);
+    met.problem.M.block(0).diagonal() << 1, 1, heavy;
+    met.problem.J.add_band();
+    met.problem.J.entry(met.problem.J.add_entry(0, 3)).setIdentity();
+    met.problem.v_minus.assign(3, 0.0);
+    met.problem.offset.assign(3, 0.0);
+    met.problem.mu = {0.5};
+    met.problem.restitution = {0};
+    return met;
   };
   RunTally tally;
   ConditioningEstimate estimate;

@@ -96,7 +96,7 @@ class Picture(Folder):
 class Start(unittest.TestCase):
     def need(self, modules, asked, there):
         """What need() does: starts the script again, ends, or goes on."""
-        said, words = io.StringIO(), ["scripts/some.py", "--flag"]
+        said, words = io.StringIO(), ["scripts/sweep.py", "--flag"]
         with mock.patch.dict(os.environ, {start.ASKED: asked} if asked else {}), mock.patch("sys.stderr", said), \
                 mock.patch.object(start, "CANDIDATES", ("", "/one", "/two")), \
                 mock.patch("os.access", lambda path, _: path in there), \
@@ -110,7 +110,7 @@ class Start(unittest.TestCase):
 
     def test_the_next_python_is_asked_where_modules_lack_and_none_twice(self):
         lacking = ("json", "no_such_module", "nor_this")
-        again = ["-B", "scripts/some.py", "--flag"]
+        again = ["-B", "scripts/sweep.py", "--flag"]
         self.assertEqual(self.need(("json", "math"), "2", ("/one", "/two")), ("goes on", None))
         self.assertEqual(self.need(lacking, "", ("/one", "/two")), (("/one", ["/one", *again]), "2"))
         self.assertEqual(self.need(lacking, "", ("/two", )), (("/two", ["/two", *again]), "3"))

@@ -45,8 +45,8 @@ class Figures(Folder):
         # Of all runs of a sweep where a figure has no scene; times of a command's own are none of these runs.
         self.assertEqual([
             sections.figure(results, "performance", *of)[0]["busy"]
-            for of in (("paper", ), ("orders", ), ("paper", "scripts/x.py"))], [True, False, False])
-        self.assertEqual(sections.figure(results, "performance", "orders", "scripts/x.py")[0]["made"][0], "scripts/x.py")
+            for of in (("paper", ), ("orders", ), ("paper", "scripts/sweep.py"))], [True, False, False])
+        self.assertEqual(sections.figure(results, "performance", "orders", "scripts/sweep.py")[0]["made"][0], "scripts/sweep.py")
         self.assertEqual(sections.figure(results, "figure10")[0]["missing"], "no run of it is in this profile")
 
     def test_the_paper_s_come_first_and_those_of_other_sections_stand_there(self):
