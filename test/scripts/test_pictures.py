@@ -118,7 +118,7 @@ class Start(unittest.TestCase):
         code, said = self.need(lacking, "3", ("/one", "/two"))
         self.assertEqual(code, 1)
         self.assertIn(
-            "some.py: no python3 here has no_such_module, nor_this: scripts/setup.sh --tests installs Debian's "
+            "sweep.py: no python3 here has no_such_module, nor_this: scripts/setup.sh --tests installs Debian's "
             "(python3-no_such_module, "
             "python3-nor_this); PYTHON=/path/to/python3", said)
 
