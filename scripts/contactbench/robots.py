@@ -53,7 +53,7 @@ def cross_track(t, x, z):
 
 
 def loads(cell, bins=350):
-    """Middles of `bins` spans of the run, and each wheel's mean normal impulse of a step in them, N s; 0 where none."""
+    """Edges of `bins` spans of the run, and the sum of each wheel's normal impulses in them, N s; 0 where none."""
     parts = [cell.series("loads.csv", "t", "normal", of=(tyre, )) for tyre in TYRES]
     end = max((p[0][-1] for p in parts if p.shape[1]), default=0.0)
     edges = np.linspace(0, end, bins + 1)
