@@ -9,12 +9,12 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-import handmade as made
+import made
 import numpy as np
 from contactbench import compare, ladder, sections, today
 
 ERROR = "error_position_linf_m"
-PLAIN = {"solver": "", "k": ""}
+PLAIN = {"solver": ""}
 METHODS = {
     "lemke": {}, "path": {"solver": "path"}, "convex": made.EPS, "early": made.EPS | {"epsilon": "1e-6"},
     "mirtich": PLAIN | {"method": "mirtich"}, "soft": PLAIN | {"method": "soft", "solver": "sap"}
@@ -34,11 +34,9 @@ class Folder(unittest.TestCase):
 
     def results(self, some, ensemble=(), **manifest):
         """`some`: pairs of a row and where its body is at each of some moments, m."""
-        results = made.results(self.top, [row for row, _ in some], ensemble, **manifest)
-        for row, places in some:
-            if places:
-                made.write_motion(results, row["run"], [(t, "body", x, 0, 0) for t, x in places.items()])
-        return results
+        rows = [row | {"files": {"trajectory.csv": made.trajectory([(t, "body", (x, 0, 0)) for t, x in places.items()])}}
+                if places else row for row, places in some]
+        return made.results(self.top, rows, ensemble, **manifest)
 
 
 class Today(Folder):
@@ -432,7 +430,7 @@ class Advice(Folder):
         point = {
             "run": "r", "error": 1.0, "errors": [1.0, math.inf], "worst": math.inf, "uncertainty": 0, "status": "ok", "time": 1,
             "least": 1, "most": 1, "repeats": 1, "scene": "s", "parameters": ""}
-        shown = sections.hover([point | {"cell": made.cell(method="new", solver="", k="")}])
+        shown = sections.hover([point | {"cell": made.cell(method="new", solver="")}])
         self.assertEqual([shown["scenes"]["s"][0][key] for key in ("error", "few")], [1.0, 1.0])
         self.assertEqual(shown["colours"], {"new": sections.COLOURS[0]})
 

@@ -9,12 +9,12 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-import handmade as made
+import made
 import numpy as np
 from contactbench import claims, gather, worth
 from contactbench.claims import DIFFERS, NO, UNKNOWN, YES
 
-PLAIN = {"solver": "", "k": ""}
+PLAIN = {"solver": ""}
 METHODS = {
     "lemke": {}, "path": {"solver": "path"}, "ynl": {
         "solver": "ynl"}, "convex": made.EPS, "early": made.EPS | {"epsilon": "1e-2"}, "mirtich": PLAIN | {"method": "mirtich"},
@@ -38,7 +38,7 @@ class Asked(unittest.TestCase):
     def asked(self, name, rows, motions=None, ensemble=(), **manifest):
         self.results = made.results(self.top, rows, ensemble, sweeps=["paper"], **manifest)
         for run, places in (motions or {}).items():
-            made.write_motion(self.results, run, [(t, "box", *at) for t, at in places])
+            made.write_files(self.results.runs / run, {"trajectory.csv": made.trajectory([(t, "box", at) for t, at in places])})
         return claims.asked(name, self.results)
 
 

@@ -72,8 +72,8 @@ class Paper(Drawn):
         t, exact = np.array([0, 1, 3, 5]), np.array([0, 0, 0.04, 0.16])
         off = np.array([0, 0, 1, 1])
         table = self.table({}, RAY, trajectory=[
-            trajectory([(a, "box", (2 + e + 3e-3 * o, 7 + a, -1 + 4e-3 * o), None) for a, e, o in zip(t, exact, off)]),
-            trajectory([(a, "box", (2 + e, 0, -1), None) for a, e in zip(t, exact)])],
+            trajectory([(a, "box", (2 + e + 3e-3 * o, 7 + a, -1 + 4e-3 * o)) for a, e, o in zip(t, exact, off)]),
+            trajectory([(a, "box", (2 + e, 0, -1)) for a, e in zip(t, exact)])],
                            steps=2 * [csv_of("t,dynamics_s,collision_s,assembly_s,solve_s", [(1, 1, 2, 3, 4), (2, 1, 2, 3, 5)])])
         (top, middle, bottom), handles = self.drawn("figure03", table)
         truth, *ways = lines_of(top)
@@ -100,12 +100,12 @@ class Paper(Drawn):
         exact = 0.16 + 0.08**2 / 1.96
         for times, scale in ((19, "linear"), (21, "symlog")):
             for sign in (1, -1):
-                rows = [(t, "box", (sign * times * exact * t, 0, 0), None) for t in (0, 1)]
+                rows = [(t, "box", (sign * times * exact * t, 0, 0)) for t in (0, 1)]
                 (top, *_), _ = self.drawn("figure03", self.table({}, trajectory=[trajectory(rows)]))
                 self.assertEqual(top.get_yscale(), scale)
 
     def test_the_creep_of_the_box_that_sticks_is_its_whole_way_from_the_start(self):
-        rows = [(t, "box", (1 + 2e-6 * t, 2 + 3e-6 * t, 3 + 6e-6 * t), None) for t in (0, 1, 2)]
+        rows = [(t, "box", (1 + 2e-6 * t, 2 + 3e-6 * t, 3 + 6e-6 * t)) for t in (0, 1, 2)]
         (top, bottom), handles = self.drawn("figure04", self.table({}, trajectory=[trajectory(rows)]))
         self.assertIsNone(handles)
         self.same(lines_of(top)[0], [1, 2], [7e-6, 14e-6], rtol=1e-9)
@@ -113,7 +113,7 @@ class Paper(Drawn):
         self.assertEqual(said(top),
                          ("creep: distance from the start, 0 m is exact", "time (s)", "displacement (m)", "linear", "log"))
         self.assertEqual(said(bottom)[0], "processing time")
-        still = [(t, "box", (1, 2, 3), None) for t in (0, 1, 2)]
+        still = [(t, "box", (1, 2, 3)) for t in (0, 1, 2)]
         (top, _), _ = self.drawn("figure04", self.table({}, {}, trajectory=[trajectory(still), trajectory(rows)]))
         self.same(lines_of(top)[0], [1, 2], [1e-18, 1e-18])
         self.assertEqual([text.xy[1] for text in top.texts], [1e-18])
@@ -124,7 +124,7 @@ class Paper(Drawn):
         lag = np.arccos(0.02 * 9.8 / 0.4)
         radius = 0.4 * np.sin(lag)
         return trajectory([
-            (a, "box", (radius * np.sin(a - lag) + dx * (a > 0), 0.5, -radius * np.cos(a - lag) + dz * (a > 0)), None)
+            (a, "box", (radius * np.sin(a - lag) + dx * (a > 0), 0.5, -radius * np.cos(a - lag) + dz * (a > 0)))
             for a in t])
 
     def test_the_box_that_slides_in_a_circle_is_seen_from_above_and_its_distance_is_from_the_law(self):
@@ -164,7 +164,7 @@ class Paper(Drawn):
         # 0.349 m of radius about (0.304, 0.171): three times that to each side are drawn; what is twice as far out is cut.
         radius, lag = 0.4 * np.sqrt(1 - 0.49**2), np.arccos(0.49)
         for far, cut in ((5.5, ""), (6.5, " (cut off)")):
-            rows = [(t, "box", (far * radius * t, 0, 0), None) for t in (0, 1)]
+            rows = [(t, "box", (far * radius * t, 0, 0)) for t in (0, 1)]
             (path, _), _ = self.drawn("figure05", self.table({}, trajectory=[trajectory(rows)]))
             self.assertEqual(said(path)[0], "path from above" + cut)
         np.testing.assert_allclose(path.get_xlim(), radius * np.sin(lag) + 3 * radius * np.array([-1, 1]))
@@ -218,7 +218,7 @@ class Paper(Drawn):
     def test_a_picture_shows_the_first_setting_of_each_method_and_solver(self):
         rows = [{"k": "4"}, {"k": "8"}, {"solver": "path", "k": "4"}, {"method": "convex", "solver": "ipm", "epsilon": "1e-12"}, {
             "method": "convex", "solver": "ipm", "epsilon": "1e-2"}]
-        table = figures.one_each(results(self.top, rows), "s")
+        table = figures.one_each(results(self.top, rows), "box")
         self.assertEqual([cell["run"] for cell in table.cells], ["r0__r1", "r2__r1", "r3__r1"])
 
 
@@ -229,7 +229,7 @@ class Canvas(Drawn):
         return saved.call_args.args
 
     def test_a_figure_has_its_legend_and_note_and_goes_beside_its_results(self):
-        made = results(self.top, [{"scene": "impacting_sphere"}, {
+        made = results(self.top, [{"scene": "impacting_sphere", "k": ""}, {
             "scene": "impacting_sphere", "k": "8", "status": "time_limit", "finished": "false", "t_reached": "1"}])
         figure, folder, name = self.draw("figure01", made)
         self.assertEqual((folder, name), (self.top / "figures", "figure01"))
@@ -238,7 +238,7 @@ class Canvas(Drawn):
         figure, *_ = self.draw("figure02", made)
         self.assertEqual([text.get_text() for text in figure.legends[0].get_texts()],
                          ["A-P, Lemke", r"A-P, Lemke, k = 8 ($\bf{\times}$ time_limit at 1 s)"])
-        figure, *_ = self.draw("figure10", results(self.top, [{"scene": "grasp"}]))
+        figure, *_ = self.draw("figure10", results(self.top, [{"scene": "grasp", "k": ""}]))
         self.assertEqual([text.get_text() for text in figure.legends[0].get_texts()], ["half the box's size", "A-P, Lemke"])
 
     def test_where_nothing_is_to_be_shown_the_picture_says_what_is_missing(self):
@@ -267,8 +267,8 @@ class Robot(Drawn):
         rows = []
         for t, (x, z), turn in places:
             aside = 0.1603 * np.array([np.cos(turn), 0, -np.sin(turn)])
-            rows += [(t, "wheel_left", np.array([x, 0.08, z]) - aside, None),
-                     (t, "wheel_right", np.array([x, 0.08, z]) + aside, None)]
+            rows += [(t, "wheel_left", np.array([x, 0.08, z]) - aside),
+                     (t, "wheel_right", np.array([x, 0.08, z]) + aside)]
         return trajectory(rows)
 
     def test_the_path_of_the_robot_its_distance_and_who_bears_it(self):
@@ -320,7 +320,7 @@ class Robot(Drawn):
 
     def test_the_creep_of_the_box_in_the_hand_stands_beside_half_its_size(self):
         def moved(ways):
-            return trajectory([(t, name, (way if name == "box" else 0, 0, 0), None) for t, way in enumerate(ways)
+            return trajectory([(t, name, (way if name == "box" else 0, 0, 0)) for t, way in enumerate(ways)
                                for name in ("box", "finger_left", "finger_right")])
 
         (axes, ), handles = self.drawn("figure10", self.table({}, {}, trajectory=[moved((0, 1e-3, 1e-2)), moved((0, 2e-9, 50))]))
@@ -364,7 +364,7 @@ class Robot(Drawn):
             return starts[name] + 0.01 * t * np.array([1, 2, 3]) * (2 if name == "box" else 1)
 
         files = [
-            trajectory([(0.1 * n, name, place(name, 0.1 * n), None) for n in range(count) for name in names])
+            trajectory([(0.1 * n, name, place(name, 0.1 * n)) for n in range(count) for name in names])
             for count in (101, 51)]
         axes, handles = self.drawn("grasp_picture", self.table({}, RAY, {}, trajectory=files))
         self.assertEqual((axes.shape, handles), ((3, 5), []))

@@ -71,7 +71,7 @@ class Looks(Folder):
         self.assertIs(looks.thin(t, y, 10000)[0], t)
 
     def test_how_a_run_ended_is_added_to_its_name(self):
-        cells = self.cells({}, {"k": "4", "status": "inaccurate"},
+        cells = self.cells({"k": ""}, {"k": "4", "status": "inaccurate"},
                            {"k": "8", "status": "ray", "finished": "false", "t_reached": "0.25"})
         self.assertEqual([looks.ending(cell) for cell in cells], ["", " (inaccurate)", r" ($\bf{\times}$ ray at 0.25 s)"])
         labels = [handle.get_label() for handle in looks.Curves(cells).handles()]
@@ -109,7 +109,7 @@ class Curves(Folder):
     def test_markers_stand_apart_and_a_cross_is_where_a_run_stopped(self):
         t = np.arange(81.0)
         table = looks.Curves(
-            self.cells({}, {"k": "4", "status": "ray", "finished": "false", "t_reached": "80"},
+            self.cells({"k": ""}, {"k": "4", "status": "ray", "finished": "false", "t_reached": "80"},
                        {"k": "8", "status": "inaccurate"}, {"k": "16", "status": "ray", "finished": "false", "t_reached": "8"}))
         _, axes = plt.subplots()
         for number in range(4):
@@ -137,7 +137,7 @@ class Curves(Folder):
             return {"steps.csv": csv_of(PARTS, [(t, share, 1e6, 2 * share, 1e6, 4 * share, 8 * share * t) for t in (1, 2, 3)])}
 
         # Steps take 7 + 8 t of a share: 15, 38, 69 in all.
-        table = looks.Curves(self.cells({"files": steps(1)}, {"k": "4", "files": steps(10)}, {"k": "8"}))
+        table = looks.Curves(self.cells({"k": "", "files": steps(1)}, {"k": "4", "files": steps(10)}, {"k": "8"}))
         _, axes = plt.subplots()
         table.time(axes, "a title")
         self.assertEqual([line.get_xydata().tolist() for line in lines_of(axes)],
@@ -183,8 +183,8 @@ class Robots(Folder):
         # Facing -z, the right wheel is on the side of +x; turned by 90 degrees about y it faces -x, by 180 degrees +z.
         places = ((0, (1, 0.1, 5), (3, 0.1, 5), 0), (0.1, (2, 0.1, 6), (2, 0.1, 4), np.pi / 2),
                   (0.2, (3, 0.1, 5), (1, 0.1, 5), np.pi), (0.3, (2, 0.1, 4), (2, 0.1, 6), -np.pi / 2))
-        rows = [(t, name, place, None) for t, *both, _ in places for name, place in zip(("wheel_left", "wheel_right"), both)]
-        t, x, z, heading = robots.axle(self.cell(trajectory=trajectory([*rows, (0.4, "wheel_left", (9, 9, 9), None)])))
+        rows = [(t, name, place) for t, *both, _ in places for name, place in zip(("wheel_left", "wheel_right"), both)]
+        t, x, z, heading = robots.axle(self.cell(trajectory=trajectory([*rows, (0.4, "wheel_left", (9, 9, 9))])))
         np.testing.assert_allclose(t, [0, 0.1, 0.2, 0.3])
         np.testing.assert_allclose([x, z], [4 * [2], 4 * [5]])
         np.testing.assert_allclose(np.exp(1j * heading), np.exp(1j * np.array([way for *_, way in places])), atol=1e-12)

@@ -27,7 +27,7 @@ class Picture(Folder):
     def test_the_displacement_is_that_of_the_body_that_is_farthest_from_where_it_began(self):
         places = {"a": [(1, 1, 1), (1, 1, 3), (1, 1, 2)], "b": [(5, 0, 0), (5, 1, 0), (8, 4, 12)]}
         (self.top / "trajectory.csv").write_text(
-            trajectory([(0.5 * n, body, of[n], None) for n in range(3) for body, of in places.items()]))
+            trajectory([(0.5 * n, body, of[n]) for n in range(3) for body, of in places.items()]))
         self.assertEqual(picture.displacement(self.top), ([0, 0.5, 1], [0, 2, 13]))
 
     def test_a_run_has_the_flags_that_were_asked_and_its_end_is_judged(self):
@@ -53,7 +53,7 @@ class Picture(Folder):
         def run(_, method, out):
             out.mkdir()
             n = {"ap": 1, "convex": 2, "other": 3}[method]
-            (out / "trajectory.csv").write_text(trajectory([(t, "b", (0, n * t, 0), None) for t in (0, 1, 2)]))
+            (out / "trajectory.csv").write_text(trajectory([(t, "b", (0, n * t, 0)) for t in (0, 1, 2)]))
             (out / "steps.csv").write_text(
                 csv_of("t,residual,kinetic_energy,dynamics_s,check_s,collision_s,assembly_s,solve_s",
                        [(t, 9, 100 * n + t, n, 1000, 2, 4, 8 * t) for t in (1, 2)]))

@@ -4,14 +4,14 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import handmade as made
+import made
 import matplotlib.pyplot as plt
 import numpy as np
 from contactbench import precision, sections, stepping
 
 ERROR = "error_position_linf_m"
-NEWTON = {"method": "newton", "solver": "", "variant": "uncapped", "k": ""}
-COULOMB = {"method": "coulomb", "solver": "newton", "k": ""}
+NEWTON = {"method": "newton", "solver": "", "variant": "uncapped"}
+COULOMB = {"method": "coulomb", "solver": "newton"}
 BODIES = ("a", "b")
 
 
@@ -25,8 +25,8 @@ class Folder(unittest.TestCase):
         """`motions`: of each run how far its second body is ahead, m at each of some moments."""
         of = made.results(self.top, rows, ensemble, **manifest)
         for run, ahead in (motions or {}).items():
-            made.write_motion(of, run,
-                              [(t, body, 0, 0, way if body == "b" else 0) for t, way in ahead.items() for body in BODIES])
+            rows = [(t, body, (0, 0, way if body == "b" else 0)) for t, way in ahead.items() for body in BODIES]
+            made.write_files(of.runs / run, {"trajectory.csv": made.trajectory(rows)})
         return of
 
 
@@ -110,9 +110,10 @@ class Motions(Folder):
         self.assertEqual([precision.apart(one, two, t) for t in (math.inf, 0.2, 0.15, 0.05)], [3, 3, 2, 0])
         self.assertTrue(math.isnan(precision.apart(one, none)))
         # In space, of each body.
-        made.write_motion(results, "three", [(0, "a", 1, 2, 2), (0, "b", 0, 0, 0)])
-        made.write_motion(results, "four", [(0, "a", 0, 0, 0), (0, "b", 2, 0, 0)])
-        cells = [c for c in self.results(row("three"), row("four", k="4")).cells(sweep="error_time")]
+        three, four = ([(0, "a", a), (0, "b", b)] for a, b in (((1, 2, 2), (0, 0, 0)), ((0, 0, 0), (2, 0, 0))))
+        cells = self.results(
+            row("three") | {"files": {"trajectory.csv": made.trajectory(three)}},
+            row("four", k="4") | {"files": {"trajectory.csv": made.trajectory(four)}}).cells(sweep="error_time")
         self.assertEqual(precision.apart(*cells), 3)
 
     def test_the_same_problem_solved_tightly_is_of_the_same_model_polygon_and_step(self):
@@ -357,9 +358,9 @@ class Stepping(Folder):
         results = self.results(*rows)
         cells = stepping.drawn(results)
         self.assertEqual([c["run"] for c in cells], ["drawn"])
-        made.write_motion(results, "drawn", [(1, 0.5, "macro", 0, 0.5, 9), (2, 0.75, "switch", 0, 0.25, 9),
-                                             (3, 0.875, "first_order", 1, 0.125, 9), (4, 1.5, "macro", 1, 0.625, 9)],
-                          "stepping.csv", "step,t,kind,impact,length,more")
+        steps = [(1, 0.5, "macro", 0, 0.5, 9), (2, 0.75, "switch", 0, 0.25, 9), (3, 0.875, "first_order", 1, 0.125, 9),
+                 (4, 1.5, "macro", 1, 0.625, 9)]
+        made.write_files(results.runs / "drawn", {"stepping.csv": made.csv_of("step,t,kind,impact,length,more", steps)})
         figure, axes = stepping.canvas(cells)
         handles = stepping.steps_taken(cells, axes)
         panel = axes.flat[0]

@@ -1,6 +1,4 @@
 """The angle of repose, on runs whose angle is known."""
-import csv
-import json
 import math
 import tempfile
 import unittest
@@ -10,8 +8,7 @@ from types import SimpleNamespace
 import made
 import matplotlib.pyplot as plt
 import numpy as np
-from contactbench import figures, gather, repose
-from contactbench.runs import Runs
+from contactbench import figures, repose
 
 HEAD = "t,body,px,py,pz,qw,qx,qy,qz\n"
 
@@ -54,18 +51,13 @@ class Angle(unittest.TestCase):
 
     def test_is_drawn_with_and_without_shapes(self):
         rows = [{"run": f"r{n}__r1", "sweeps": "motion", "scene": repose.SCENE, "parameters": f"mu={mu}", "method": "convex", "solver": "ipm",
-                 "status": "ok", "finished": "true", "repeat": "1", "step": "1", "duration": "4"} for n, mu in enumerate((0.1, 0.5))]
+                 "step": "1", "duration": "4"} for n, mu in enumerate((0.1, 0.5))]
         for shapes in (True, False):
             top = self.top / f"shapes_{shapes}"
             for row in rows:
                 share = 1 if row["parameters"] == "mu=0.5" else 0.5
                 write_run(top / "runs" / row["run"], [share * degrees for degrees in (0, 10, 20, 30, 25)], shapes)
-            with open(top / "runs.csv", "w") as file:
-                table = csv.DictWriter(file, gather.COLUMNS, "")
-                table.writeheader()
-                table.writerows(rows)
-            (top / "manifest.json").write_text(json.dumps({"profile": "quick"}))
-            results = Runs(top, top / "runs")
+            results = made.results(top, rows, profile="quick")
             figures.draw(repose.FIGURE, results)
             self.assertTrue((top / "figures/repose.png").exists())
             figure, (picture, over_time, of_mu) = repose.canvas(None)
@@ -89,14 +81,13 @@ class Angle(unittest.TestCase):
             for mu in (0.25, 0.5):
                 rows.append({
                     "run": f"{method}_{mu}__r1", "sweeps": "motion", "scene": repose.SCENE, "parameters": f"fill=3 mu={mu}",
-                    "method": method, "solver": solver, "status": "ok", "finished": "true" if method != "soft" else "false",
-                    "t_reached": "4", "repeat": "1", "step": "1", "duration": "4"})
+                    "method": method, "solver": solver, "finished": "true" if method != "soft" else "false", "t_reached": "4",
+                    "step": "1", "duration": "4"})
                 folder = write_run(self.top / "runs" / rows[-1]["run"], [2 * mu * d for d in degrees])
                 (folder / "shapes.csv").write_text(
                     "shape,body,kind,radius\nwall,,box,9\nball_-1,ball_-1,sphere,0.05\nball_0,ball_0,sphere,0.1\n"
                     "ball_1,ball_1,sphere,0.2\n")
-        made.write(self.top / "runs.csv", rows + [rows[0] | {"run": "own__r1", "parameters": ""}])
-        results = Runs(self.top, self.top / "runs")
+        results = made.results(self.top, rows + [rows[0] | {"run": "own__r1", "parameters": ""}])
         self.assertEqual([repose.mu_of(cell) for cell in repose.cells(results)],
                          3 * [0.25, 0.5])  # what has the scene's own mu is left out
         self.addCleanup(plt.close, "all")
@@ -104,7 +95,7 @@ class Angle(unittest.TestCase):
         handles = repose.repose(repose.runs(results), axes)
         picture, over_time, of_mu = axes
         self.assertEqual([handle.get_label().partition(" (")[0] for handle in handles],
-                         ["A-P, Lemke", "convex", "soft, SAP", "published, mu from 0.3 to 0.6"])
+                         ["A-P, Lemke, k = 8", "convex", "soft, SAP", "published, mu from 0.3 to 0.6"])
         # Least to largest from 2 s of 4 on; convex to the right of its mu, others to the left; soft did not end.
         bars = {
             round(float(x), 3): (a, b) for some in of_mu.collections if hasattr(some, "get_segments")

@@ -15,13 +15,13 @@ SHAPES = csv_of("shape,body,kind,px,py,pz,qw,qx,qy,qz,radius,hx,hy,hz",
 
 def moves(*ways, tenths=1):
     """trajectory.csv of a ball that is so far out at each moment."""
-    return trajectory([(round(0.1 * tenths * n, 9), "ball", (0, 0, way), None) for n, way in enumerate(ways)])
+    return trajectory([(round(0.1 * tenths * n, 9), "ball", (0, 0, way)) for n, way in enumerate(ways)])
 
 
 def shown(*ways, **summary):
     """Files of a run that kept its contacts."""
     return {
-        "shapes.csv": SHAPES, "trajectory.csv": moves(*(ways or (0, 1))), "summary.json": json.dumps({"scenario": "s",
+        "shapes.csv": SHAPES, "trajectory.csv": moves(*(ways or (0, 1))), "summary.json": json.dumps({"scenario": "box",
                                                                                                       **summary})}
 
 
@@ -37,7 +37,7 @@ class Scenery(unittest.TestCase):
 
     def test_scenes_are_those_of_all_sweeps_once_each_in_their_order(self):
         made = self.results({"scene": "b", "parameters": "n=2"}, {"scene": "a", "sweeps": "other"},
-                            {"scene": "b", "parameters": "n=2", "k": "8"}, {"scene": "b", "parameters": "n=1"})
+                            {"scene": "b", "parameters": "n=2", "k": "16"}, {"scene": "b", "parameters": "n=1"})
         self.assertEqual(scenery.scenes(made), [("b", "n=2"), ("a", ""), ("b", "n=1")])
 
     def test_the_run_that_is_shown_came_to_its_end_and_is_of_the_liked_methods_the_most_exact(self):
@@ -51,16 +51,16 @@ class Scenery(unittest.TestCase):
         hidden = [convex | {"run": "hidden__r1", "step": "1e-9"}, newton | {"scene": "other", "files": shown()}]
         for first, other in enumerate((3, 3, 3, 5, 5, 6, None)):  # the next of another method
             rows = [row | {"run": f"n{n}__r1", "files": shown()} for n, row in enumerate(order)][first:]
-            found = [cell["run"] for cell in scenery.to_look_at(self.results(*rows[::-1], *hidden), "s", "")]
+            found = [cell["run"] for cell in scenery.to_look_at(self.results(*rows[::-1], *hidden), "box", "")]
             self.assertEqual(found, [f"n{n}__r1" for n in (first, other) if n is not None])
-        self.assertEqual(scenery.to_look_at(self.results({"scene": "s"}), "s", ""), [])
+        self.assertEqual(scenery.to_look_at(self.results({}), "box", ""), [])
 
     def test_each_scene_with_a_motion_has_its_picture_and_title(self):
         made = self.results({"parameters": "n=2", "files": shown(title="Two of them")}, {"scene": "still", "files": shown()},
                             {"scene": "without"}, {"scene": "broken", "files": {"shapes.csv": SHAPES}})
         found = scenery.motions(made)
         self.assertEqual({name: (one["title"], [cell["run"] for cell in one["cells"]]) for name, one in found.items()},
-                         {"s n=2": ("Two of them", ["r0__r1"]), "still": ("", ["r1__r1"])})
+                         {"box n=2": ("Two of them", ["r0__r1"]), "still": ("", ["r1__r1"])})
         self.assertTrue(all(one["picture"].startswith("<svg") for one in found.values()))
 
     def test_the_page_of_all_motions_has_two_runs_a_scene_with_what_they_are(self):
@@ -70,7 +70,7 @@ class Scenery(unittest.TestCase):
         with mock.patch.object(view, "page", side_effect=json.dumps):
             self.assertEqual(scenery.write_motions(made), "")
         first, second = json.loads((made.folder / "motion.html").read_text())
-        self.assertEqual([part["name"] for part in (first, second)], ["s", "other n=3"])
+        self.assertEqual([part["name"] for part in (first, second)], ["box", "other n=3"])
         self.assertEqual([run["label"] for run in first["runs"]], ["convex, accuracy 1e-6 m", "A-P Lemke, k = 8, step 0.001 s"])
         self.assertEqual([len(run["t"]) for run in second["runs"]], [120])
         with mock.patch.object(view, "page", side_effect=program.ProgramError("no three.js")):
@@ -88,15 +88,15 @@ class Scenery(unittest.TestCase):
         made = self.results(run(1, "0.01", {"k": "8"}), run(3, "0.01", convex), run(7, "0.01", soft), run(
             1.5, "0.001", {"k": "8"}), run(2, "0.001", convex), run(9, "0.001", soft | early), run(11, "0.1", {"k": "8"}),
                             run(13, "0.1", convex), run(18, "0.1", soft))
-        found = scenery.apart(made, "s", "")
+        found = scenery.apart(made, "box", "")
         self.assertEqual(found,
                          {"step": "0.01", "rows": {"A-P Lemke, k = 8": [0, 2, 6], "convex": [2, 0, 4], "soft SAP": [6, 4, 0]}})
         made = self.results(run(1, "0.01", {"k": "8"}),
-                            run(3, "0.01", convex) | {"files": {"trajectory.csv": trajectory([(5, "ball", (0, 0, 0), None)])}})
-        (own, other), _ = scenery.apart(made, "s", "")["rows"].values()
+                            run(3, "0.01", convex) | {"files": {"trajectory.csv": trajectory([(5, "ball", (0, 0, 0))])}})
+        (own, other), _ = scenery.apart(made, "box", "")["rows"].values()
         self.assertEqual(own, 0)
         self.assertTrue(math.isnan(other))  # no moment in common
-        self.assertIsNone(scenery.apart(self.results(early), "s", ""))
+        self.assertIsNone(scenery.apart(self.results(early), "box", ""))
 
     def test_the_table_has_the_error_where_a_reference_is_and_else_the_way_to_the_finest_step(self):
         numbers = {
@@ -106,7 +106,7 @@ class Scenery(unittest.TestCase):
             numbers | {"error_position_linf_m": "0.25", "reference": "analytic"}, numbers | early | {"k": "16", "step": "0.02"},
             numbers |
             {"method": "convex", "solver": "ipm", "k": "", "knobs": "accuracy=1e-6", "step": "", "status": "inaccurate"})
-        found = scenery.table(made, "s", "")
+        found = scenery.table(made, "box", "")
         self.assertEqual((found["measure"], found["reference"]), ("position_linf_m", "analytic"))
         self.assertEqual(
             found["rows"][0], {
@@ -120,8 +120,8 @@ class Scenery(unittest.TestCase):
         ways = [
             numbers | {"step": step, "knobs": f"step={step}", "files": {"trajectory.csv": moves(0, way)}}
             for step, way in (("0.01", 1), ("0.001", 1.25), ("0.1", 5))]
-        made = self.results(*ways, references={references.name_of("s", ""): {"reason": "they part"}})
-        found = scenery.table(made, "s", "")
+        made = self.results(*ways, references={references.name_of("box", ""): {"reason": "they part"}})
+        found = scenery.table(made, "box", "")
         self.assertEqual((found["measure"], found["reference"]), ("", "missing: they part"))
         self.assertEqual([row["error"] for row in found["rows"]], [0.25, 0.25, 3.75])  # the finest from the next
 

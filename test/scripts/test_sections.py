@@ -9,7 +9,7 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-import handmade as made
+import made
 from contactbench import figures, isolated, report, sections, solve_all, templates, worth
 
 
@@ -135,7 +135,7 @@ class Beside(Folder):
     def test_engines_stand_beside_the_methods_with_their_preflight_and_where_they_are_ahead(self):
         def row(name, error, seconds, **more):
             engine, _, variant = name.partition("/")
-            of = {"method": engine, "variant": variant, "solver": "", "k": "", "engine": engine} if variant else {}
+            of = {"method": engine, "variant": variant, "solver": "", "engine": engine} if variant else {}
             return made.row(sweeps="engines", processing_s=seconds, error_position_linf_m=error,
                             **of | {"setting": "default" if variant else ""} | more)
 
@@ -222,7 +222,7 @@ class Data(Folder):
     def test_claims_stand_by_their_names_with_those_about_times_apart(self):
         rise = {"error_energy_rise_relative": 0.25}
         rows = [
-            made.row(scene="impacting_sphere", solver="", k="", method="newton", variant=v, **rise)
+            made.row(scene="impacting_sphere", solver="", method="newton", variant=v, **rise)
             for v in ("uncapped", "stick-tested")]
         rows += [
             made.row(scene="impacting_sphere", **rise | {"processing_s": 1}),
@@ -348,9 +348,9 @@ class Whole(Folder):
             row("0.01", **made.EPS | {"processing_s": "3"}),
             row("0.001", status="ray", finished="false", t_reached="0.5", solver="path"),
             row("0.005")]
-        results = made.results(self.top, rows, sweeps=["error_time"])
         for of, way in zip(rows, (1, 2, 3.5, 2.75, 9, 2.5)):
-            made.write_motion(results, of["run"], [(t, "body", 0, way * t, 0) for t in (0, 0.5, 1)])
+            of["files"] = {"trajectory.csv": made.trajectory([(t, "body", (0, way * t, 0)) for t in (0, 0.5, 1)])}
+        results = made.results(self.top, rows, sweeps=["error_time"])
         section = sections.differences(results)
         (table, far), words = made.page("differences", section.shown)
         self.assertEqual(table[0], [

@@ -6,7 +6,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import handmade as made
+import made
 import numpy as np
 from contactbench import gather, plan, references, sections, table1
 from contactbench.runs import Cell, Runs, series
@@ -186,12 +186,12 @@ class Cells(Folder):
         self.assertEqual((polygon.key, polygon.knob("prune"), polygon.knob("order")), (("ap", "path"), "off", ""))
         self.assertEqual((polygon.way, polygon.step_or_accuracy), ("step 0.01 s", "0.01"))
         self.assertEqual(polygon.unrepeated, polygon["run"].removesuffix("__r2"))
-        newton = made.cell(method="newton", solver="", variant="uncapped", k="")
+        newton = made.cell(method="newton", solver="", variant="uncapped")
         self.assertEqual((newton.name, newton.key), ("Newton uncapped", ("newton", "uncapped")))
         convex = made.cell(**made.EPS, knobs="accuracy=1e-6")
         self.assertEqual((convex.name, convex.with_k, convex.key), ("convex, epsilon 1e-12 J", ) * 2 + (("convex", "ipm"), ))
         self.assertEqual((convex.way, convex.step_or_accuracy), ("accuracy 1e-6 m", "to 1e-6 m"))
-        engine = made.cell(method="ode", solver="", variant="quick", k="", engine="ode", knobs="setting=tuned")
+        engine = made.cell(method="ode", solver="", variant="quick", engine="ode", knobs="setting=tuned")
         self.assertEqual((engine.name, engine.command),
                          ("ODE quick", "contactbench run box.xml --engine ode --variant quick --setting tuned"))
 
@@ -270,7 +270,7 @@ class TableOne(Folder):
         rows[-1]["busy"] = "true"
         # Neither another k than the paper's nor other knobs are of the table.
         rows += times(100, k="8", **slides) + times(100, k="16", knobs="step=1e-4", **slides)
-        rows += times(1.5, method="newton", solver="", variant="uncapped", k="", status="inaccurate", **slides)
+        rows += times(1.5, method="newton", solver="", variant="uncapped", status="inaccurate", **slides)
         stopped = made.row(scene="stack", parameters="boxes=2", k="4", repeat="2", status="ray", finished="false",
                            reason="no way on", t_reached="0.2468", processing_s="50", duration="1.0")
         rows += times(0.25, scene="stack", parameters="boxes=2", k="4", duration="1.0") + [stopped]

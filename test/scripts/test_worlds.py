@@ -5,7 +5,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import handmade as made
+import made
 from contactbench import gather, sections, worth
 
 
