@@ -1,4 +1,6 @@
-"""What findings of engines measure, what a bisection asks, and the contact problems that the suite makes: by hand."""
+"""Findings about engines (findings.py): what each asks of an engine, what it measures, and when it comes out again.
+
+On runs that are made up; what becomes of runs that die is in test_engines.py."""
 import contextlib
 import io
 import json
@@ -8,8 +10,7 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-import numpy as np
-from contactbench import findings, limits, problems, program
+from contactbench import findings, program
 
 HEAD = "t,body,px,py,pz\n"
 MUJOCO = {"engines": [{"name": "mujoco", "unavailable": None}]}
@@ -118,158 +119,6 @@ class Measured(unittest.TestCase):
         rows = json.loads((self.top / "new/findings.json").read_text())
         self.assertEqual([r["says"] for r in rows], [f.says for f in findings.FINDINGS])
         self.assertEqual(out.getvalue().splitlines(), [f"not measured (why): {f.says}" for f in findings.FINDINGS])
-
-
-class Bisected(unittest.TestCase):
-    def test_an_answer_that_is_inaccurate_is_one_and_is_said_with_the_largest_residual(self):
-        asked = []
-
-        def trial(x):
-            asked.append(x)
-            return ("inaccurate", 0.5, True) if x == 6 else ("ok", None if x == 4 else x / 100, x >= 5)
-
-        found = limits.bisect(trial, 4, 8, 0.2)
-        # 6 stands, 5 stands: between 4 and 5, of which 0.2 times the upper end is enough.
-        self.assertEqual((asked, found), ([4, 8, 6, 5], limits.Found("inaccurate", 0.5, 4.5, "stands from 4.5 on")))
-
-    def test_an_end_that_fails_or_is_the_wrong_way_round_says_so(self):
-        self.assertEqual(limits.bisect(lambda x: ("ok", 0, x < 1.5), 1, 2, 0.1).note,
-                         "falls at either end")  # it stands where it should fall
-        for bad in (1, 2):
-            found = limits.bisect(lambda x, bad=bad: ("crash" if x == bad else "ok", 1e-3, x > 1.5), 1, 2, 0.1)
-            self.assertEqual((found.status, found.value, found.note, found.residual), ("crash", None, "a trial failed", 1e-3))
-
-    def test_a_step_is_tried_for_two_thousand_steps_without_contacts(self):
-        asked = []
-        with tempfile.TemporaryDirectory() as folder:
-
-            def run(*words):
-                step = float(words[words.index("--step") + 1])
-                asked.append((words[0], *words[2:6], round(
-                    float(words[words.index("--duration") + 1]) / step), words[words.index("--out") + 1]))
-                summary = {"status": "crash" if step > 50 else "ok", "control": {"largest_stable_step": step}}
-                (Path(folder) / "summary.json").write_text(json.dumps(summary))
-
-            with mock.patch.object(limits.program, "call", run), self.assertRaisesRegex(ValueError, "crash at a step of "):
-                limits.stable_step("program", "robot.xml", ["--set", "a=1"], folder)
-        self.assertEqual(set(asked), {("program", "robot.xml", "--method", "newton", "--set", 2000, folder)})
-
-
-class Problems(unittest.TestCase):
-    made = {name: (text, ends, speed) for name, text, ends, speed in problems.made()}
-
-    def read(self, text):
-        lines = text.split("\n")
-        n = int(lines[3])
-        self.assertEqual(lines[:6], ["3", str(n // 3), "0", str(n), str(n), f"{n} {n}"])
-        W = np.array([[float(x) for x in line.split()] for line in lines[6:6 + n]]).T if n else np.zeros(
-            (0, 0))  # a line a column
-        q, mu = ([float(x) for x in line.split()] for line in lines[6 + n:8 + n])
-        self.assertEqual((len(q), len(mu), lines[8 + n:]), (n, n // 3, [""]))
-        return W, np.array(q), mu
-
-    def test_a_matrix_is_written_column_by_column_before_q_and_mu(self):
-        W, q, mu = self.read(problems.text([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]], [0.1, 0.2, 0.3], [0.5]))
-        np.testing.assert_array_equal(W, [[1, 2, 3], [4, 5, 6], [7, 8, 9]])
-        self.assertEqual((q.tolist(), mu), ([0.1, 0.2, 0.3], [0.5]))
-
-    def test_a_body_s_contact_moves_and_yields_as_its_mass_inertia_and_arm_say(self):
-        # v + w x p = (1, 2, 3) + (3, -6, 3); 1 / m + (|p|^2 - p p^T) / I with |p|^2 = 14; rows y, x, -z.
-        W, q = problems.body([(1.0, 2.0, 3.0)], [1, 2, 3, 4, 5, 6], mass=2.0, inertia=4.0)
-        np.testing.assert_allclose(q, [-4, 4, -6])
-        np.testing.assert_allclose(W, [[3, -0.5, 1.5], [-0.5, 3.75, 0.75], [1.5, 0.75, 1.75]])
-        # Two contacts of one body: 1 / m + (p . p') / I across, where the arms and the direction are at right angles.
-        W, _ = problems.body([(0, -0.5, 0), (0, -0.25, 0)], [0] * 6)
-        np.testing.assert_allclose(np.array(W)[1, [1, 4]], [1 + 6 * 0.25, 1 + 6 * 0.125])
-        np.testing.assert_allclose(np.array(W)[0, [0, 3]], [1, 1])
-
-    def test_what_is_made_has_its_contacts_its_friction_its_ends_and_its_speed(self):
-        names = [
-            "one_contact", "one_contact_mu_0", "one_contact_mu_1e6", "no_contact", "nan", "1e300", "both_sides_fixed",
-            "repeated_2", "repeated_16", "repeated_100", "patch_of_0.001_m", "patch_of_1e-06_m", "patch_of_1e-09_m",
-            *(f"patch_of_{n * n}_contacts"
-              for n in (2, 4, 8, 16)), "driven_into_a_wall", "triangle_29.99_Nm", "triangle_30.01_Nm"]
-        self.assertEqual(list(self.made), names)
-        W, q, mu = self.read(self.made["one_contact"][0])
-        np.testing.assert_allclose(W, np.diag([1, 2.5, 2.5]), atol=1e-15)  # 1 kg, a cube's 1/6, half a metre above the ground
-        np.testing.assert_allclose(q, [-0.098, 0.1, 0], atol=1e-15)
-        frictions = {name: self.read(self.made[name][0])[2] for name in names if name != "nan"}
-        self.assertEqual([
-            frictions[name]
-            for name in ("one_contact", "one_contact_mu_0", "one_contact_mu_1e6", "driven_into_a_wall", "no_contact")],
-                         [[0.5], [0.0], [1e6], [0.3, 0.3], []])
-        self.assertEqual(
-            {name: len(mu) for name, mu in frictions.items() if "repeated" in name or "_contacts" in name or "_m" in name[-2:]},
-            {
-                "repeated_2": 2, "repeated_16": 16, "repeated_100": 100, "patch_of_0.001_m": 4, "patch_of_1e-06_m": 4,
-                "patch_of_1e-09_m": 4, "patch_of_4_contacts": 4, "patch_of_16_contacts": 16, "patch_of_64_contacts": 64,
-                "patch_of_256_contacts": 256})
-        speeds = {name: speed for name, (_, _, speed) in self.made.items() if speed is not None}
-        self.assertEqual(
-            {name: s for name, s in speeds.items() if s == 0},
-            dict.fromkeys(["one_contact_mu_1e6", *(f"patch_of_{n * n}_contacts" for n in (2, 4, 8, 16)), "triangle_29.99_Nm"],
-                          0.0))
-        self.assertEqual(speeds["one_contact_mu_0"], 0.1)
-        ends = {name: ends for name, (_, ends, _) in self.made.items() if ends != ["solved"]}
-        self.assertEqual(list(ends), ["no_contact", "nan", "1e300", "both_sides_fixed", "driven_into_a_wall"])
-        self.assertEqual((ends["nan"], ends["both_sides_fixed"]), (["input_error"], ["input_error"]))
-        self.assertFalse({"solved"} & set(ends["driven_into_a_wall"]))
-        self.assertTrue(math.isnan(self.read(self.made["nan"][0])[1][0]))
-        self.assertEqual(self.read(self.made["1e300"][0])[1].tolist()[0], -1e300)
-
-    def test_a_patch_lies_under_its_body_and_walls_close_in_from_both_sides(self):
-        W, q, _ = self.read(self.made["patch_of_4_contacts"][0])
-        # At the corners of a cube: 1 + 6 x (1/4 + 1/4) against the normal, 1 across the diagonal less 3.
-        np.testing.assert_allclose([W[0, 0], W[0, 9]], [4, -2], atol=1e-14)
-        np.testing.assert_allclose(q.reshape(-1, 3), [[-0.098, 0, 0]] * 4)
-        W, q, _ = self.read(self.made["patch_of_0.001_m"][0])
-        self.assertAlmostEqual(W[0, 0], 1 + 6 * 2e-6, 14)
-        self.assertAlmostEqual(W[0, 9], 1 - 6 * 2e-6, 14)
-        W, q, _ = self.read(self.made["driven_into_a_wall"][0])
-        np.testing.assert_array_equal(W, np.block([[np.eye(3), -np.eye(3)], [-np.eye(3), np.eye(3)]]))
-        np.testing.assert_array_equal(q, [-1, 0, 0, -1, 0, 0])
-        W, q, _ = self.read(self.made["both_sides_fixed"][0])
-        np.testing.assert_array_equal(W, np.zeros((3, 3)))
-
-    def test_three_legs_turn_by_the_torque_of_a_step(self):
-        inertia = 3.0 * 1.5**2 / 2
-        self.assertAlmostEqual(self.made["triangle_30.01_Nm"][2], 0.01 * 1e-3 / inertia * 1.5, 18)  # what 30 N m do not hold
-        for torque in (29.99, 30.01):
-            W, q, mu = self.read(self.made[f"triangle_{torque:g}_Nm"][0])
-            self.assertEqual(mu, [2 / 3] * 3)
-            of = q.reshape(3, 3)
-            np.testing.assert_allclose(of[:, 0], -1e-2)
-            np.testing.assert_allclose(np.hypot(of[:, 1], of[:, 2]), torque * 1e-3 / inertia * 1.5)
-            np.testing.assert_allclose(of.sum(axis=0)[1:], 0, atol=1e-15)  # evenly around the middle
-            self.assertAlmostEqual(W[0, 0], 1 / 3.0 + 1.5**2 / inertia)  # the legs are level with the middle
-
-    def test_a_voussoir_of_the_arch_has_the_mass_and_inertia_of_its_piece_of_the_ring(self):
-        # Summed over small pieces; a metre deep and of density 1.
-        ratio, radius, count = 0.15, 10.0, 27
-        half = math.pi / (2 * count)
-        r, angle = np.meshgrid(radius * (1 + ratio * (np.arange(400) + 0.5 - 200) / 400),
-                               half * (np.arange(200) + 0.5) / 100, indexing="ij")
-        piece = r * (radius * ratio / 400) * (half / 100)
-        x, y = r * np.cos(angle), r * np.sin(angle)
-        mass = piece.sum()
-        middle = (piece * x).sum() / mass, (piece * y).sum() / mass
-        inertia = (piece * ((x - middle[0])**2 + (y - middle[1])**2)).sum()
-        W, _, mu = self.read(problems.arch(ratio, mu=0.25))
-        self.assertEqual(mu, [0.25] * 56)
-        # On the ground, at the inner and the outer edge: normal up, t1 outwards, t2 to the side.
-        arms = [(edge - middle[0], -middle[1]) for edge in (radius * (1 - ratio / 2), radius * (1 + ratio / 2))]
-        for contact, (a, b) in enumerate(arms):
-            block = W[3 * contact:3 * contact + 3, 3 * contact:3 * contact + 3]
-            np.testing.assert_allclose(block, [[1 / mass + a * a / inertia, -a * b / inertia, 0],
-                                               [-a * b / inertia, 1 / mass + b * b / inertia, 0], [0, 0, 1 / mass]], rtol=1e-4,
-                                       atol=1e-12)
-        (a, _), (c, _) = arms
-        np.testing.assert_allclose(W[0, 3], 1 / mass + a * c / inertia, rtol=1e-4)
-        # A joint between two has both of them, and those beyond a neighbour have nothing of each other.
-        np.testing.assert_allclose(W[8, 8], 2 / mass, rtol=1e-4)
-        np.testing.assert_allclose(W[2, 8], -1 / mass, rtol=1e-4)
-        self.assertEqual(abs(W[:6, 12:]).max(), 0)
-        self.assertTrue((np.linalg.eigvalsh(W) > -1e-12).all())
 
 
 if __name__ == "__main__":

@@ -261,11 +261,23 @@ class Made(unittest.TestCase):
         with mock.patch.object(problems, "body", lambda points, *of: body(points if len(points) <= 64 else points[:1], *of)):
             every = list(problems.made())
         made = {name: (self.read(text) if "no_contact" not in name else None, ends, speed) for name, text, ends, speed in every}
-        self.assertEqual(
-            {name: speed for name, (_, _, speed) in made.items() if speed is not None and "triangle" not in name},
-            {"one_contact_mu_0": 0.1, "one_contact_mu_1e6": 0.0, **{f"patch_of_{n * n}_contacts": 0.0 for n in (2, 4, 8, 16)}})
-        self.assertEqual({name for name, (_, ends, _) in made.items() if "solved" not in ends},
-                         {"nan", "both_sides_fixed", "driven_into_a_wall"})
+        patches = [f"patch_of_{n * n}_contacts" for n in (2, 4, 8, 16)]
+        self.assertEqual(list(made), [
+            "one_contact", "one_contact_mu_0", "one_contact_mu_1e6", "no_contact", "nan", "1e300", "both_sides_fixed",
+            "repeated_2", "repeated_16", "repeated_100", "patch_of_0.001_m", "patch_of_1e-06_m", "patch_of_1e-09_m", *patches,
+            "driven_into_a_wall", "triangle_29.99_Nm", "triangle_30.01_Nm"])
+        speeds = {name: speed for name, (_, _, speed) in made.items() if speed is not None}
+        # What 30 N m do not hold: 0.01 N m for 1 ms, R h dM / I with I = m R^2 / 2.
+        self.assertAlmostEqual(speeds.pop("triangle_30.01_Nm"), 0.01 * 1e-3 / 3.375 * 1.5, delta=1e-15)
+        self.assertEqual(speeds, {
+            "one_contact_mu_0": 0.1, "one_contact_mu_1e6": 0.0, **dict.fromkeys(patches, 0.0), "triangle_29.99_Nm": 0.0})
+        self.assertEqual([name for name, (_, ends, _) in made.items() if ends != ["solved"]],
+                         ["no_contact", "nan", "1e300", "both_sides_fixed", "driven_into_a_wall"])
+        self.assertEqual([made[name][1] for name in ("nan", "both_sides_fixed")], [["input_error"]] * 2)
+        self.assertNotIn("solved", made["driven_into_a_wall"][1])
+        self.assertTrue(math.isnan(made["nan"][0][2][0]))
+        self.assertEqual(made["1e300"][0][2][0], -1e300)
+        self.assertEqual(made["both_sides_fixed"][0][1], [[0.0] * 3] * 3)
         self.assertEqual({name: of[0][3] for name, of in made.items() if name.startswith("one_")},
                          {"one_contact": [0.5], "one_contact_mu_0": [0.0], "one_contact_mu_1e6": [1e6]})
         # One slides with 0.1 m/s and falls by a step of gravity; so do all of a patch, which lies level and turns about nothing.
@@ -275,25 +287,29 @@ class Made(unittest.TestCase):
             self.assertEqual((contacts, mu), (count, [0.5] * count))
             self.assertEqual(set(q[0::3]), {-0.098})
         for name, size in (("patch_of_4_contacts", 1.0), ("patch_of_0.001_m", 2e-3)):
-            # A corner's normal impulse turns the body: 1 / m and x^2 + z^2 over 1/6 of a square of such an edge.
+            # A corner's normal impulse turns the body: 1 / m and x^2 + z^2 over 1/6 of a square of such an edge; it lifts the opposite one.
             W = made[name][0][1]
             for n in range(4):
                 self.assertAlmostEqual(W[3 * n][3 * n], 1 + 6 * size**2 / 2, delta=1e-12)
+            self.assertAlmostEqual(W[0][9], 1 - 6 * size**2 / 2, delta=1e-12)
         # Two walls close in on what is between them: no impulse of theirs changes the sum of the two speeds, which is negative.
-        _, W, q, _ = made["driven_into_a_wall"][0]
-        self.assertEqual([W[i][0] + W[i][3] for i in range(6)], [0] * 6)
-        self.assertEqual(q[0] + q[3], -2)
+        _, W, q, mu = made["driven_into_a_wall"][0]
+        np.testing.assert_array_equal(W, np.block([[np.eye(3), -np.eye(3)], [-np.eye(3), np.eye(3)]]))
+        self.assertEqual((q, mu), ([-1, 0, 0, -1, 0, 0], [0.3, 0.3]))
         # Three contacts bear 3 kg with g = 10 and turn under 29.99 or 30.01 N m, 1 ms long, of I = m R^2 / 2.
         for torque in (29.99, 30.01):
-            contacts, _, q, mu = made[f"triangle_{torque:g}_Nm"][0]
+            contacts, W, q, mu = made[f"triangle_{torque:g}_Nm"][0]
             self.assertEqual((contacts, mu), (3, [2 / 3] * 3))
+            self.assertAlmostEqual(W[0][0], 1 / 3 + 1.5**2 / 3.375, delta=1e-14)  # the legs are level with the middle
+            for direction in (1, 2):
+                self.assertAlmostEqual(sum(q[direction::3]), 0, delta=1e-15)  # evenly around it
             for n in range(3):
                 self.assertAlmostEqual(math.hypot(q[3 * n + 1], q[3 * n + 2]), torque * 1e-3 / 3.375 * 1.5, delta=1e-15)
                 self.assertAlmostEqual(q[3 * n], -0.01, delta=1e-15)
 
     def test_voussoirs_weigh_and_turn_as_pieces_of_a_ring_do(self):
         ratio, count, R = 0.15, 27, 10.0
-        contacts, W, _, _ = self.read(problems.arch(ratio, 0.7))
+        contacts, W, _, mu = self.read(problems.arch(ratio, 0.7))
         half = math.pi / (2 * count)
         # By rings and rays: mass (of density 1), middle, and inertia about it, of a piece about the x axis.
         r, a = np.meshgrid(R * (1 + ratio * ((np.arange(400) + 0.5) / 400 - 0.5)), half * ((np.arange(400) + 0.5) / 200 - 1))
@@ -309,7 +325,14 @@ class Made(unittest.TestCase):
                 for d, arm in enumerate(arms):
                     self.assertAlmostEqual(W[row + d][row + d] / (pieces * (1 / mass + arm**2 / inertia)), 1, delta=1e-4)
                 self.assertAlmostEqual(W[row + 2][row + 2] / (pieces / mass), 1, delta=1e-4)
-        self.assertEqual(contacts, 56)
+        self.assertEqual((contacts, mu), (56, [0.7] * 56))
+        # On the ground, at the inner and the outer edge: the normal is up and t1 outwards, and an impulse up moves outwards too.
+        arms = [(edge - x * math.cos(half), -x * math.sin(half)) for edge in (R * (1 - ratio / 2), R * (1 + ratio / 2))]
+        for contact, (a, b) in enumerate(arms):
+            self.assertAlmostEqual(W[3 * contact][3 * contact + 1] / (-a * b / inertia), 1, delta=1e-4)
+        self.assertAlmostEqual(W[0][3] / (1 / mass + arms[0][0] * arms[1][0] / inertia), 1, delta=1e-4)
+        # Sidewards a piece between two joints goes by its mass alone.
+        self.assertAlmostEqual(W[2][8] / (-1 / mass), 1, delta=1e-4)
         # What is between two joints that have no piece in common is nothing.
         self.assertEqual({W[i][j] for i in range(6) for j in range(12, 168)}, {0})
 
