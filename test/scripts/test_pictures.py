@@ -1,8 +1,6 @@
-"""A first picture of a scene (picture.py), how a script begins (start.py), and the still picture of a motion (still.py), without
-the program."""
+"""A first picture of a scene (picture.py) and how a script begins (start.py), without the program."""
 import io
 import os
-import re
 import tempfile
 import unittest
 from pathlib import Path
@@ -10,8 +8,7 @@ from types import SimpleNamespace
 from unittest import mock
 
 import matplotlib.pyplot as plt
-import numpy as np
-from contactbench import picture, program, start, still
+from contactbench import picture, program, start
 from made import csv_of, trajectory
 
 
@@ -130,79 +127,6 @@ class Start(unittest.TestCase):
                             main), mock.patch("sys.stderr", io.StringIO()) as said, self.assertRaises(SystemExit) as ended:
                 start.command("view")
             self.assertEqual((ended.exception.code, said.getvalue().strip()), (code, words))
-
-
-def motion(*shapes, bodies=(), poses=(), summary=()):
-    """`poses`: of each moment, of each body, x y z and a quaternion that ends with w."""
-    keys = ("kind", "body", "px", "py", "pz", "radius", "hx", "hy", "hz")
-    rows = [dict(zip(keys, shape)) | {"qx": 0, "qy": 0, "qz": 0, "qw": 1} for shape in shapes]
-    poses = np.array(poses, float).reshape(max(len(poses), 1), len(bodies), 7)
-    return SimpleNamespace(bodies=list(bodies), poses=poses, t=range(len(poses)), surfaces=lambda: rows, summary=dict(summary))
-
-
-class Still(unittest.TestCase):
-    def numbers(self, text, *names):
-        return [
-            tuple(float(re.search(rf'\b{name}="([^"]*)"', part).group(1)) for name in names)
-            for part in re.findall("<circle[^>]*>", text)]
-
-    def test_it_is_seen_from_the_front_the_right_and_above(self):
-        np.testing.assert_allclose(np.cross(still.RIGHT, still.UP), still.BEHIND, atol=1e-12)
-        self.assertAlmostEqual(np.linalg.norm(still.RIGHT), 1)
-        self.assertGreater(min(still.UP[1], still.RIGHT[0], still.BEHIND.min()), 0)
-        self.assertEqual(still.RIGHT[1], 0)
-
-    def test_balls_are_drawn_pale_where_they_begin_and_where_they_end_by_the_same_scale(self):
-        # It goes up by 3 and has radius 0.5: the picture is 4 radii of it and the way high, in 280, with 10 around.
-        ball = ("sphere", "b", 0, 0, 0, 0.5, 0, 0, 0)
-        made = motion(ball, bodies=["b"], poses=[[[7, 8, 9, 0, 0, 0, 1]], [[99, 99, 99, 0, 0, 0, 1]], [[7, 11, 9, 0, 0, 0, 1]]],
-                      summary={"scenario": "balls"})
-        text, way = still.svg(made), 3 * still.UP[1]
-        scale = 280 / (way + 1)
-        np.testing.assert_allclose(self.numbers(
-            text, "cx", "cy",
-            "r"), [[10 + 0.5 * scale, 10 + (0.5 + way) * scale, 0.5 * scale], [10 + 0.5 * scale, 10 + 0.5 * scale, 0.5 * scale]],
-                                   atol=0.06)
-        self.assertEqual([' opacity=".25"' in part for part in re.findall("<circle[^>]*>", text)], [True, False])
-        self.assertIn(f'viewBox="0 0 {scale + 20:.0f} 300"', text)
-        self.assertIn('aria-label="balls"', text)
-        self.assertEqual(still.svg(motion(("half_space", "", 0, 0, 0, 0, 0, 0, 0))), "")
-
-    def test_what_is_near_covers_what_is_far_and_bodies_have_their_own_tones(self):
-        balls = [("sphere", name, 0, 0, 0, radius, 0, 0, 0) for name, radius in (("a", 1), ("b", 2), ("", 3))]
-        far, near = [-5 * still.BEHIND[k] for k in range(3)], [5 * still.BEHIND[k] for k in range(3)]
-        turn = [0, 0, 0, 1]
-        for a, b, order in ((far, near, (1, 3, 2)), (near, far, (2, 3, 1))):
-            text = still.svg(motion(*balls, bodies=["a", "b"], poses=[[[*a, *turn], [*b, *turn]]]))
-            radii = np.array([r for r, in self.numbers(text, "r")])
-            np.testing.assert_allclose(radii / radii.max() * 3, 2 * order, atol=0.01)
-        self.assertEqual([still.tone(n, 1.0) for n in (-1, 0, 1, len(still.TONES))],
-                         ["#9a9a96", still.TONES[0], still.TONES[1], still.TONES[0]])
-        self.assertEqual(still.tone(0, 0.5),
-                         "#" + "".join(f"{round(int(still.TONES[0][k:k + 2], 16) / 2):02x}" for k in (1, 3, 5)))
-
-    def test_faces_of_every_shape_are_as_large_as_it_is(self):
-        for kind, sizes, half, count in (("box", (0, 1, 2, 3), (1, 2, 3), 6), ("cylinder", (0.5, 0, 2, 0), (0.5, 2, 0.5), 22),
-                                         ("capsule", (0.5, 0, 2, 0), (0.5, 2 + 0.5 * np.sin(np.pi / 3), 0.5), 2 * 41 + 20)):
-            faces = still.faces_of({"kind": kind, **dict(zip(("radius", "hx", "hy", "hz"), sizes))})
-            points = np.vstack(faces)
-            np.testing.assert_allclose([points.min(axis=0), points.max(axis=0)], [np.negative(half), half], atol=1e-12)
-            self.assertEqual(len(faces), count)
-            for face in faces[:6] if kind == "box" else ():
-                self.assertEqual(len({tuple(p) for p in face}), 4)
-                self.assertEqual(sorted(np.ptp(face, axis=0) > 0), [False, True, True])
-
-    def test_faces_to_the_light_are_bright_and_those_behind_are_not_drawn(self):
-        box = motion(("box", "b", 0, 0, 0, 0, 1, 1, 1), bodies=["b"], poses=[[[0, 0, 0, 0, 0, 0, 1]]])
-        found = {}
-        for depth, flat, radius, bright, number in still.faces_at(box, 0):
-            self.assertEqual((len(flat), radius, number), (4, 0, 0))
-            found[round(depth, 9)] = bright
-        # The three sides towards the eye, as far out as their normals point to it.
-        wanted = {round(float(still.BEHIND[k]), 9): 0.62 + 0.38 * still.LIGHT[k] for k in range(3)}
-        self.assertEqual({key: round(value, 9) for key, value in found.items()},
-                         {key: round(float(value), 9) for key, value in wanted.items()})
-        self.assertGreater(still.LIGHT[1], max(still.LIGHT[0], still.LIGHT[2]))  # from above
 
 
 if __name__ == "__main__":
