@@ -112,7 +112,7 @@ class ByHand(unittest.TestCase):
         np.testing.assert_allclose(p.W, [[4, 0.5, 0], [0.5, 2, 0], [0, 0, 3]], atol=1e-12)
         self.assertEqual(len(p.notes), 1)
 
-    def test_how_things_show(self):
+    def test_problems_answers_and_runs_say_in_a_line_what_they_are(self):
         self.assertEqual(repr(two()), "<contactbench.Problem: 2 contacts, 6 velocities>")
         self.assertEqual(repr(cb.judge(two(), RIGHT, "coulomb")), "<contactbench.Answer: ok>")
         self.assertTrue(repr(cb.judge(two(), [[0, 0, 0]] * 2, "newton")).startswith("<contactbench.Answer: inaccurate: checked"))
@@ -226,17 +226,6 @@ class Tables(unittest.TestCase):
         if PROGRAM:
             out = subprocess.run([PROGRAM, "--version"], capture_output=True, text=True, check=True).stdout
             self.assertIn(f"contactbench {cb.__version__} ", out)
-
-    def test_a_performance_profile_says_what_its_axes_are(self):
-        axes = cb.performance_profile({"a": [1.0, 2.0, None], "b": [8.0, 2.0, None]})
-        self.assertEqual((axes.get_xscale(), axes.get_yscale()), ("log", "linear"))
-        self.assertEqual(axes.get_xlim(), (1, 16))  # twice the worst, at least 10
-        self.assertEqual(axes.get_ylim(), (0, 1.02))
-        self.assertEqual((axes.get_xlabel(), axes.get_ylabel()), ("time over that of the fastest", "share of problems"))
-        self.assertEqual(axes.get_title(), "3 problems")
-        self.assertEqual([text.get_text() for text in axes.get_legend().get_texts()], ["a", "b"])
-        near = cb.performance_profile({"a": [1.0], "b": [2.0]}, title="Near")
-        self.assertEqual((near.get_xlim(), near.get_title()), ((1, 10), "Near"))
 
 
 if __name__ == "__main__":
