@@ -427,27 +427,3 @@ TEST_CASE("stored problems are numbered by the events that they are of", "[progr
   std::sort(names.begin(), names.end());
   CHECK(names == std::vector<std::string>{"event_000000001.hdf5", "event_000000005.hdf5", "event_000000009.hdf5"});
 }
-
-TEST_CASE("velocities of contacts are those of the body, where the friction directions are turned, too", "[program]") {
-  const TemporaryDirectory directory;
-  std::ofstream(directory.path() / "slide.xml") << R"(<scenario title="slides along x">
-  <simulation step="1e-2" duration="0.01" rotate_cone="0.4"/><reference kind="missing"/><gravity constant="0 -9.8 0"/>
-  <bodies><half_space name="ground" point="0 0 0" normal="0 1 0"/>
-    <box name="box" size="1 0.2 1" mass="1" position="0 0.1 0" velocity="2 0 0"/></bodies>
-  <contacts><pair a="box" b="ground" mu="0.25"/></contacts></scenario>)";
-  REQUIRE(
-      run(directory.path(), {"run", "slide.xml", "--method", "coulomb", "--record-contacts", "--out", "r", "--quiet"})
-          .code == 0);
-  const auto rows = lines(read_file(directory.path() / "r" / "contacts.csv"));
-  REQUIRE(rows.size() == 5);
-  double friction = 0;
-  for (std::size_t i = 1; i < rows.size(); ++i) {
-    const auto row = cells(rows[i]);
-    const double sign = row[2] == "box" ? 1 : -1;
-    CHECK(sign * std::stod(row[10]) == Approx(2 - 0.25 * 9.8e-2));
-    CHECK(std::stod(row[12]) == Approx(0).margin(1e-12));
-    CHECK(std::stod(row[15]) == Approx(0).margin(1e-12));
-    friction += sign * std::stod(row[13]);
-  }
-  CHECK(friction == Approx(-0.25 * 9.8e-2));
-}
