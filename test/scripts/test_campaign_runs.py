@@ -5,24 +5,16 @@ import csv
 import io
 import itertools
 import json
-import tempfile
 import types
 import unittest
-from pathlib import Path
 from unittest import mock
 
 from contactbench import campaign, look, program, reduce, scenes
+from folder import Folder
 
 FAMILY, OTHER = list(scenes.FAMILIES)[:2]
 TAME, WILD = scenes.KINDS
 SUMMARY = {"residuals": {"max": 2e-13, "false_claims": 0}, "versions": {"git": "12ab"}, "t_reached": 0.25, "events": 31}
-
-
-class Scratch(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
 
 
 class Looking(unittest.TestCase):
@@ -89,7 +81,7 @@ class Looking(unittest.TestCase):
         self.assertEqual(campaign.label({"faults": [], "status": "ray"}), "ray")
 
 
-class Keeping(Scratch):
+class Keeping(Folder):
     def job(self, **more):
         scene = self.top / "scenes/r1_7.xml"
         scene.parent.mkdir(exist_ok=True)
@@ -187,7 +179,7 @@ def row(scene="r1_0", method="ap/lemke", prune="on", status="ok", verdict="ok", 
         "faults": [], "departures": [], "again": "", "where": "somewhere", "reason": ""} | more
 
 
-class Tables(Scratch):
+class Tables(Folder):
     manifest = {"command": "the command", "runs": 9, "git": "12ab"}
 
     def test_runs_that_were_written_whole_are_known(self):
@@ -330,7 +322,7 @@ class Tables(Scratch):
         self.assertEqual(said.splitlines(), [str(self.top / f"written/r5_{n}.xml") for n in (3, 4)])
 
 
-class Running(Scratch):
+class Running(Folder):
     """Many runs at a time; here by threads."""
     def run_all(self, rows, known=None):
         """What is known after these, what was written, and what was said."""
@@ -367,7 +359,7 @@ class Running(Scratch):
         self.assertEqual(errors, "50 of 120, 14 s left\n100 of 120, 4 s left\n")
 
 
-class Reducing(Scratch):
+class Reducing(Folder):
     def test_the_first_of_each_end_family_and_method_is_reduced_to_what_still_ends_so(self):
         rows = [
             row("r1_0"),

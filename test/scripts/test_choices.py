@@ -4,14 +4,13 @@ import io
 import json
 import math
 import sys
-import tempfile
 import unittest
-from pathlib import Path
 from unittest import mock
 
 import made
 import numpy as np
 from contactbench import compare, ladder, sections, today
+from folder import Folder
 
 ERROR = "error_position_linf_m"
 PLAIN = {"solver": ""}
@@ -21,13 +20,8 @@ METHODS = {
 } | {solver: PLAIN | {"method": "coulomb", "solver": solver} for solver in ("newton", "cascade", "nsgs", "bisection", "admm")}
 
 
-class Folder(unittest.TestCase):
+class Results(Folder):
     sweep = "error_time"
-
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
 
     def row(self, name, step="0.01", **more):
         return made.row(**{"sweeps": self.sweep, "step": step, "knobs": f"step={step}"} | METHODS[name] | more)
@@ -39,7 +33,7 @@ class Folder(unittest.TestCase):
         return made.results(self.top, rows, ensemble, **manifest)
 
 
-class Today(Folder):
+class Today(Results):
     sweep = "today"
 
     def test_each_run_is_as_far_from_the_law_as_its_bodies_and_a_step_costs_what_it_costs(self):
@@ -110,7 +104,7 @@ class Today(Folder):
         self.assertEqual(sections.models_today(made.results(self.top, [made.row()])).shown, {"rows": None})
 
 
-class Ladder(Folder):
+class Ladder(Results):
     def test_evidence_is_exact_certified_for_the_whole_time_or_agreed_for_a_part_of_it(self):
         about = {"until": 3.0, "duration": 5.0}
         self.assertEqual(ladder.basis_of("position_linf_m", {}, None), "exact")
@@ -260,7 +254,7 @@ class Ladder(Folder):
         self.assertTrue(lines[3].startswith("moves: how far"))
 
 
-class Advice(Folder):
+class Advice(Results):
     """Two scenes; in s a simulated second and m: what is cheapest changes with the error."""
     def some(self):
         rows = []

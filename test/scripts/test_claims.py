@@ -4,15 +4,14 @@ import io
 import json
 import math
 import sys
-import tempfile
 import unittest
-from pathlib import Path
 from unittest import mock
 
 import made
 import numpy as np
 from contactbench import claims, gather, worth
 from contactbench.claims import DIFFERS, NO, UNKNOWN, YES
+from folder import Folder
 
 PLAIN = {"solver": ""}
 METHODS = {
@@ -23,12 +22,7 @@ METHODS = {
 STOPPED = {"status": "ray", "finished": "false", "t_reached": "0.5", "processing_s": ""}
 
 
-class Asked(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
-
+class Asked(Folder):
     def runs(self, scene, some, **more):
         """A row a method: its errors, or its processing time where that is a number."""
         return [

@@ -11,8 +11,10 @@ from pathlib import Path
 from unittest import mock
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
-from contactbench import engines, findings, gather, isolated, plan, program, replay  # noqa: E402
-from contactbench.runs import Runs, write_table  # noqa: E402
+import made  # noqa: E402
+from contactbench import engines, findings, isolated, plan, program, replay  # noqa: E402
+from contactbench.runs import write_table  # noqa: E402
+from folder import Folder  # noqa: E402
 
 LISTED = {
     "methods": [{"name": "ap", "solvers": ["lemke"], "variants": [], "options": [{"flag": "k"}]}],
@@ -372,25 +374,16 @@ class Preflight(unittest.TestCase):
         self.assertEqual(said.getvalue(), "ode quick tuned: all lines hold\ndart: unavailable: x\n")
 
 
-class Page(unittest.TestCase):
+class Page(Folder):
     """What the report says of a sweep of engines."""
     def said(self, *rows, **files):
-        usual = {
-            "sweeps": "engines", "scene": "sliding_box", "repeat": "1", "status": "ok", "finished": "true", "duration": "1",
-            "steps": "100", "processing_s": "1", "step": "0.01"}
-        rows = [usual | {"run": f"n{n}__r1"} | row for n, row in enumerate(rows)]
-        with tempfile.TemporaryDirectory() as folder:
-            top = Path(folder)
-            (top / "runs.csv").write_text("run\n")
-            world = Runs(top, top)
-            self.assertIsNone(engines.said(world))
-            (top / "engines").mkdir()
-            columns = list(dict.fromkeys([*gather.COLUMNS, *(c for row in rows for c in row)]))
-            write_table([dict.fromkeys(columns, "") | row for row in rows], columns, top / "engines/runs.csv")
-            for name, text in files.items():
-                (top / f"engines/{name}.json").write_text(program.json.dumps(text))
-            with mock.patch.object(engines, "tuned", lambda: {"ode/quick": {}}):
-                return engines.said(world), world
+        usual = {"sweeps": "engines", "scene": "sliding_box", "solver": "", "k": "", "duration": "1", "steps": "100"}
+        world = made.results(self.top, [{}])
+        self.assertIsNone(engines.said(world))
+        made.results(self.top / "engines", [usual | row for row in rows])
+        made.write_files(self.top / "engines", {f"{name}.json": program.json.dumps(text) for name, text in files.items()})
+        with mock.patch.object(engines, "tuned", lambda: {"ode/quick": {}}):
+            return engines.said(world), world
 
     def test_each_setting_is_a_row_with_its_error_its_time_and_what_it_fails(self):
         ode = {
@@ -400,7 +393,7 @@ class Page(unittest.TestCase):
         checks = [{"engine": "ode", "variant": "quick", "setting": "tuned", "fault": None, "lines": [line]}, {
             "engine": "ode", "variant": "quick", "setting": "default", "fault": "died", "lines": []}, {
                 "engine": "dart", "variant": "", "fault": "unavailable: x", "lines": []}]
-        made, world = self.said(
+        found, world = self.said(
             ode | {"error_position_linf_m": "0.01", "processing_s": "0.5"},
             ode | {"setting": "default", "knobs": "setting=default", "error_position_linf_m": "0.05"},
             {"method": "ap", "solver": "lemke", "error_position_linf_m": "1e-6", "processing_s": "2", "parameters": "mu=1"}, {
@@ -409,12 +402,12 @@ class Page(unittest.TestCase):
             {"method": "dart", "engine": "dart", "variant": "pgs", "status": "unavailable", "finished": "false"},
             preflight=checks)
         self.assertTrue(world.lacking)
-        self.assertEqual(list(made["scenes"]), ["sliding box", "sliding box mu=1"])
-        tuned, default, newton, dart = made["scenes"]["sliding box"]
+        self.assertEqual(list(found["scenes"]), ["sliding box", "sliding box mu=1"])
+        tuned, default, newton, dart = found["scenes"]["sliding box"]
         wanted = {
             "scene": "sliding_box", "parameters": "", "measure": "position_linf_m", "engine": "ode", "variant": "quick",
             "who": "ODE quick", "setting": "tuned", "precision": "single", "knobs": "setting=tuned", "step": "0.01",
-            "status": "ok", "reason": "", "run": "n0", "error": 0.01, "worst": 0.01, "time": 0.5, "us_a_step": 5000.0,
+            "status": "ok", "reason": "", "run": "r0", "error": 0.01, "worst": 0.01, "time": 0.5, "us_a_step": 5000.0,
             "busy": False, "front": True, "fails": ["gravity: 9.7, not 9.8"]}
         self.assertEqual(tuned, wanted)
         self.assertEqual((default["fails"], default["front"], default["error"]), (["died"], False, 0.05))
@@ -423,24 +416,24 @@ class Page(unittest.TestCase):
                 "error": None, "time": None, "us_a_step": None, "reason": "lost", "precision": "double", "fails": [],
                 "front": False, "engine": ""})
         self.assertEqual(dart["status"], "unavailable")
-        self.assertEqual(made["columns"], [("ode", "quick")])
+        self.assertEqual(found["columns"], [("ode", "quick")])
         # Who is ahead is an engine on the front; of the other scene that is ours.
-        self.assertEqual(made["ahead"], {"sliding box": ["ODE quick, tuned"], "sliding box mu=1": []})
-        self.assertEqual([c["fails"] for c in made["preflight"]], [["gravity: 9.7, not 9.8"], ["died"], ["unavailable: x"]])
-        self.assertEqual((made["tuned"], made["profile"], made["findings"]), ({"ode/quick": {}}, "default", []))
+        self.assertEqual(found["ahead"], {"sliding box": ["ODE quick, tuned"], "sliding box mu=1": []})
+        self.assertEqual([c["fails"] for c in found["preflight"]], [["gravity: 9.7, not 9.8"], ["died"], ["unavailable: x"]])
+        self.assertEqual((found["tuned"], found["profile"], found["findings"]), ({"ode/quick": {}}, "default", []))
 
     def test_what_others_found_stands_with_what_it_came_to_here(self):
         rows = [{"says": "x", "unavailable": why, "comes_out": out} for why, out in (
             ("not here", None), (None, None), (None, True), (None, False))]
-        made, _ = self.said({"method": "ode", "engine": "ode"}, findings=rows)
+        found, _ = self.said({"method": "ode", "engine": "ode"}, findings=rows)
         words = ("not measured (not here)", "not measured (a run has no number)", "comes out again", "contradicted")
-        self.assertEqual(made["findings"], [row | {"verdict": said} for row, said in zip(rows, words)])
+        self.assertEqual(found["findings"], [row | {"verdict": said} for row, said in zip(rows, words)])
 
     def test_a_front_is_of_what_is_off_by_less_than_a_tenth(self):
         rows = [{"method": "ode", "engine": "ode", "knobs": f"n={n}", "error_position_linf_m": error, "processing_s": str(n)}
                 for n, error in enumerate(("0.1", "0.09", "0.08"), 1)]
-        made, _ = self.said(*rows)
-        self.assertEqual([row["front"] for row in made["scenes"]["sliding box"]], [False, True, True])
+        found, _ = self.said(*rows)
+        self.assertEqual([row["front"] for row in found["scenes"]["sliding box"]], [False, True, True])
 
 
 if __name__ == "__main__":

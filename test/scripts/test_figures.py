@@ -1,13 +1,12 @@
 """What the figures of single scenes draw (figures.py): their lines, limits and words, on made-up runs whose numbers are known."""
 import itertools
-import tempfile
 import unittest
-from pathlib import Path
 from unittest import mock
 
 import matplotlib.pyplot as plt
 import numpy as np
 from contactbench import figures, robots
+from folder import Folder
 from made import csv_of, lines_of, results, trajectory
 from matplotlib.collections import QuadMesh
 from matplotlib.patches import Polygon
@@ -19,13 +18,11 @@ def said(axes):
     return axes.get_title(loc="left"), axes.get_xlabel(), axes.get_ylabel(), axes.get_xscale(), axes.get_yscale()
 
 
-class Drawn(unittest.TestCase):
+class Drawn(Folder):
     """Draws figures of made-up runs."""
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
+        super().setUp()
         self.addCleanup(plt.close, "all")
-        self.top = Path(folder.name)
 
     def table(self, *rows, **files):
         """Curves of runs that differ in k; `files`: of each run its text."""

@@ -2,14 +2,13 @@
 stiff cases, on made-up runs whose numbers are known."""
 import csv
 import math
-import tempfile
 import unittest
-from pathlib import Path
 from unittest import mock
 
 import matplotlib.pyplot as plt
 import numpy as np
 from contactbench import figures, heatmap, measures, precision
+from folder import Folder
 from made import lines_of, results
 from test_figures import RAY, Drawn, said
 
@@ -140,14 +139,12 @@ class Solves(Drawn):
         self.assertEqual(axes[0, 0].get_ylabel(), "residual against Coulomb")
 
 
-class HeatMap(unittest.TestCase):
+class HeatMap(Folder):
     COLUMNS = ("id", "scene", "row", "method", "verdict", "residual", "error", "bound", "energy_gain", "penetration", "solve_s")
 
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
+        super().setUp()
         self.addCleanup(plt.close, "all")
-        self.top = Path(folder.name)
 
     def test_each_case_is_a_row_each_method_a_column_and_each_quantity_a_panel_of_its_own(self):
         verdicts = list(measures.VERDICTS)

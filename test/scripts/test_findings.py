@@ -5,12 +5,12 @@ import contextlib
 import io
 import json
 import math
-import tempfile
 import unittest
 from pathlib import Path
 from unittest import mock
 
 from contactbench import findings, program
+from folder import Folder
 
 HEAD = "t,body,px,py,pz\n"
 MUJOCO = {"engines": [{"name": "mujoco", "unavailable": None}]}
@@ -20,12 +20,7 @@ def says(words):
     return next(f for f in findings.FINDINGS if words in f.says)
 
 
-class Measured(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
-
+class Measured(Folder):
     def motion(self, *rows):
         (self.top / "trajectory.csv").write_text(HEAD + "".join(",".join(map(str, row)) + "\n" for row in rows))
 

@@ -1,38 +1,23 @@
 """scripts/contactbench/found.py: what was found, in ten lines; each on made-up tables of which every number can be told."""
-import csv
 import math
-import tempfile
 import types
 import unittest
-from pathlib import Path
 from unittest import mock
 
-from contactbench import claims, gather
+import made
+from contactbench import claims
 from contactbench import found as found_out
-from contactbench.runs import Runs
+from folder import Folder
 
-NEWTON, MIRTICH = {"method": "newton", "variant": "uncapped"}, {"method": "mirtich"}
-LEMKE, CONVEX = {"method": "ap", "solver": "lemke", "k": "8"}, {"method": "convex", "solver": "ipm", "epsilon": "1e-12"}
+NEWTON, MIRTICH = {"method": "newton", "solver": "", "variant": "uncapped"}, {"method": "mirtich", "solver": ""}
+LEMKE, CONVEX = {"k": "8"}, made.EPS
 
 
-class Lines(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
-
+class Lines(Folder):
     def results(self, *rows):
         """A table of runs, each finished and ok in one second of one simulated where nothing else is said."""
-        usual = {
-            "sweeps": "paper", "scene": "stack", "repeat": "1", "status": "ok", "finished": "true", "duration": "1",
-            "steps": "10", "processing_s": "1", "solves": "0", "false_claims": "0", "reference": "analytic"}
-        rows = [usual | {"run": f"n{n}__r1"} | row for n, row in enumerate(rows)]
-        names = dict.fromkeys([*gather.COLUMNS, *(c for row in rows for c in row)])
-        with open(self.top / "runs.csv", "w", newline="") as file:
-            table = csv.DictWriter(file, names, "")
-            table.writeheader()
-            table.writerows(rows)
-        return Runs(self.top, self.top)
+        usual = {"scene": "stack", "duration": "1", "solves": "0", "reference": "analytic"}
+        return made.results(self.top, [usual | row for row in rows])
 
     def test_runs_and_claims_are_counted_over_all_sweeps_and_repeats(self):
         results = self.results(
@@ -154,7 +139,7 @@ class Lines(unittest.TestCase):
         self.assertIsNone(found_out.grasp(self.results(rows[4])))
 
     def test_stiff_cases_are_counted_by_verdict(self):
-        results = self.results()
+        results = self.results({})
         self.assertIsNone(found_out.hard(results))
         verdicts = ["right"] * 7 + ["model"] * 6 + ["typed"] * 5 + ["engine"] * 4 + ["wrong", "silent", "defect"]
         (self.top / "stress").mkdir()
@@ -164,7 +149,7 @@ class Lines(unittest.TestCase):
             "4 are engines that are off, 3 are wrong, silent or a defect.", "stiff_cases"))
 
     def test_solvers_of_stored_problems_are_those_that_solve_all_and_the_one_that_solves_the_smallest_share(self):
-        results = self.results()
+        results = self.results({})
         self.assertIsNone(found_out.stored(results))
         rows = ["kind,method,solver,variant,k,compression_bound,status,false_claim,busy,residual,law_residual,time_median_s"]
         of = {

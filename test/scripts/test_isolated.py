@@ -14,6 +14,7 @@ from unittest import mock
 import matplotlib.pyplot as plt
 import numpy as np
 from contactbench import isolated, looks, program
+from folder import Folder
 
 LISTED = {
     "methods": [{"name": "mirtich", "solvers": [], "variants": [], "options": []},
@@ -29,12 +30,7 @@ ABOUT = {
     "largest_compliance_per_kg": 6e-7, "something": "else"}
 
 
-class Problems(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
-
+class Problems(Folder):
     def own(self, *of, engine="mujoco", variant="newton-elliptic", steps=(3, 11, 7)):
         """What own_problem returns, and the words of the run."""
         said = []

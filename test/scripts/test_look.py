@@ -1,12 +1,11 @@
 """The independent look at runs (look.py): what it reads of a scene, and what it says of files written by hand. Distances of
 shapes are in test_campaign.py."""
 import math
-import tempfile
 import unittest
-from pathlib import Path
 
 import numpy as np
 from contactbench import look
+from folder import Folder
 from made import csv_of
 
 HEAD = "t,body,px,py,pz,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz"
@@ -21,12 +20,7 @@ def one(kind, **more):
     return look.Shape(kind, "s", "s", np.zeros(3), np.eye(3), **more | ({} if points is None else {"points": points}))
 
 
-class Folder(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
-
+class Modelled(Folder):
     def model(self, bodies, pairs='<pair a="*" b="*" mu="0.5"/>', more="", duration=0.002):
         path = self.top / "scene.xml"
         path.write_text(
@@ -112,7 +106,7 @@ class Shapes(unittest.TestCase):
             look.Solid(np.column_stack([np.cos(turn), np.sin(turn), turn]))
 
 
-class Scenes(Folder):
+class Scenes(Modelled):
     def test_masses_moments_and_poses_are_those_of_the_scene(self):
         model = self.model(
             '<box name="b" size="0.4 0.5 0.6" density="1000" position="1 2 3" axis="0 0 2" angle="1.5707963267948966"/>'
@@ -210,7 +204,7 @@ class Scenes(Folder):
         self.assertAlmostEqual(look.initial_penetration(model), 1.25 / 1.5)
 
 
-class Files(Folder):
+class Files(Modelled):
     """Runs of 1 ms steps; bodies are {name: (p, q, v, w)} of each moment."""
     def look(self, model, bodies, kinetic=None, joints=(), loads="", **summary):
         count = len(next(iter(bodies.values()))[0])
@@ -352,7 +346,7 @@ class Files(Folder):
             self.assertEqual(self.look(self.model(robot), still, joints=rows).faults, fault)
 
 
-class Energies(Folder):
+class Energies(Modelled):
     def test_a_turning_body_has_the_energy_of_its_own_axes_and_gravity_s_kick(self):
         model = self.model('<box name="b" size="1 2 3" mass="12" position="0 0 0"/>')
         inertia, R = np.array([13.0, 10, 5]), look.matrix(TURN)
@@ -403,7 +397,7 @@ class Energies(Folder):
         self.assertIsNone(look.moving_frame(driven, {"k": (none, none, run, none), "l": (none, none, run, none)}))
 
 
-class Poses(Folder):
+class Poses(Modelled):
     def test_a_shape_moves_with_its_link_from_the_zero_pose_and_with_its_body(self):
         model = self.model(
             '<robot name="r"><link name="k" mass="1" inertia="1 1 1">'

@@ -1,7 +1,6 @@
 """What figures are made of (looks.py, robots.py): the look of a method, curves with their marks, and the places of robots, on
 numbers that are known."""
 import itertools
-import tempfile
 import unittest
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -9,6 +8,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 from contactbench import looks, robots
+from folder import Folder
 from made import csv_of, lines_of, results, trajectory
 from PIL import Image
 
@@ -16,18 +16,16 @@ SCENES = Path(__file__).resolve().parents[2] / "scenarios"
 PARTS = "t,dynamics_s,write_s,collision_s,check_s,assembly_s,solve_s"
 
 
-class Folder(unittest.TestCase):
+class Drawn(Folder):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
+        super().setUp()
         self.addCleanup(plt.close, "all")
-        self.top = Path(folder.name)
 
     def cells(self, *rows):
         return results(self.top, rows).cells()
 
 
-class Looks(Folder):
+class Looks(Drawn):
     def test_a_method_has_its_own_name_colour_and_marker(self):
         said = {("newton", "uncapped"): "Newton, uncapped", ("newton", "stick-tested"): "Newton, stick-tested",
                 ("mirtich", ""): "Mirtich", ("ap", "lemke"): "A-P, Lemke", ("ap", "path"): "A-P, PATH", ("ap", "ynl"): "A-P, YNL",
@@ -105,7 +103,7 @@ class Looks(Folder):
         self.assertFalse(plt.fignum_exists(figure.number))
 
 
-class Curves(Folder):
+class Curves(Drawn):
     def test_markers_stand_apart_and_a_cross_is_where_a_run_stopped(self):
         t = np.arange(81.0)
         table = looks.Curves(
@@ -175,7 +173,7 @@ class Curves(Folder):
                              ("log", "log", "time of a solve, median (s)"))
 
 
-class Robots(Folder):
+class Robots(Drawn):
     def cell(self, **files):
         return self.cells({"files": {f"{name}.csv": text for name, text in files.items()}})[0]
 

@@ -2,11 +2,10 @@
 against ways added up step after step. A run is off by another length along each axis, so that a number of the wrong
 place shows."""
 import math
-import tempfile
 import unittest
-from pathlib import Path
 
 from contactbench import measures
+from folder import Folder
 
 G = 9.8
 OFF = (3e-3, 4e-3, 12e-3)  # m along x, y, z: 13e-3 m altogether
@@ -22,12 +21,7 @@ def motion(acceleration, steps, h, speed=0.0):
     return x
 
 
-class Files(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
-
+class Files(Folder):
     def run_of(self, bodies, h=0.01, summary=None, **parameters):
         """A run whose trajectory.csv holds {body: rows of t, p and what follows}."""
         lines = ["t,body,px,py,pz,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz"]

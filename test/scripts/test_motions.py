@@ -3,14 +3,13 @@ import base64
 import io
 import json
 import struct
-import tempfile
 import unittest
-from pathlib import Path
 from unittest import mock
 
 import numpy as np
 import pandas as pd
 from contactbench import gltf, program, view
+from folder import Folder
 from made import csv_of, trajectory
 
 SHAPES = "shape,body,kind,px,py,pz,qw,qx,qy,qz,radius,hx,hy,hz"
@@ -30,12 +29,7 @@ def place(body, moment):
     return (moment, 2 * moment, -3 * moment) if body == "one" else (10 + moment, 20, 30)
 
 
-class Made(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
-
+class Made(Folder):
     def run_of(self, name="run", moments=6, summary=(), shift=0.0, contacts=(), steps=()):
         """Two bodies that move, a moment every 0.1 s; `shift`: of the second, along z."""
         folder = self.top / name

@@ -1,7 +1,6 @@
 """A first picture of a scene (picture.py) and how a script begins (start.py), without the program."""
 import io
 import os
-import tempfile
 import unittest
 from pathlib import Path
 from types import SimpleNamespace
@@ -9,18 +8,15 @@ from unittest import mock
 
 import matplotlib.pyplot as plt
 from contactbench import picture, program, start
+from folder import Folder
 from made import csv_of, trajectory
 
 
-class Folder(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.addCleanup(plt.close, "all")
-        self.top = Path(folder.name)
-
-
 class Picture(Folder):
+    def setUp(self):
+        super().setUp()
+        self.addCleanup(plt.close, "all")
+
     def test_the_displacement_is_that_of_the_body_that_is_farthest_from_where_it_began(self):
         places = {"a": [(1, 1, 1), (1, 1, 3), (1, 1, 2)], "b": [(5, 0, 0), (5, 1, 0), (8, 4, 12)]}
         (self.top / "trajectory.csv").write_text(

@@ -1,12 +1,11 @@
 """scripts/contactbench/plan.py: from sweep files to runs, their names and their flags."""
 import dataclasses
 import math
-import tempfile
 import unittest
-from pathlib import Path
 
 from contactbench import plan
 from contactbench.plan import Run
+from folder import Folder
 
 
 def method(name, solvers=(), variants=(), flags=(), **more):
@@ -84,12 +83,7 @@ class Names(unittest.TestCase):
         self.assertEqual(Run("s", (), "ode", "", "", (), 1, engine=True).asked()["engine"], "ode")
 
 
-class Files(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
-
+class Files(Folder):
     def plan(self, *texts, profile=""):
         paths = [self.top / f"sweep{n}.toml" for n in range(len(texts))]
         for path, text in zip(paths, texts):

@@ -1,13 +1,12 @@
 """From runs to errors, choices and orders (precision.py, stepping.py), on folders made by hand."""
 import math
-import tempfile
 import unittest
-from pathlib import Path
 
 import made
 import matplotlib.pyplot as plt
 import numpy as np
 from contactbench import precision, sections, stepping
+from folder import Folder
 
 ERROR = "error_position_linf_m"
 NEWTON = {"method": "newton", "solver": "", "variant": "uncapped"}
@@ -15,12 +14,7 @@ COULOMB = {"method": "coulomb", "solver": "newton"}
 BODIES = ("a", "b")
 
 
-class Folder(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
-
+class Results(Folder):
     def results(self, *rows, motions=None, ensemble=(), **manifest):
         """`motions`: of each run how far its second body is ahead, m at each of some moments."""
         of = made.results(self.top, rows, ensemble, **manifest)
@@ -34,7 +28,7 @@ def row(run, error="", **more):
     return made.row(run=run, sweeps="error_time", **{ERROR: error} | more)
 
 
-class Points(Folder):
+class Points(Results):
     def test_a_point_has_times_a_simulated_second_and_a_step_and_the_worst_of_its_ensemble(self):
         rows = [
             row(f"a__r{n}", 3e-4, repeat=n, processing_s=s, duration=4, steps=50, busy=busy)
@@ -100,7 +94,7 @@ class Points(Folder):
         self.assertEqual(precision.nearest(some)["time"], 2)
 
 
-class Motions(Folder):
+class Motions(Results):
     def test_two_runs_are_apart_by_the_worst_body_at_the_moments_that_both_recorded(self):
         results = self.results(
             row("one"), row("two", k="4"), row("none", k="16"), motions={
@@ -168,7 +162,7 @@ class Motions(Folder):
         self.assertEqual({run: r["dominates"] for run, r in rows.items()}, {"law": "none", "alone": ""})
 
 
-class Orders(Folder):
+class Orders(Results):
     def orders(self, errors, reference=ERROR, **more):
         rows = [
             made.row(run=f"{step}", sweeps="orders", step=step, knobs=f"step={step}", **{reference: e}, **more)
@@ -254,7 +248,7 @@ class Fits(unittest.TestCase):
         self.assertAlmostEqual(precision.slope([1, 2, 4, 8], [1, 3, 9, 27]), math.log(3) / math.log(2))
 
 
-class Profiles(Folder):
+class Profiles(Results):
     def test_a_problem_is_a_scene_with_its_knobs_at_one_setting_a_method_and_all_errors_count_for_the_least(self):
         def some(knobs, **of):
             return [
@@ -297,7 +291,7 @@ class Profiles(Folder):
         self.assertEqual((section.data["truth"], len(section.timing["truth"])), ({}, 2))
 
 
-class Stepping(Folder):
+class Stepping(Results):
     def test_what_was_wanted_stands_beside_what_was_reached_of_the_law_that_the_method_solves(self):
         def some(run, accuracy, error, own="", order="", **more):
             knobs = (f"accuracy={accuracy}" if accuracy else "step=1e-3") + (f" order={order}" if order else "")

@@ -8,7 +8,6 @@ import math
 import os
 import resource
 import subprocess
-import tempfile
 import threading
 import time
 import types
@@ -17,6 +16,7 @@ from pathlib import Path
 from unittest import mock
 
 from contactbench import plan, program
+from folder import Folder
 
 SUMMARY = {
     "status": "ok", "reason": "by itself", "finished": True, "scenario": "stack", "method": "ap", "t_reached": 0.5,
@@ -28,14 +28,7 @@ JOB = {
     "record_contacts": False}
 
 
-class Scratch(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
-
-
-class Calls(Scratch):
+class Calls(Folder):
     def test_the_words_of_a_run(self):
         self.assertEqual(program.run_words("p", "s.xml", ["--method", "ap", "--k", 4], Path("/o")),
                          ["p", "run", "s.xml", "--method", "ap", "--k", "4", "--out", "/o", "--quiet"])
@@ -167,7 +160,7 @@ class Company(unittest.TestCase):
         self.assertGreaterEqual(own, sum(resource.getrusage(resource.RUSAGE_SELF)[:2]) * 0.5)
 
 
-class Ends(Scratch):
+class Ends(Folder):
     def test_the_first_thing_that_is_wrong_of_a_summary_is_said(self):
         self.assertEqual(program.fault_of(SUMMARY, JOB), "")
         self.assertEqual(program.fault_of(SUMMARY | {"status": "inaccurate"}, JOB), "")
@@ -255,7 +248,7 @@ class Ends(Scratch):
         self.assertIsNone(program.reached(self.top / "none"))
 
 
-class Runs(Scratch):
+class Runs(Folder):
     def setUp(self):
         super().setUp()
         program.files_of.cache_clear()
@@ -381,7 +374,7 @@ class Runs(Scratch):
         self.assertEqual(sorted(path.name for path in self.top.iterdir()), ["x.away", "y.away.1"])
 
 
-class Chunks(Scratch):
+class Chunks(Folder):
     """The jobs of a task of Slurm."""
     def chunk(self, *names, seconds=None, logs=(), takes=0.0):
         """Runs that were done, and the lines that were written."""

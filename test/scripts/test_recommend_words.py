@@ -4,7 +4,6 @@ import contextlib
 import io
 import json
 import math
-import tempfile
 import tomllib
 import types
 import unittest
@@ -13,6 +12,7 @@ from unittest import mock
 
 import pandas as pd
 from contactbench import engines, ladder, plan, precision, program, recommend, references, sweep
+from folder import Folder
 
 KNOBS = "step=1e-3 duration=2.0 friction=0.5"
 
@@ -142,12 +142,7 @@ class Words(unittest.TestCase):
             self.assertEqual(set(made), {"cpu", "cores", "os", "this_machine"})
 
 
-class Sweeps(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
-
+class Sweeps(Folder):
     def test_about_two_hundred_moments_are_kept_those_of_the_reference_among_them(self):
         # Four times a step of 1 ms: 25 of them make a tenth of a second, so that 25, 5 or 1 of them are an interval.
         for duration, interval in ((4.0, 0.02), (200.0, 0.1), (10.0, 0.1), (6.0, 0.02), (0.9, 0.004), (0.01, 0.004)):

@@ -1,23 +1,17 @@
 """scripts/contactbench/reduce.py: a failing scene is made smaller, step by step, while it fails the same way."""
-import tempfile
 import unittest
 import xml.etree.ElementTree as ET
-from pathlib import Path
 
 from contactbench import reduce
+from folder import Folder
 
 
-class Smaller(unittest.TestCase):
+class Smaller(Folder):
     SCENE = """<scenario><simulation step="0.01" duration="0.2"/><bodies>
         <half_space name="p1"/><box name="b1" position="1.2345 0 -6.789"/>
         <box name="b2"/><robot name="r"><link name="arm"><box name="hand"/></link></robot></bodies>
         <contacts><pair a="b*" b="p1"/><pair a="b1" b="b1"/><pair a="hand" b="b2"/><pair a="gone" b="b1"/></contacts>
         <controllers><pd robot="r"/><pd robot="lost"/></controllers></scenario>"""
-
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
 
     def root(self):
         return ET.fromstring(self.SCENE)

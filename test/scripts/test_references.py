@@ -4,20 +4,18 @@ import contextlib
 import io
 import itertools
 import json
-import tempfile
 import types
 import unittest
 from pathlib import Path
 from unittest import mock
 
 from contactbench import program, references
+from folder import Folder
 
 
-class Scratch(unittest.TestCase):
+class Scratch(Folder):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
+        super().setUp()
         self.scene = self.top / "scene.xml"
         self.scene.write_text("<scenario/>")
 

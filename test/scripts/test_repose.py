@@ -1,14 +1,13 @@
 """The angle of repose, on runs whose angle is known."""
 import math
-import tempfile
 import unittest
-from pathlib import Path
 from types import SimpleNamespace
 
 import made
 import matplotlib.pyplot as plt
 import numpy as np
 from contactbench import figures, repose
+from folder import Folder
 
 HEAD = "t,body,px,py,pz,qw,qx,qy,qz\n"
 
@@ -29,12 +28,7 @@ def write_run(folder, degrees, shapes=True):
     return folder
 
 
-class Angle(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
-
+class Angle(Folder):
     def test_is_that_of_the_middle_of_the_balls(self):
         t, degrees = repose.angle(SimpleNamespace(folder=write_run(self.top / "a", (-5, 0, 25, 100))))
         self.assertEqual(list(t), [0, 1, 2, 3])

@@ -1,12 +1,11 @@
 """Scenes in the report (scenery.py): whose motions are shown, and how far methods are from each other, on made-up runs."""
 import json
 import math
-import tempfile
 import unittest
-from pathlib import Path
 from unittest import mock
 
 from contactbench import program, references, scenery, view
+from folder import Folder
 from made import csv_of, results, trajectory
 
 SHAPES = csv_of("shape,body,kind,px,py,pz,qw,qx,qy,qz,radius,hx,hy,hz",
@@ -25,11 +24,10 @@ def shown(*ways, **summary):
                                                                                                       **summary})}
 
 
-class Scenery(unittest.TestCase):
+class Scenery(Folder):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top, self.made = Path(folder.name), 0
+        super().setUp()
+        self.made = 0
 
     def results(self, *rows, **manifest):
         self.made += 1

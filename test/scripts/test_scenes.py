@@ -1,13 +1,12 @@
 """Random scenes (scenes.py) hold what their families say. That they are the same everywhere is in test_campaign.py."""
 import math
-import tempfile
 import unittest
 import xml.etree.ElementTree as ET
-from pathlib import Path
 from unittest import mock
 
 import numpy as np
 from contactbench import look, scenes
+from folder import Folder
 
 
 def numbers(text):
@@ -18,12 +17,7 @@ def gap(a, b):
     return float(look.apart(a, a.p[None], a.R[None], b, b.p[None], b.R[None])[0])
 
 
-class Families(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
-
+class Families(Folder):
     def model(self, scene):
         path = scenes.write(scene, self.top)
         self.assertEqual(path, self.top / f"{scene.name}.xml")

@@ -4,20 +4,12 @@ import hashlib
 import io
 import json
 import math
-import tempfile
 import unittest
-from pathlib import Path
 from unittest import mock
 
 import made
 from contactbench import figures, isolated, report, sections, solve_all, templates, worth
-
-
-class Folder(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
+from folder import Folder
 
 
 class Figures(Folder):

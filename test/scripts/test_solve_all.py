@@ -13,6 +13,7 @@ from unittest import mock
 
 from contactbench import program, solve_all
 from contactbench.runs import Runs
+from folder import Folder
 
 LISTED = {
     "methods": [{"name": "newton", "solvers": [], "variants": ["uncapped", "stick-tested"], "options": []},
@@ -130,11 +131,9 @@ class Judging(unittest.TestCase):
         self.assertNotIn("velocity_error", row)
 
 
-class Table(unittest.TestCase):
+class Table(Folder):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
+        super().setUp()
         self.stored = self.top / "stored"
         self.stored.mkdir()
 

@@ -4,7 +4,6 @@ import contextlib
 import csv
 import io
 import math
-import tempfile
 import types
 import unittest
 from pathlib import Path
@@ -12,6 +11,7 @@ from unittest import mock
 
 from contactbench import heatmap, measures, program, stress
 from contactbench.stress import ROOT
+from folder import Folder
 
 LISTED = {
     "methods": [{"name": "newton", "solvers": [], "variants": ["uncapped", "stick-tested"], "options": []},
@@ -32,13 +32,6 @@ def options(**more):
 
 def ended(stdout="", stderr="", code=0):
     return types.SimpleNamespace(returncode=code, stdout=stdout, stderr=stderr)
-
-
-class Scratch(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
 
 
 class Plans(unittest.TestCase):
@@ -97,7 +90,7 @@ class Plans(unittest.TestCase):
                                  ["--perturb", "0.001", "--seed", "1", "--shuffle-contacts", "3"]])
 
 
-class Runs(Scratch):
+class Runs(Folder):
     case = {"scene": "chain", "measure": "displacement", "bound": 1e-9}
     summary = {
         "residuals": {"max": 1e-13, "false_claims": 2}, "energy": {"max_gain_relative": 3e-12}, "max_penetration": 4e-11,
@@ -155,7 +148,7 @@ class Runs(Scratch):
         self.assertEqual((cell["place"], cell["error"], cell["note"]), ([1.0, 2.0], None, "said"))
 
 
-class Table(Scratch):
+class Table(Folder):
     def test_a_cell_of_the_page_says_its_verdict_and_by_how_much(self):
         cell = {"verdict": "right", "status": "ok", "error": 1.0, "share": None}
         self.assertEqual([
@@ -189,7 +182,7 @@ class Table(Scratch):
                 "load_average": 0.5})
 
 
-class Whole(Scratch):
+class Whole(Folder):
     cases = {
         "case": [{
             "id": "A", "scene": "chain", "rows": [{"a": 1}, {"a": 2}], "bound": 1e-9, "expect": "rests",

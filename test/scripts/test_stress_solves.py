@@ -10,10 +10,11 @@ from unittest import mock
 import numpy as np
 from contactbench import limits, problems, program, stress
 from contactbench.stress import ROOT
-from test_stress_runs import LISTED, Scratch, ended, options
+from folder import Folder
+from test_stress_runs import LISTED, ended, options
 
 
-class Solves(Scratch):
+class Solves(Folder):
     def solve(self, stdout="{}", stderr="", code=0, speeds=(), kind="contact", end=None):
         asked = []
 
@@ -105,7 +106,7 @@ class Solves(Scratch):
                           for s in ("lemke", "path", "bare")])
 
 
-class Searches(Scratch):
+class Searches(Folder):
     def test_a_stable_step_is_right_where_it_is_near_the_measured_one(self):
         case = {"id": "K1", "scene": "stiff_joints", "bound": 0.05, "expect": "near"}
         for estimate, verdict, error in ((0.0208, "right", 0.04), (0.0188, "wrong", 0.06), (0.0212, "wrong", 0.06)):

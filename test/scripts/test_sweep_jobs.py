@@ -5,25 +5,18 @@ import dataclasses
 import io
 import json
 import os
-import tempfile
 import time
 import types
 import unittest
 from pathlib import Path
 from unittest import mock
 
-from contactbench import gather, plan, program, references, sweep
+from contactbench import plan, program, references, sweep
+from folder import Folder
 
 RUN = plan.Run("stack", (("boxes", "4"), ), "ap", "", "lemke", (("k", "8"), ), 1)
 LISTED = {"scenarios": [{"name": "stack.xml", "file": "/s/stack.xml", "parameters": {}}],
           "statuses": [{"name": "ok"}, {"name": "ray"}]}
-
-
-class Scratch(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
 
 
 class Flags(unittest.TestCase):
@@ -71,7 +64,7 @@ class Flags(unittest.TestCase):
         self.assertIs(sweep.engine_of(types.SimpleNamespace(engine="local")), sweep.local)
 
 
-class Again(Scratch):
+class Again(Folder):
     """Which finished runs are done again."""
     def setUp(self):
         super().setUp()
@@ -134,7 +127,7 @@ class Again(Scratch):
             self.assertFalse(self.is_done({"files": []}))
 
 
-class Order(Scratch):
+class Order(Folder):
     def options(self, **more):
         return types.SimpleNamespace(
             **{
@@ -232,14 +225,8 @@ class Saying(unittest.TestCase):
         self.assertEqual(said.getvalue().splitlines(),
                          ["[ 1/12, 44 s left] r1 ray (no way on), 1.3 s, machine busy", "[ 2/12, 50 s left] r1 ok, 1.3 s"])
 
-    def test_settled_is_the_same_end_and_the_same_errors_but_for_rounding(self):
-        row = {"status": "ok", "error_a": "0.5", "error_b": "", "processing_s": "1"}
-        self.assertTrue(gather.settled(row, row | {"processing_s": "2", "error_a": "0.5000000001"}))
-        for more in ({"status": "inaccurate"}, {"error_a": "0.500000002"}, {"error_b": "0.1"}, {"error_c": "1"}):
-            self.assertFalse(gather.settled(row, row | more), more)
 
-
-class Whole(Scratch):
+class Whole(Folder):
     """A sweep from its file to its table, where no run is done."""
     def sweep(self, *words, further=()):
         (self.top /

@@ -2,21 +2,13 @@
 import csv
 import math
 import statistics
-import tempfile
 import unittest
-from pathlib import Path
 
 import made
 import numpy as np
 from contactbench import gather, plan, references, sections, table1
 from contactbench.runs import Cell, Runs, series
-
-
-class Folder(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
+from folder import Folder
 
 
 class Gathered(Folder):
@@ -147,7 +139,8 @@ class Gathered(Folder):
     def test_a_member_that_came_to_the_same_settles_and_rounding_is_no_difference(self):
         row = {"status": "ok", "error_a": "2.0", "error_b": "", "processing_s": "1"}
         for other, settled in (({}, True), ({"processing_s": "9"}, True), ({"error_a": "2.000000001"}, True), ({
-                "error_a": "2.00000001"}, False), ({"error_b": "0.0"}, False), ({"status": "ray"}, False)):
+                "error_a": "2.00000001"}, False), ({"error_b": "0.0"}, False), ({
+                    "error_c": "1"}, False), ({"status": "ray"}, False)):
             self.assertIs(gather.settled(row, row | other), settled, other)
         self.assertIs(gather.settled(row, {"status": "ok"}), False)
         # As a fraction of the smaller one, and of 1 where both are small.

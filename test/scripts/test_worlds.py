@@ -1,20 +1,14 @@
 """The worlds of a report (worth.py): which numbers members, repeats and clocks put in the place of which, and what
 is said of them."""
 import math
-import tempfile
 import unittest
-from pathlib import Path
 
 import made
 from contactbench import gather, sections, worth
+from folder import Folder
 
 
-class Worlds(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.top = Path(folder.name)
-
+class Worlds(Folder):
     def results(self):
         """Two cells: of the first three repeats and two members, of the second two and one."""
         rows = [
