@@ -1,5 +1,6 @@
 """The campaign of random scenes: the same scenes everywhere, a look that knows depths and energies in closed form, and a reduction that
-keeps what fails. Without the program; the campaign itself on a stand-in."""
+keeps what fails. Without the program; the campaign itself on a stand-in. More of the look is in test_look.py, of the tables in
+test_campaign_runs.py, of the reduction in test_reduce.py."""
 import hashlib
 import json
 import math
@@ -279,23 +280,6 @@ class Looks(unittest.TestCase):
         for v in self.run_.v[5:]:
             v[0] *= 1 + 1e-5
         self.assertIn("energy", self.kinds())
-
-    def test_an_event_that_gains_energy_is_a_fault_by_the_summary_alone(self):
-        self.assertEqual(self.kinds(energy={"max_gain_relative": 1e-6, "max_gain_j": 1.0}), ["energy"])
-
-    def test_a_jump_in_place_breaks_momentum(self):
-        for p in self.run_.p[7:]:
-            p[1] += 1e-4
-        self.assertEqual(self.kinds(), ["momentum"])
-
-    def test_a_body_in_the_ground_penetrates_by_its_depth(self):
-        for p in self.run_.p:
-            p[1] -= 5 - 0.25 + 0.001
-        self.run_.write()
-        seen = look.look(self.run_.folder, self.model, SUMMARY)
-        fall = self.run_.p[0][1] - min(p[1] for p in self.run_.p)
-        self.assertAlmostEqual(seen.penetration, 0.001 + fall, delta=1e-12)
-        self.assertIn("penetration", seen.faults[0])
 
     def test_nan_a_lost_row_and_an_early_end_are_damaged_files(self):
         self.run_.write()
