@@ -1,4 +1,4 @@
-"""The paper's claims on runs made by hand: each bound from both sides, and what is said beside a verdict."""
+"""The paper's claims (claims.py) on runs made by hand: each bound from both sides, and what is said beside a verdict."""
 import contextlib
 import io
 import json

@@ -1,4 +1,5 @@
-"""scripts/contactbench/engines.py and what sweeps know of engines: rows asked for, knobs searched, lines that fail."""
+"""scripts/contactbench/engines.py and what sweeps know of engines: rows asked for, knobs searched, lines that fail, the page; and
+what findings, streams and engines' own problems make of runs that die."""
 import contextlib
 import csv
 import dataclasses

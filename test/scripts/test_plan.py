@@ -69,7 +69,7 @@ class Names(unittest.TestCase):
         # Steps of an accuracy end at the moments of a reference.
         self.assertEqual(dataclasses.replace(run, knobs=(("accuracy", "1e-6"), )).as_member(1).record_every, 1)
 
-    def test_what_is_asked_and_back_again(self):
+    def test_what_a_run_asks_for_gives_the_run_back(self):
         run = dataclasses.replace(self.run_, knobs=(("step", "1e-3"), ("warm_start", "on"), ("k", "8"), ("epsilon", "1e-9")),
                                   member=2)
         self.assertEqual(

@@ -29,7 +29,7 @@ JOB = {
 
 
 class Calls(Folder):
-    def test_the_words_of_a_run(self):
+    def test_a_run_is_called_with_its_scene_its_flags_and_its_folder(self):
         self.assertEqual(program.run_words("p", "s.xml", ["--method", "ap", "--k", 4], Path("/o")),
                          ["p", "run", "s.xml", "--method", "ap", "--k", "4", "--out", "/o", "--quiet"])
         self.assertEqual(program.settings(["a=1", "b=2"]), ["--set", "a=1", "--set", "b=2"])
@@ -51,7 +51,7 @@ class Calls(Folder):
             with self.assertRaisesRegex(program.ProgramError, f"`{path} list --json` does not work: "):
                 program.listed(path)
 
-    def test_methods_with_each_variant_and_solver_in_the_order_of_the_list(self):
+    def test_methods_come_with_each_variant_and_solver_in_the_order_of_the_list(self):
         def method(name, solvers=(), variants=()):
             return {"name": name, "solvers": list(solvers), "variants": list(variants)}
 
@@ -75,7 +75,7 @@ class Calls(Folder):
         self.assertEqual([r for r in of(unavailable=True)[0] if r not in rows], [("ap", "", "lib"), ("both", "u", "y"),
                                                                                  ("both", "v", "y")])
 
-    def test_what_the_program_says_of_itself(self):
+    def test_scenes_statuses_and_the_version_are_what_the_program_says_of_itself(self):
         said = {
             "scenarios": [{"name": "a.xml", "file": 1}, {"name": "b.xml", "file": 2}], "statuses": [{"name": "ok"}, {
                 "name": "ray"}]}

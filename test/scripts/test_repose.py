@@ -1,4 +1,4 @@
-"""The angle of repose, on runs whose angle is known."""
+"""The angle of repose (repose.py), on runs whose angle is known."""
 import math
 import unittest
 from types import SimpleNamespace

@@ -1,5 +1,5 @@
 """scripts/sweep.py --engine slurm on stand-ins for Slurm and the program: the same table as on one machine, whatever becomes of
-tasks. With a Slurm that is one: test/acceptance/other_machines.py."""
+tasks; and what slurm.py makes of each thing that Slurm says. With a Slurm that is one: test/acceptance/other_machines.py."""
 import collections
 import contextlib
 import csv

@@ -72,7 +72,7 @@ class Asking(unittest.TestCase):
                                      ("lcp_b", "lcp", [str(top / "lcp_b.dat")], top / "lcp_b.ref.json")])
             self.assertEqual([name for name, *_ in solve_all.problems([top], "_b")], ["lcp_b"])
 
-    def test_the_usual_settings(self):
+    def test_settings_are_the_usual_ones_where_none_is_given(self):
         usual = solve_all.arguments(["--program", "p"])
         root = program.ROOT
         self.assertEqual((usual.folder, usual.out, usual.program),

@@ -1,4 +1,5 @@
-"""What scripts/stress.py measures with: bisection, the arch's statics, verdicts of cells. Without the program."""
+"""scripts/stress.py: verdicts of cells, which are compared and folded, and what it measures with: bisections, the arch's statics.
+Without the program; its runs, solves and files are in test_stress_runs.py and test_stress_solves.py."""
 import io
 import json
 import math

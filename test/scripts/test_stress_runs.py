@@ -221,7 +221,7 @@ class Whole(Folder):
         self.assertEqual(rows[15:],
                          [{"id": "L", "row": "l=1"}, {"id": "L", "row": "l=2"}, *({"id": "S", "method": c} for c in columns)])
 
-    def test_some_methods_or_cases_alone_or_the_quick_ones(self):
+    def test_methods_and_cases_run_alone_and_quick_ones_where_they_are_asked_for(self):
         of = lambda rows: [(r["id"], r.get("method", r["row"] if "row" in r else "")) for r in rows]
         rows, count = self.all(method=["ap/path"])
         self.assertEqual((of(rows), count), ([("A", "ap/path")] * 2 + [("P", "ap/path"), ("L", "l=1"), ("L", "l=2"),
@@ -244,7 +244,7 @@ class Whole(Folder):
             code = stress.main()
         return code, said.getvalue().splitlines(), draw.called
 
-    def test_the_usual_settings_and_those_that_are_given(self):
+    def test_settings_are_those_that_are_given_and_else_the_usual_ones(self):
         asked = []
 
         def run_all(cases, options):

@@ -1,5 +1,5 @@
-"""scripts/stress.py: what it takes from a stored problem that was solved, and from a search for a critical value. On answers that
-are made up, each field another number."""
+"""scripts/stress.py: what it takes from a stored problem that was solved, and from a search for a critical value (limits.py), on
+answers that are made up, each field another number; and the problems that it makes (problems.py), by hand."""
 import json
 import math
 import tempfile
@@ -54,7 +54,7 @@ class Solves(Folder):
         with mock.patch.object(stress, "solve", lambda *_: (status, said, answer, speed, code)):
             return stress.do_problem(job, options())
 
-    def test_every_verdict_of_a_stored_problem(self):
+    def test_a_stored_problem_comes_to_each_verdict_by_how_it_ends(self):
         verdict = lambda **of: self.problem(**of)["verdict"]
         for of, wanted in (({}, "right"), ({"status": "inaccurate"}, "right"), ({"residual": 1e-6}, "right"), ({
                 "residual": 1.1e-6}, "silent"), ({"residual": 1.1e-6, "status": "inaccurate"}, "typed"), ({
@@ -257,7 +257,7 @@ class Made(unittest.TestCase):
                     np.testing.assert_allclose([W[3 * j + b][3 * i + a] for b in range(3)],
                                                axes @ (d / mass + np.cross(turned, other)), atol=1e-13)
 
-    def test_what_each_must_come_to(self):
+    def test_each_has_the_numbers_the_speed_and_the_ends_of_its_name(self):
         body = problems.body  # of hundreds of contacts it takes seconds
         with mock.patch.object(problems, "body", lambda points, *of: body(points if len(points) <= 64 else points[:1], *of)):
             every = list(problems.made())

@@ -213,7 +213,7 @@ class Order(Folder):
 
 
 class Saying(unittest.TestCase):
-    def test_a_line_a_run_with_the_time_that_is_left(self):
+    def test_each_run_is_a_line_with_the_time_that_is_left(self):
         record = {"run": "r1", "status": "ray", "reason": "no way on", "wall_s": 1.26, "busy": True}
         with mock.patch.object(sweep.sys.stderr, "isatty", lambda: False, create=True), \
                 mock.patch.object(sweep.time, "monotonic", side_effect=[100.0, 104.0, 110.0]), \

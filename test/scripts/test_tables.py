@@ -1,4 +1,5 @@
-"""The table of runs and Table I: every number under its own head, on runs whose numbers are all different."""
+"""The table of runs (gather.py), its cells (runs.py) and Table I (table1.py): every number under its own head, on runs whose
+numbers are all different."""
 import csv
 import math
 import statistics
