@@ -276,35 +276,6 @@ class Runs(unittest.TestCase):
         np.testing.assert_allclose(np.linalg.norm(r.orientation, axis=2), 1, rtol=1e-12)
         self.assertEqual(len(r.steps["status"]), 50)
 
-    @unittest.skipUnless(PROGRAM, "no program to compare with")
-    def test_every_array_of_a_run_has_the_columns_of_the_files_in_their_order(self):
-        # An arm that moves a cube: bodies that turn and slide, joints, contacts in some steps.
-        with tempfile.TemporaryDirectory() as folder:
-            subprocess.run([PROGRAM, "run", "urdf_arm.xml", "--method", "ap", "--duration", "0.05", "--out", folder, "--quiet"],
-                           check=True)
-            files = {name: np.genfromtxt(os.path.join(folder, f"{name}.csv"), delimiter=",", names=True, dtype=None,
-                                         encoding="utf8") for name in ("trajectory", "joints", "steps")}
-        r = cb.run("urdf_arm.xml", "ap", duration=0.05)
-        rows = files["trajectory"]
-        self.assertGreater(len(r.bodies), 2)
-        np.testing.assert_array_equal(rows["t"], np.repeat(r.t, len(r.bodies)))
-        np.testing.assert_array_equal(rows["body"], np.tile(r.bodies, len(r.t)))
-        for name, columns in (("position", ("px", "py", "pz")), ("orientation", ("qw", "qx", "qy", "qz")),
-                              ("velocity", ("vx", "vy", "vz")), ("angular_velocity", ("wx", "wy", "wz"))):
-            found = getattr(r, name)
-            self.assertEqual(found.shape, (len(r.t), len(r.bodies), len(columns)))
-            np.testing.assert_array_equal(found.reshape(-1, len(columns)), np.stack([rows[c] for c in columns], axis=1), name)
-        np.testing.assert_array_equal(files["joints"]["joint"], np.tile(r.joints, len(r.t)))
-        np.testing.assert_array_equal(files["joints"]["q"], r.q.ravel())
-        self.assertEqual(set(r.steps), {"t", "events", "contacts", "iterations", "residual", "law_residual", "event_energy_gain",
-                                        "max_penetration", "kinetic_energy", "potential_energy", "solve_s", "step_s", "status"})
-        for name, column in r.steps.items():
-            if name.endswith("_s"):
-                self.assertTrue((column > 0).all(), name)
-            else:
-                np.testing.assert_array_equal(column, files["steps"][name], name)
-        self.assertTrue((r.steps["step_s"] >= r.steps["solve_s"]).all())
-
     def test_a_run_says_how_it_ended_and_is_true_where_it_came_to_its_end(self):
         whole = cb.run("stack.xml", "ap", set={"boxes": 2}, duration=0.003)
         self.assertEqual((bool(whole), whole.status, whole.errors), (True, "ok", whole.summary["errors"]))

@@ -139,15 +139,19 @@ class Runs(unittest.TestCase):
         self.assertEqual(r.bodies, ["crate", "ball", "slab", "bar", "tip"])
         self.assertEqual(r.position.shape, (7, 5, 3))
         np.testing.assert_array_equal(np.repeat(r.t, 5), rows["t"])
+        self.assertEqual(list(rows["body"]), 7 * r.bodies)
         for name, columns in (("position", ("px", "py", "pz")), ("orientation", ("qw", "qx", "qy", "qz")),
                               ("velocity", ("vx", "vy", "vz")), ("angular_velocity", ("wx", "wy", "wz"))):
             np.testing.assert_array_equal(getattr(r, name).reshape(35, -1), np.stack([rows[c] for c in columns], axis=1), name)
         self.assertEqual(r.joints, ["hinge", "slide"])
+        self.assertEqual(list(tables["joints"]["joint"]), 7 * r.joints)
         np.testing.assert_array_equal(r.q.ravel(), tables["joints"]["q"])
         steps = tables["steps"]
         self.assertTrue(steps["events"].any() and np.isfinite(steps["residual"]).any() and (steps["potential_energy"] > 0).all())
-        for name in ("t", "events", "contacts", "iterations", "residual", "law_residual", "event_energy_gain", "max_penetration",
-                     "kinetic_energy", "potential_energy"):
+        names = ("t", "events", "contacts", "iterations", "residual", "law_residual", "event_energy_gain", "max_penetration",
+                 "kinetic_energy", "potential_energy")
+        self.assertEqual(set(r.steps), {*names, "status", "solve_s", "step_s"})
+        for name in names:
             np.testing.assert_array_equal(r.steps[name], steps[name], name)
         self.assertEqual(list(r.steps["status"]), list(steps["status"]))
         self.assertTrue((r.steps["solve_s"] <= r.steps["step_s"]).all() and (r.steps["step_s"] > 0).all())
