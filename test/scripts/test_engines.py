@@ -11,11 +11,10 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
-import made  # noqa: E402
-from contactbench import engines, findings, isolated, plan, program, replay  # noqa: E402
-from contactbench.runs import write_table  # noqa: E402
-from folder import Folder  # noqa: E402
+import made
+from contactbench import engines, findings, isolated, plan, program, replay
+from contactbench.runs import write_table
+from folder import Folder
 
 LISTED = {
     "methods": [{"name": "ap", "solvers": ["lemke"], "variants": [], "options": [{"flag": "k"}]}],

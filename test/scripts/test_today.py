@@ -2,7 +2,6 @@
 import math
 import unittest
 
-import standin  # noqa: F401  (finds the package)
 from contactbench import program, today
 
 
