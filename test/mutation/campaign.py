@@ -60,7 +60,7 @@ MODULE = "contactbench_python"  # the target that makes the Python module
 SCRIPTS = {
     "references": ("references", "recommend"), "recommend": ("recommend_words", "recommend"), "worth": ("worlds", "worth"),
     "stress": ("stress_runs", "stress_solves", "stress"), "campaign": ("campaign_runs", "campaign"), "sweep": ("sweep_jobs", "sweep"),
-    "problems": ("findings", "stress_solves"), "limits": ("findings", "stress_solves"), "figures": ("figures", "figures_of_all"),
+    "problems": ("stress_solves",), "limits": ("stress_solves",), "figures": ("figures", "figures_of_all"),
     "robots": ("looks",), "heatmap": ("figures_of_all",), "view": ("motions", "view"), "gltf": ("motions", "view"), "replay": ("replay",),
     "runs": ("tables",), "gather": ("tables",), "table1": ("tables",), "stepping": ("precision",), "ladder": ("choices",),
     "compare": ("choices",), "report": ("sections", "report"), "picture": ("pictures", "first_day"), "start": ("pictures", "first_day")}
