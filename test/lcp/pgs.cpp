@@ -91,6 +91,8 @@ TEST_CASE("What Gauss-Seidel cannot solve ends typed and with a finite answer") 
     p.q = two(-1, -1);
     CHECK(solve(p).status == LcpStatus::nonconverged);
     CHECK(solve(p).reason == "the iterates grow without bound");
+    CHECK(solve(p).z.isZero(0));  // the best that was seen, before they grew
+    CHECK(solve(p).residual == natural_residual(p, two(0, 0)));
   }
   SECTION("z_1 + 2 z_2 = 5, z_2 = 2 z_1 - 1 has z = (7, 9) / 5; the sweeps go (5, 9), (0, 0), (5, 9) for ever") {
     p.M = square(1, 2, -2, 1);

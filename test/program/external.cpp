@@ -147,6 +147,17 @@ TEST_CASE("a program that does not begin, or talks otherwise, ends the run at it
   }
 }
 
+TEST_CASE("a program that writes no answer has none, though it wrote one to the event before", "[program][external]") {
+  TemporaryDirectory directory;
+  const Result result =
+      run(directory.path(), external("test -e once && exit 0; touch once; " + toy + " file {text} {answer}", stack()));
+  CHECK(result.code == 3);
+  const Json json = summary(directory.path() / "r");
+  CHECK(json["status"] == "crash");
+  CHECK(json["reason"].get<std::string>().find("wrote no {answer}") != std::string::npos);
+  CHECK(json["steps"] == 1);
+}
+
 TEST_CASE("the limit of time and Ctrl-C are heard while another program is waited for", "[program][external]") {
   for (const std::string& command : {note_pid + toy + " binary hang=5", note_pid + "sleep 1000; : {text} {answer}"}) {
     TemporaryDirectory directory;
