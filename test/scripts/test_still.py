@@ -72,6 +72,16 @@ class Still(unittest.TestCase):
         np.testing.assert_allclose([depth, *flat[0]], [at @ still.BEHIND, at @ still.RIGHT, -(at @ still.UP)])
         self.assertEqual((radius, bright, number), (0.5, 1.0, 1))
 
+    def test_a_shape_is_turned_in_its_body_and_then_with_it(self):
+        sine = math.sin(math.pi / 4)
+        about_x = dict(zip(("qx", "qy", "qz", "qw"), (sine, 0, 0, sine)))  # y to z, z to -y
+        some = motion([ROUND | about_x | {"kind": "hull", "body": "a", "faces": [[(1, 2, 3), (0, 0, 0), (0, 0, 1)]]}],
+                      [((0, 0, 0), UPRIGHT), ((0, 0, 0), UPRIGHT)], [((0, 0, 0), (0, sine, 0, sine)), ((0, 0, 0), UPRIGHT)])
+        # (1, 2, 3) is at (1, -3, 2) in the body, and then a quarter about y takes z to x and x to -z.
+        for frame, corner in enumerate(((1, -3, 2), (2, -3, -1))):
+            (_, flat, *_), = still.faces_at(some, frame)
+            np.testing.assert_allclose(flat[0], [np.array(corner) @ still.RIGHT, -(np.array(corner) @ still.UP)])
+
     def test_nothing_to_draw_is_no_picture(self):
         self.assertEqual(still.svg(motion([], [], bodies=())), "")
 
