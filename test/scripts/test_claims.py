@@ -101,7 +101,8 @@ class Claims(Asked):
             motion[rows[-1]["run"]] = [(0, (0, 0, 0)), (60, (1 + 0.6 * end(n), -5, 2 - 0.8 * end(n)))]
         rows += self.runs("circular_sliding", {"mirtich": {"error_position_linf_m": off}}, **more)
         turn = np.linspace(0, 4 * math.pi, 200)
-        motion[rows[-1]["run"]] = [(t, (3 + 0.4 * math.cos(t), t, 0.4 * math.sin(t) - 1)) for t in turn]
+        radii = 0.4 + np.maximum(0, 0.1 * (2 * math.pi - turn))  # the last turn counts; before it the box comes nearer
+        motion[rows[-1]["run"]] = [(t, (3 + r * math.cos(t), t, r * math.sin(t) - 1)) for t, r in zip(turn, radii)]
         for name in claims.VARIANTS:
             rows += self.runs("circular_sliding", {name: {"error_position_linf_m": 0.7}}, **more)
             motion[rows[-1]["run"]] = [(t, (x, 8 * t, z)) for t, (x, z) in enumerate(newton)]

@@ -244,6 +244,13 @@ class Robots(Drawn):
             np.cos(np.radians(35)) * np.cos(np.radians(20))], atol=1e-15)
         self.assertGreater(up[1], 0)
 
+    def test_the_base_of_the_mobile_robot_is_behind_its_axle(self):
+        # Towards -z, as it looks at the start: the base's middle 0.055 m behind the axle, wheels beside it.
+        base, wheels, nose = (part / robots.SCALE for part in robots.outline(0, 0, 0))
+        np.testing.assert_allclose(sorted(map(tuple, base)), [(-0.15, -0.145), (-0.15, 0.255), (0.15, -0.145), (0.15, 0.255)])
+        np.testing.assert_allclose(np.mean(wheels, axis=1)[:, 1], 0, atol=1e-15)
+        np.testing.assert_allclose(nose, [(0, 0.055), (0, 0.055 - 0.28)], atol=1e-15)
+
     def test_an_outline_is_the_corners_and_nothing_within(self):
         square = [(0, 0), (2, 0), (2, 1), (0, 1)]
         inner = [(1, 0.5), (1, 0), (2, 0.5)]  # also on its sides

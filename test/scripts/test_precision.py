@@ -86,6 +86,8 @@ class Points(Results):
         for error, limit in ((0.9e-3, None), (1e-3, 1.9e-3)):
             self.assertFalse(precision.met(point, error, limit))
         self.assertFalse(precision.met(point | {"worst": 2e-3}, 1e-3))
+        for uncertainty, found in ((1e-4, True), (3e-4, False)):  # of the reference
+            self.assertEqual(precision.met(point | {"worst": 8e-4, "uncertainty": uncertainty}, 1e-3), found)
         early, late = ({"least": a, "most": b, "repeats": 2} for a, b in ((1, 2), (2.1, 3)))
         self.assertEqual([precision.told_apart(*two) for two in ((early, late), (late, early), (early, late | {"least": 1.9}))],
                          [True, True, False])

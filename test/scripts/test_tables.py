@@ -165,6 +165,7 @@ class Cells(Folder):
         self.assertEqual((part.how_it_ended, part.cut), ("ray at 0.123 s", ""))
         late = repeats({}, {"status": "time_limit", "finished": "false", "t_reached": ""})
         self.assertEqual((late.how_it_ended, late.cut), ("time_limit", "time_limit"))
+        self.assertEqual(repeats({"processing_s": 5}, {"processing_s": 1})["run"], "r2")  # of two in the middle the quicker
         doubtful = repeats({"status": "inaccurate"})
         self.assertEqual((doubtful.how_it_ended, doubtful.finished), ("inaccurate", True))
         self.assertTrue(math.isnan(repeats(ray).seconds))
