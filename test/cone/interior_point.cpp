@@ -419,7 +419,7 @@ TEST_CASE("the rounding of a contact's velocity is that of the terms it is the s
   const int nc = p.nc(), nv = p.nv();
   std::vector<double> r(3 * nc), eta(nc);
   for (double& x : r) x = normal(random);
-  for (double& x : eta) x = std::abs(normal(random));
+  for (double& x : eta) x = normal(random);  // of either sign where the normal velocity is fixed
   Eigen::MatrixXd M = Eigen::MatrixXd::Zero(nv, nv), J = Eigen::MatrixXd::Zero(3 * nc, nv);
   for (int b = 0; b < p.M->blocks(); ++b) M.block(6 * b, 6 * b, 6, 6) = p.M->block(b);
   for (int c = 0; c < nc; ++c)
@@ -427,7 +427,7 @@ TEST_CASE("the rounding of a contact's velocity is that of the terms it is the s
       J.block(3 * c, 6 * chain.J.block[e], 3, 6) = chain.J.entry(e);
   // eta acts along the normals like r_n.
   Eigen::VectorXd load = Eigen::Map<Eigen::VectorXd>(r.data(), 3 * nc).cwiseAbs();
-  for (int c = 0; c < nc; ++c) load[3 * c] += eta[c];
+  for (int c = 0; c < nc; ++c) load[3 * c] += std::abs(eta[c]);
   Eigen::VectorXd terms = Eigen::Map<const Eigen::VectorXd>(chain.v0.data(), nv).cwiseAbs();
   for (int c = 0; c < nc; ++c)
     terms += M.llt().solve(J.middleRows(3 * c, 3).transpose()).cwiseAbs() * load.segment<3>(3 * c);
