@@ -50,6 +50,7 @@ Scenario ball_and_stop(double depth, double stop) {
   test::add_sphere(s, 0.5, 1, {-1 + depth, 0, 0});
   test::add_sphere(s, 0.5, 1, {0, 0, 0});
   join(s, 1, JointKind::prismatic, Vec3::UnitX());
+  s.model.trees[0].joints[0].lower = -1;  // of its limits the second holds
   s.model.trees[0].joints[0].upper = stop;
   test::collide_all(s, 0);
   return s;
@@ -229,4 +230,143 @@ TEST_CASE("a displacement turns a body's spin with it, and keeps the kinetic ene
   CHECK((state.pose[0].q.conjugate() * Vec3(&state.v[3]) - spin_B).norm() < 1e-14 * spin_B.norm());
   CHECK(state.q[1] == Approx(1.4).epsilon(1e-15));
   CHECK(state.qd[0] / state.qd[1] == Approx(-2.0 / 3).epsilon(1e-15));
+}
+
+namespace {
+
+// Two balls of radius 0.5 m that touch along the x axis, at the start of a step of 1 ms; the second on a rail along x,
+// or free. What closes of a gap that is there at the end.
+struct Balls {
+  Scenario s = without_gravity();
+  State end;
+  Vec3 v = Vec3::Zero(), w_a = Vec3::Zero(), w_b = Vec3::Zero();  // m/s of the first; rad/s of both
+  std::vector<double> tolerance{1e-9, 1e-9};
+  bool touched = true, exact = false;
+
+  explicit Balls(bool rail) {
+    test::add_sphere(s, 0.5, 1, {2, 0, 0});
+    test::add_sphere(s, 0.5, 2, {3, 0, 0});
+    if (rail) join(s, 1, JointKind::prismatic, Vec3::UnitX());
+    test::collide_all(s, 0);
+    end = s.initial;
+  }
+  /// m: the gap that is left of one.
+  double left_of(double gap) const {
+    State state = end;
+    Eigen::Map<Vec3>(state.v.data()) = v;
+    Eigen::Map<Vec3>(&state.v[3]) = w_a;
+    Eigen::Map<Vec3>(&state.v[9]) = w_b;
+    State start = state;
+    start.pose = s.initial.pose;
+    std::vector<Motion> motions = motions_at(s, start);
+    const std::vector<ContactPoint> touching = touched ? one_contact(s, motions) : std::vector<ContactPoint>();
+    state.pose[0].p = state.pose[1].p - Vec3(1 + gap, 0, 0);
+    Drift drift;
+    drift.set_exact(exact);
+    drift.remove(s, motions, touching, tolerance, 1e-9, {0.7, 2}, {{0, 1}}, {0}, 1e-3, state);
+    for (std::size_t i = 0; i < 2; ++i) CHECK(motions[i].pose.p == state.pose[i].p);
+    return state.pose[1].p[0] - state.pose[0].p[0] - 1;
+  }
+  void closes_up_to(double reach) const {
+    const double rest = 0.1 * std::min(tolerance[0], tolerance[1]);
+    for (const double sign : {-1.0, 1.0}) {
+      CHECK(std::abs(left_of(sign * 0.98 * reach)) <= rest);
+      CHECK(left_of(sign * 1.02 * reach) == Approx(sign * 1.02 * reach).epsilon(1e-9));
+    }
+  }
+};
+
+}  // namespace
+
+TEST_CASE("what turning and slipping can have opened in a step is closed, and no more", "[drift]") {
+  Balls balls(false);
+  // Of each, its spin times 3/2 of its reach times that and the slip: 30 (1.5 30 0.7 + 4) + 20 (1.5 20 2 + 4) m/s^2.
+  balls.w_a = {30, 0, 0};
+  balls.w_b = {-20, 0, 0};
+  balls.v = {0, 4, 0};
+  balls.closes_up_to(2345e-6);
+  balls.v = {0, 0, 0};
+  balls.closes_up_to(2145e-6);
+  // What parts by more than that as steady motion goes is not held; what comes together is.
+  balls.v = {-2.4, 0, 0};
+  CHECK(balls.left_of(1e-3) == Approx(1e-3));
+  balls.v = {2.4, 0, 0};
+  CHECK(std::abs(balls.left_of(1e-3)) < 1e-9);
+}
+
+TEST_CASE("what a link's arc has left of steady motion is closed, its turn by its radius", "[drift]") {
+  Balls balls(true);
+  balls.end.q[0] = 5e-5;
+  forward_kinematics(balls.s.model, balls.s.model.trees[0], balls.end);
+  balls.closes_up_to(5e-5);
+  balls.end.pose[1].q = Quat(Eigen::AngleAxisd(4e-5, Vec3::UnitX()));  // times 0.5 m
+  balls.closes_up_to(7e-5);
+  // Besides what a spin can open, 30 1.5 30 0.7 m/s^2, and the tolerance.
+  balls.w_a = {30, 0, 0};
+  balls.closes_up_to(945e-6 + 7e-5);
+  balls.tolerance = {2e-4, 2e-4};
+  balls.closes_up_to(945e-6 + 7e-5 + 2e-4);
+}
+
+TEST_CASE("a gap counts as closed by the smaller tolerance of a pair", "[drift]") {
+  for (const bool first_is_larger : {false, true}) {
+    Balls balls(false);
+    balls.tolerance = first_is_larger ? std::vector{6e-4, 2e-4} : std::vector{2e-4, 6e-4};
+    balls.closes_up_to(2e-4);
+    // A tenth is good, unless all but rounding is to go.
+    for (const double gap : {-1.9e-5, 1.9e-5}) {
+      balls.exact = false;
+      CHECK(balls.left_of(gap) == Approx(gap));
+      CHECK(std::abs(balls.left_of(2 * gap)) < 1e-9);
+      balls.exact = true;
+      CHECK(std::abs(balls.left_of(gap)) < 1e-9);
+    }
+  }
+}
+
+TEST_CASE("of a pair that did not touch only what overlaps is taken away, as far as arcs reach", "[drift]") {
+  Balls balls(false);
+  balls.touched = false;
+  balls.w_a = {30, 0, 0};  // 30 1.5 30 0.7 m/s^2
+  const double reach = 945e-6;
+  for (const double gap : {-1.02 * reach, 0.5 * reach, 1.02 * reach}) CHECK(balls.left_of(gap) == Approx(gap));
+  CHECK(std::abs(balls.left_of(-0.98 * reach)) < 1e-9);
+  balls.tolerance = {2e-4, 2e-4};  // within which it touches
+  for (const double gap : {-1.9e-4, 1.9e-4}) CHECK(balls.left_of(gap) == Approx(gap));
+  CHECK(std::abs(balls.left_of(-2.1e-4)) <= 2e-5);
+}
+
+TEST_CASE("gaps are closed of the pairs that touched alone, each as deep as asked for", "[drift]") {
+  // Three balls in a row, off by 1, 2 and 3 micrometres from the ground; the middle one did not touch it.
+  Scenario s = without_gravity();
+  for (const double x : {0.0, 2.0, 4.0}) test::add_sphere(s, 0.5, 1, {x, 0.5 + 1e-6 * (1 + x / 2), 0});
+  test::add_ground(s);
+  test::collide_all(s, 0);
+  const std::vector<Motion> motions = motions_at(s, s.initial);
+  std::vector<ContactPoint> touching;
+  for (const int ball : {2, 0})
+    contact_points(s.shapes[ball], motions[ball].pose, ball, s.shapes[3], motions[3].pose, 3, 1e-5, touching);
+  REQUIRE(touching.size() == 2);
+  for (const double reach : {5e-6, 2e-6}) {
+    State state = s.initial;
+    std::vector<Motion> now = motions;
+    Drift().close(s, now, touching, {1e-9, 1e-9, 1e-9, 1e-9}, 1e-9, {{0, 3}, {1, 3}, {2, 3}}, {}, reach, state);
+    CHECK(state.pose[0].p[1] == Approx(0.5).margin(1e-10));
+    CHECK(state.pose[1].p[1] == 0.5 + 1e-6 * 2);
+    CHECK(state.pose[2].p[1] == Approx(reach > 3e-6 ? 0.5 : 0.5 + 3e-6).margin(1e-10));
+  }
+  // No point is looked for beyond what is asked for, or else the smaller tolerance.
+  State state = s.initial;
+  std::vector<Motion> now = motions;
+  const std::vector<double> wide{2.5e-6, 2.5e-6, 2.5e-6, 9e-6};
+  Drift().close(s, now, touching, wide, 1e-9, {{0, 3}, {1, 3}, {2, 3}}, {}, 1e-7, state);
+  CHECK(state.pose[0].p[1] == Approx(0.5).margin(1e-10));
+  CHECK(state.pose[2].p[1] == 0.5 + 1e-6 * 3);
+  // What touched and is not among the pairs that can meet stays as it is, and so does what comes next among these.
+  state = s.initial;
+  now = motions;
+  Drift().close(s, now, touching, {1e-9, 1e-9, 1e-9, 1e-9}, 1e-9, {{1, 3}, {2, 3}}, {}, 5e-6, state);
+  CHECK(state.pose[0].p[1] == 0.5 + 1e-6);
+  CHECK(state.pose[1].p[1] == 0.5 + 1e-6 * 2);
+  CHECK(state.pose[2].p[1] == Approx(0.5).margin(1e-10));
 }
