@@ -74,6 +74,44 @@ double first_contact(const std::vector<Shape>& ground, const Shape& shape, const
 
 }  // namespace
 
+TEST_CASE("a prism under a triangle is as deep as asked for, and is about its middle") {
+  // A triangle of area 3 seen from above, over (1, 2, 3); its prism's centre is half the depth below.
+  const Triangle top{Vec3(0, 2, 2), Vec3(0, 2.3, 4), Vec3(3, 1.7, 3)};
+  const double depth = 0.8;
+  const auto prisms = ground_prisms({top, {Vec3(9, 0, 9), Vec3(9, 0, 10), Vec3(10, 0, 9)}}, depth);
+  REQUIRE(prisms.size() == 2);
+  const Hull& prism = *prisms[0];
+  CHECK((prism.frame.p - Vec3(1, 2 - depth / 2, 3)).norm() < 1e-14);
+  CHECK(prism.frame.q.isApprox(Quat::Identity()));
+  CHECK(prism.volume == Approx(3 * depth));
+  CHECK(prism.size == Approx(3));  // x from 0 to 3, y over 1.4, z over 2
+  double furthest = 0;
+  REQUIRE(prism.polytope.vertices.size() == 6);
+  for (const Vec3& x : top)
+    for (const double down : {0.0, depth}) {
+      const Vec3 corner = x - Vec3(0, down, 0) - prism.frame.p;
+      furthest = std::max(furthest, corner.norm());
+      double nearest = 1;
+      for (const Vec3& vertex : prism.polytope.vertices) nearest = std::min(nearest, (vertex - corner).norm());
+      CHECK(nearest < 1e-14);
+    }
+  CHECK(prism.radius == Approx(furthest));
+  // About the middle of an upright one: over a triangle sum x^2 / 12, along the depth d^2 / 12 (the corners' mean is
+  // 0).
+  const Triangle level{Vec3(0, 0, 2), Vec3(0, 0, 4), Vec3(3, 0, 3)};
+  const double xx = (1 + 1 + 4) / 12.0, zz = (1 + 1 + 0) / 12.0, yy = depth * depth / 12;
+  CHECK((ground_prisms({level}, depth)[0]->inertia_per_mass - Vec3(yy + zz, xx + zz, xx + yy)).norm() < 1e-14);
+}
+
+TEST_CASE("a triangle looks up where it is less steep than a wall, with its corners counted from above") {
+  const auto rises = [](double x) { return looks_up({Vec3(1, 5, 0), Vec3(1, 5, 2), Vec3(1 + x, 5 + 1, 1)}); };
+  CHECK(rises(1));
+  CHECK(rises(2e-6));
+  CHECK_FALSE(rises(0.5e-6));
+  CHECK_FALSE(rises(0));
+  CHECK_FALSE(rises(-1));  // seen from below
+}
+
 TEST_CASE("On flat ground a ball's only normal is up, wherever it is beside a seam, and a box has its four corners") {
   const auto ground = roof(0);
   for (const double x : {-1e-5, -1e-9, -1e-12, 0.0, 1e-12, 1e-9, 1e-5, 0.2})

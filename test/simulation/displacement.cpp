@@ -216,6 +216,9 @@ TEST_CASE("a displacement turns a body's spin with it, and keeps the kinetic ene
   test::add_box(s, {1, 0.2, 0.1}, 2, {{5, 0, 0}, Quat::Identity()}, {1, 2, 3}, {4, -5, 6});
   for (const double x : {0.5, 1.5}) test::add_box(s, {1, 0.1, 0.1}, 3, {{x, 0, 0}, Quat::Identity()});
   join(s, 1, JointKind::revolute, Vec3::UnitZ());
+  // Unequal about two axes is enough for the spin to turn, whichever two.
+  const Vec3 inertia = GENERATE(Vec3(1, 2, 3), Vec3(2, 2, 5), Vec3(5, 2, 2), Vec3(2, 5, 2));
+  s.model.bodies[0].inertia = inertia;
   State state = s.initial;
   state.q = {0.3, 1.1};
   state.qd = {2, -3};
