@@ -196,3 +196,105 @@ TEST_CASE("a try that is not taken takes back what its answers were worth, not w
   CHECK(record.iterations == 6);
   CHECK(record.size == 10);
 }
+
+namespace {
+
+/// s, from the start of a step in which nothing is solved.
+double longest_move(const Scenario& s) {
+  SimulationOptions options;
+  options.step = h;
+  BaseStep base(s, options, find_method("newton")->make({}), newton_law());
+  base.begin(1);
+  base.kick(h);
+  base.look(h);
+  return base.longest_move();
+}
+
+/// s, in which half its square times `bending` (m/s^2) is a thousandth of `size` (m).
+double until_turned_in(double bending, double size) { return std::sqrt(2 * 1e-3 * size / bending); }
+
+/// A box that slides along x at 2 m/s and turns about z with `spin`, on what is added next below y = 0.
+Scenario whirling_box(double spin) {
+  Scenario s = test::empty_scene(h, 1);
+  s.gravity.constant = Vec3::Zero();
+  test::add_box(s, {0.3, 0.2, 0.4}, 1, {{0, 0.1, 0}, Quat::Identity()}, {2, 0, 0}, {0, 0, spin});
+  return s;
+}
+const double reach = Vec3(0.15, 0.1, 0.2).norm(), size = 0.4;  // m, of that box
+
+}  // namespace
+
+TEST_CASE("what whirls on what it touches moves until its corners have turned in by a thousandth of the smaller size") {
+  // Its lower corners slip with (2 + 0.1 w, 0.15 w, 0).
+  for (const double spin : {9.0, -9.0}) {
+    Scenario s = whirling_box(spin);
+    test::add_ground(s);
+    test::collide_all(s, 0);
+    const double slip = std::hypot(2 + 0.1 * spin, 0.15 * spin);
+    CHECK(longest_move(s) == Approx(until_turned_in(9 * (1.5 * 9 * reach + slip), size)));
+  }
+  // At most 0.02 rad a step is slow, and no move is shorter than a thousandth of the step.
+  for (const double spin : {1.99, 2.01, 1e6}) {
+    Scenario s = whirling_box(spin);
+    test::add_ground(s);
+    test::collide_all(s, 0);
+    CHECK((longest_move(s) == HUGE_VAL) == (spin < 2));
+    if (spin > 1e5) CHECK(longest_move(s) == Approx(1e-3 * h));
+  }
+  // Of two that touch the ground the faster one counts, by its own size, wherever it comes.
+  for (const bool first : {false, true}) {
+    Scenario s = whirling_box(first ? 9 : 3);
+    test::add_box(s, {0.3, 0.2, 0.4}, 1, {{5, 0.1, 0}, Quat::Identity()}, {2, 0, 0}, {0, 0, first ? 3.0 : 9.0});
+    test::add_ground(s);
+    test::collide_all(s, 0);
+    CHECK(longest_move(s) == Approx(until_turned_in(9 * (1.5 * 9 * reach + std::hypot(2.9, 1.35)), size)));
+  }
+  // What turns without touching anything has no limit.
+  Scenario s = whirling_box(9);
+  s.initial.pose[0].p[1] = 1;
+  test::add_ground(s);
+  test::collide_all(s, 0);
+  CHECK(longest_move(s) == HUGE_VAL);
+}
+
+TEST_CASE("a face that whirls on something round turns about its middle, or about as far as its points come down") {
+  for (const double radius : {0.05, 0.5, 1e5}) {
+    // The ball moves along, at 0.5 m/s, and does not count by its own spin; its size is 2 R.
+    Scenario s = whirling_box(9);
+    test::add_sphere(s, radius, 3, {0, -radius, 0}, {0.5, 0, 0}, {300, 0, 0});
+    test::collide_all(s, 0);
+    const double smaller = std::min(size, 2 * radius);
+    const double middle = std::min(radius, 2 * reach * reach / (1e-3 * smaller));
+    const Vec3 slip = Vec3(2 + 0.9, 0, 0) - (Vec3(0.5, 0, 0) + Vec3(300, 0, 0).cross(Vec3(0, radius, 0)));
+    const double bending = 9 * (1.5 * 9 * reach + slip.norm()) + 81 * middle;
+    CHECK(longest_move(s) == Approx(std::max(until_turned_in(bending, smaller), 1e-3 * h)));
+    // About its face's normal it does not turn into the ball.
+    s.initial.v = {2, 0, 0, 0, 9, 0, 0.5, 0, 0, 0, 0, 0};
+    CHECK(longest_move(s) == Approx(until_turned_in(9 * (1.5 * 9 * reach + 1.5), smaller)));
+  }
+}
+
+TEST_CASE("a link that turns moves until its arc has left its tangent by a twentieth of the smallest shape") {
+  // The bar's centre is 0.5 m from its hinge: at 4 rad/s 2 m/s.
+  Scenario s = test::empty_scene(h, 1);
+  s.gravity.constant = Vec3::Zero();
+  test::add_box(s, {0.6, 0.1, 0.1}, 1, {{0.5, 0, 0}, Quat::Identity()});
+  Joint joint;
+  joint.kind = JointKind::revolute;
+  joint.axis_C = Vec3::UnitZ();
+  joint.anchor_C = {-0.5, 0, 0};
+  joint.body = joint.q = joint.v = 0;
+  s.model.bodies[0].tree = 0;
+  Tree tree;
+  tree.joints = {joint};
+  tree.nv = 1;
+  s.model.trees = {tree};
+  s.initial.q = {0};
+  s.initial.qd = {4};
+  // Free, and faster, which is no arc.
+  test::add_box(s, {0.2, 0.1, 0.1}, 1, {{9, 0, 0}, Quat::Identity()}, {50, 0, 0}, {0, 0, 50});
+  test::collide_all(s, 0);
+  CHECK(longest_move(s) == Approx(std::sqrt(2 * 0.05 * 0.2 / (2 * 4))));
+  s.initial.qd = {0};
+  CHECK(longest_move(s) == HUGE_VAL);
+}

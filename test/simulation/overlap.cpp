@@ -125,6 +125,27 @@ TEST_CASE("two bodies that overlap part in the ratio of their masses, as least d
   for (const double v : seen.state.v) CHECK(v == 0);
 }
 
+TEST_CASE("a body is moved and turned by the least that parts it, and as far as its furthest point is told",
+          "[overlap]") {
+  // A ball 1 m off its body's centre is in the ground by d. Per N s of displacement it opens by 1/m + 1/I = 1/2 + 1/3:
+  // the body rises by 3/5 d and turns by 2/5 d; the far side of the ball is 1.5 m off.
+  for (const double d : {1e-5, 3e-5}) {
+    Scenario s = without_gravity();
+    test::add_ground(s);
+    const int ball = test::add_sphere(s, 0.5, 2, {0, 0.5 - d, 0});
+    Shape& shape = s.shapes[1];
+    shape.local.p = Vec3(1, 0, 0);
+    s.model.bodies[static_cast<std::size_t>(ball)].inertia = Vec3(5, 7, 3);
+    test::collide_all(s, 0);
+    const Seen seen = look(s);
+    REQUIRE(seen.status == Status::ok);
+    CHECK(seen.inside == Approx(d).epsilon(1e-6));
+    CHECK(seen.displacement == Approx((0.6 + 1.5 * 0.4) * d).epsilon(1e-3));
+    CHECK(seen.state.pose[0].p[1] - (0.5 - d) == Approx(0.6 * d).epsilon(1e-3));
+    CHECK(2 * seen.state.pose[0].q.z() == Approx(0.4 * d).epsilon(1e-3));
+  }
+}
+
 TEST_CASE("a body that is pushed out pushes on what it touches, and opens no gap there", "[overlap]") {
   // Spheres in a row that touch; the first overlaps the second by d. Least displacement of four equal masses, the last
   // three moving as one: 3/4 d and 1/4 d.
