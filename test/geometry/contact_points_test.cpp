@@ -383,3 +383,73 @@ TEST_CASE("a tilted box whose grid touches in part keeps every point of it, wher
     CHECK(left_out == (rise == 0 ? 21 : 0));
   }
 }
+
+namespace {
+
+Shape box_with_grid(const Vec3& size, int grid) {
+  Shape shape = box(size.x(), size.y(), size.z());
+  shape.contact_grid = grid;
+  return shape;
+}
+
+}  // namespace
+
+TEST_CASE("the points of a grid are those of the surface in all directions, each halfway to the plane below it") {
+  const Vec3 size(1, 0.6, 1.4);
+  const Quat tilt = turn(0.3, Vec3(1, 0, 2));
+  const Pose plane = at(Vec3(1, 2, 3), tilt);
+  const Vec3 n = tilt * Vec3::UnitY();
+  for (const int grid : {3, 4, 5})
+    for (const double angle : {-0.4, 0.25}) {
+      const Pose pose = at(Vec3(1, 2, 3) + 0.2 * n, turn(angle, Vec3(2, 1, -1)) * tilt);
+      for (const double tolerance : {0.1, 0.35, 5.0}) {
+        std::vector<Vec3> expected;
+        for (int i = 0; i < grid; ++i)
+          for (int j = 0; j < grid; ++j)
+            for (int k = 0; k < grid; ++k) {
+              const auto is_end = [grid](int m) { return m == 0 || m == grid - 1; };
+              if (!is_end(i) && !is_end(j) && !is_end(k)) continue;
+              const Vec3 part = Vec3(i, j, k) / (grid - 1) - Vec3::Constant(0.5);
+              const Vec3 x = pose * size.cwiseProduct(part);
+              const double gap = n.dot(x - plane.p);
+              if (gap <= tolerance) expected.push_back(x - gap / 2 * n);
+            }
+        INFO(grid << " points along an edge, up to " << tolerance);
+        std::vector<ContactPoint> out;
+        CHECK(contact_points(box_with_grid(size, grid), pose, 0, half_space(), plane, 1, tolerance, out) == 0);
+        check_positions(out, expected, 1e-14);
+        for (const ContactPoint& c : out) CHECK(n.dot(c.position - plane.p) == Approx(c.gap / 2).margin(1e-14));
+      }
+    }
+}
+
+TEST_CASE("of a face, an edge or a corner that touches whole the corners of the box stand for its grid") {
+  const auto left_out = [](const Shape& shape, const Pose& pose, double tolerance, std::size_t points) {
+    std::vector<ContactPoint> out;
+    const int more = contact_points(shape, pose, 0, half_space(), at(0, 0, 0), 1, tolerance, out, true);
+    CHECK(out.size() == points);
+    return more;
+  };
+  const double r2 = std::sqrt(0.5), r3 = std::sqrt(0.75);
+  for (const int grid : {3, 4}) {
+    const Shape cube = box_with_grid(Vec3::Ones(), grid);
+    CHECK(left_out(cube, at(0, 0.5, 0), 1e-9, 4) == grid * grid - 4);
+    for (const double way : {1.0, -1.0})
+      for (const Vec3& along : {Vec3(1, 0, 0), Vec3(0, 0, 1)})
+        CHECK(left_out(cube, at(Vec3(0, r2, 0), turn(way * pi / 4, along)), 1e-9, 2) == grid - 2);
+    CHECK(left_out(cube, at(Vec3(0, r3, 0), corner_down()), 1e-9, 1) == 0);
+    // A plate thinner than the tolerance touches with all of its points, which are no face.
+    const Shape plate = box_with_grid(Vec3(1, 1e-3, 2), grid);
+    const auto all = static_cast<std::size_t>(grid * grid * grid - (grid - 2) * (grid - 2) * (grid - 2));
+    CHECK(left_out(plate, at(0, 0.5e-3, 0), 1e-9, 4) == grid * grid - 4);
+    CHECK(left_out(plate, at(0, 0.5e-3, 0), 1.1e-3, all) == 0);
+  }
+  // Three points along an edge: the next one is a half of its rise up.
+  const Shape cube = box_with_grid(Vec3::Ones(), 3);
+  for (const double rise : {1e-3, -1e-3}) {
+    const Pose pose = at(Vec3(0, 0.5 + std::abs(rise) / 2, 0), turn(rise, Vec3::UnitZ()));
+    CHECK(left_out(cube, pose, 0.45e-3, 2) == 1);  // an edge
+    CHECK(left_out(cube, pose, 0.55e-3, 6) == 0);
+    CHECK(left_out(cube, pose, 1.05e-3, 4) == 5);  // the face
+  }
+}
