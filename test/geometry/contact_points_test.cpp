@@ -453,3 +453,33 @@ TEST_CASE("of a face, an edge or a corner that touches whole the corners of the 
     CHECK(left_out(cube, pose, 1.05e-3, 4) == 5);  // the face
   }
 }
+
+TEST_CASE(
+    "where edges cross and faces nearly lie on each other the corners that come next are there, with their gaps") {
+  // Crossed beams, the upper one's lower face rising by 6 mm/m along x and falling by 4 mm/m along z.
+  const double along_x = 6e-3, along_z = -4e-3, gap = 1e-4;
+  const Quat tilt = turn(along_x, Vec3(0, 0, 1)) * turn(-along_z, Vec3(1, 0, 0));
+  const auto rise = [&](double x, double z) { return along_x * x + along_z * z; };
+  const Pose high = at(Vec3(0, 1 + gap - rise(-0.25, 0.25), 0), tilt), low = at(0, 0, 0);
+  const Shape beam = box(4, 1, 0.5), other = box(0.5, 1, 4);
+  for (const bool swapped : {false, true})
+    for (const auto& [reach, corners] : {std::pair(0.0, 1), {1e-3, 1}, {2.5e-3, 2}, {4e-3, 3}, {8e-3, 4}}) {
+      INFO(reach);
+      std::vector<ContactPoint> found;
+      if (swapped)
+        contact_points(other, low, 0, beam, high, 1, 2e-4, found, false, reach);
+      else
+        contact_points(beam, high, 0, other, low, 1, 2e-4, found, false, reach);
+      std::vector<int> seen(4, 0);
+      for (const ContactPoint& p : found) {
+        const int corner = (p.position.x() > 0 ? 1 : 0) + (p.position.z() < 0 ? 2 : 0);
+        seen[static_cast<std::size_t>(corner)] = 1;
+        const double x = corner % 2 == 1 ? 0.25 : -0.25, z = corner >= 2 ? -0.25 : 0.25;
+        const double expected = gap + rise(x, z) - rise(-0.25, 0.25);
+        CHECK(p.gap == Approx(expected).margin(3e-5));
+        CHECK((p.position - Vec3(x, 0.5 + expected / 2, z)).norm() < 4e-3);
+        CHECK(std::abs(p.normal.y() - (swapped ? -1 : 1)) < 1e-4);
+      }
+      CHECK(std::count(seen.begin(), seen.end(), 1) == corners);
+    }
+}

@@ -274,3 +274,87 @@ TEST_CASE("The broad phase names every cylinder that can reach the ground or a s
   }
   CHECK(needed > 100);
 }
+
+TEST_CASE("an end that is sunk in askew touches at its lowest and highest points and across, each halfway") {
+  const double r = 0.5, half = 0.3, tilt = 0.1, middle = -0.06;  // m, of the lower end; its rim is within r sin tilt
+  for (const double way : {1.0, -1.0}) {
+    // Turned about a direction across which it slopes down: neither is an axis of the cylinder.
+    const Vec3 axis = way * Vec3(0.8, 0, 0.6);
+    const Quat q = turn(tilt, axis);
+    const Vec3 end(2, middle, 3), along = q * axis.cross(Vec3::UnitY());
+    const Pose pose = at(end + half * (q * Vec3::UnitY()), q);
+    const auto found = points(cylinder(r, 2 * half), pose, half_space(), at(0, 0, 0));
+    REQUIRE(found.size() == 4);
+    for (const Vec3& off : {along, Vec3(-along), axis, Vec3(-axis)}) {
+      const Vec3 rim = end + r * off;
+      double nearest = 1;
+      for (const ContactPoint& p : found)
+        nearest =
+            std::min(nearest, (p.position - Vec3(rim.x(), rim.y() / 2, rim.z())).norm() + std::abs(p.gap - rim.y()));
+      CHECK(nearest < 1e-14);
+    }
+  }
+}
+
+TEST_CASE("an end that is nearly flat touches with its whole rim only where its highest point is closed, too") {
+  // Its rim rises by 0.4 nm to both sides, to below the tolerance of 1 nm or beyond it; the middle is within it.
+  const double r = 0.5;
+  for (const double middle : {0.5e-9, 0.7e-9}) {
+    const Pose pose = at(Vec3(0, 0.3 + middle, 0), turn(0.8e-9, Vec3(0, 0, 1)));
+    CHECK(points(cylinder(r, 0.6), pose, half_space(), at(0, 0, 0)).size() == (middle < 0.6e-9 ? 4 : 3));
+  }
+}
+
+TEST_CASE("a sphere whose centre is inside a cylinder is pushed out through its side or the nearer end") {
+  const double r = 0.5, half = 0.8, radius = 0.25;
+  struct Case {
+    Vec3 centre, normal, surface;  // in the cylinder's frame
+    double depth;
+  };
+  const Case cases[] = {
+      {{0.24, -0.2, -0.32}, {0.6, 0, -0.8}, {0.3, -0.2, -0.4}, 0.1},  // its side
+      {{0.24, 0.3, -0.32}, {0.6, 0, -0.8}, {0.3, 0.3, -0.4}, 0.1},
+      {{0.06, -0.75, 0.08}, {0, -1, 0}, {0.06, -0.8, 0.08}, 0.05},  // its lower end, its upper one
+      {{0.06, 0.75, 0.08}, {0, 1, 0}, {0.06, 0.8, 0.08}, 0.05},
+      {{0.24, 0.7, -0.32}, {0, 1, 0}, {0.24, 0.8, -0.32}, 0.1},  // both are as near: the end
+      {{0.24, -0.7, -0.32}, {0, -1, 0}, {0.24, -0.8, -0.32}, 0.1},
+  };
+  for (const Pose& frame : {at(0, 0, 0), at(Vec3(1, 2, 3), turn(0.7, Vec3(1, 2, -1)))})
+    for (const Case& one : cases) {
+      INFO(one.centre.transpose());
+      const auto found = points(sphere(radius), at(frame * one.centre, Quat::Identity()), cylinder(r, 2 * half), frame);
+      REQUIRE(found.size() == 1);
+      CHECK(found[0].gap == Approx(-one.depth - radius));
+      CHECK((found[0].normal - frame.q * one.normal).norm() < 1e-14);
+      const Vec3 position = one.surface - (one.depth + radius) / 2 * one.normal;
+      CHECK((found[0].position - frame * position).norm() < 1e-14);
+    }
+  // On its axis no side is nearer: along its x axis.
+  const auto found = points(sphere(radius), at(0, 0.1, 0), cylinder(r, 2 * half), at(0, 0, 0));
+  REQUIRE(found.size() == 1);
+  CHECK(found[0].normal == Vec3(1, 0, 0));
+  CHECK((found[0].position - Vec3(0.5 - 0.375, 0.1, 0)).norm() < 1e-15);
+}
+
+TEST_CASE("a cylinder that stands half beside another touches where the rims cross, and with what lies on the other") {
+  // Rims of 0.5 and 0.4 m whose centres are 0.6 m apart cross at (0.6^2 + 0.4^2 - 0.5^2) / 1.2 = 0.225 m from the
+  // latter.
+  const double beside = std::sqrt(0.4 * 0.4 - 0.225 * 0.225);
+  const std::vector<Vec3> expected{{0.225, 0.3, beside}, {0.225, 0.3, -beside}, {0.4, 0.3, 0}, {0.1, 0.3, 0}};
+  for (const double angle : {0.0, pi / 2, pi, -pi / 2})
+    for (const Pose& frame : {at(0, 0, 0), at(Vec3(1, 2, 3), turn(0.7, Vec3(1, 2, -1)))})
+      for (const bool swapped : {false, true}) {
+        const Pose under = frame * at(Vec3::Zero(), turn(angle, Vec3(0, 1, 0)));
+        const Pose over = frame * at(Vec3(0.6, 0.6, 0), turn(2 * angle, Vec3(0, 1, 0)));
+        const Shape wide = cylinder(0.5, 0.6), narrow = cylinder(0.4, 0.6);
+        const auto found = swapped ? points(narrow, under, wide, over) : points(wide, over, narrow, under);
+        REQUIRE(found.size() == expected.size());
+        for (const Vec3& x : expected) {
+          double nearest = 1;
+          for (const ContactPoint& p : found) nearest = std::min(nearest, (p.position - frame * x).norm());
+          CHECK(nearest < 1e-9);
+        }
+        for (const ContactPoint& p : found)
+          CHECK((p.normal - (swapped ? -1 : 1) * (frame.q * Vec3::UnitY())).norm() < 1e-12);
+      }
+}

@@ -87,6 +87,18 @@ TEST_CASE("Bounding radius and size of the shapes") {
   CHECK(sphere(2).size() == 4);
   CHECK(box(2, 4, 4).bounding_radius() == Approx(3));
   CHECK(box(2, 4, 1).size() == 4);
+  CHECK(cylinder(3, 8).bounding_radius() == Approx(5));
+  CHECK(cylinder(3, 8).size() == 8);
+  CHECK(cylinder(3, 5).size() == 6);
+  CHECK(capsule(3, 8).bounding_radius() == 7);
+  CHECK(capsule(3, 8).size() == 14);
+  CHECK(box_hull(2, 4, 4).bounding_radius() == Approx(3));
+  CHECK(box_hull(2, 4, 1).size() == Approx(4));
+  // Of the box around it: a capsule's is longer by its caps.
+  CHECK(sphere(2).box_around() == Vec3(2, 2, 2));
+  CHECK(box(2, 4, 1).box_around() == Vec3(1, 2, 0.5));
+  CHECK(cylinder(3, 8).box_around() == Vec3(3, 4, 3));
+  CHECK(capsule(3, 8).box_around() == Vec3(3, 7, 3));
   CHECK(std::isinf(half_space().bounding_radius()));
   CHECK(std::isinf(half_space().size()));
 }

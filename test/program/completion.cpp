@@ -34,6 +34,18 @@ std::set<std::string> flags_of_help(const std::string& help) {
   return flags;
 }
 
+/// What zsh is offered at `place`, "command --flag".
+std::set<std::string> offered(const std::string& script, const std::string& place) {
+  const std::string before = "('" + place + "') all=(";
+  const std::size_t at = script.find(before);
+  REQUIRE(at != std::string::npos);
+  const std::size_t from = at + before.size();
+  std::istringstream in(script.substr(from, script.find(')', from) - from));
+  std::set<std::string> out;
+  for (std::string word; in >> word;) out.insert(word);
+  return out;
+}
+
 std::set<std::string> names_listed(const fs::path& directory, const std::string& topic) {
   std::set<std::string> names;
   for (const Json& row : Json::parse(run(directory, {"list", topic, "--json"}).out)) names.insert(row["name"]);
@@ -59,6 +71,21 @@ TEST_CASE("bash completes to what the program has, and to nothing else", "[progr
         names_listed(directory.path(), "laws"));
   CHECK(completed(directory.path(), script, "contactbench solve p --kind c") == std::set<std::string>{"contact"});
   CHECK(completed(directory.path(), script, "contactbench run sta").contains("stack.xml"));
+  CHECK(completed(directory.path(), script, "contactbench completion z") == std::set<std::string>{"zsh"});
+  CHECK(completed(directory.path(), script, "contactbench completion b") == std::set<std::string>{"bash"});
+  CHECK(completed(directory.path(), script, "contactbench ''") ==
+        std::set<std::string>{"run", "solve", "judge", "check", "list", "completion", "--help", "--version"});
+  CHECK(completed(directory.path(), script, "contactbench run x --prune ''") ==
+        std::set<std::string>{"on", "off", "rest"});
+  CHECK(completed(directory.path(), script, "contactbench solve p --solver l") == std::set<std::string>{"lemke"});
+  CHECK(completed(directory.path(), script, "contactbench solve p --solver n") ==
+        std::set<std::string>{"newton", "nsgs"});
+  CHECK(completed(directory.path(), script, "contactbench check x --variant s") ==
+        std::set<std::string>{"stick-tested", "sap"});
+  // Files of the directory come besides names of scenes, and not among flags.
+  std::ofstream(directory.path() / "stays.xml") << "x";
+  CHECK(completed(directory.path(), script, "contactbench run sta").contains("stays.xml"));
+  CHECK(completed(directory.path(), script, "contactbench judge sta") == std::set<std::string>{"stays.xml"});
 }
 
 TEST_CASE("zsh is offered the same flags, in a script that it can read", "[program]") {
@@ -66,6 +93,13 @@ TEST_CASE("zsh is offered the same flags, in a script that it can read", "[progr
   const std::string script = run(directory.path(), {"completion", "zsh"}).out;
   for (const std::string& flag : flags_of_help(run(directory.path(), {"run", "--help"}).out))
     CHECK(script.find("'" + flag + ":") != std::string::npos);
+  const std::string bash = run(directory.path(), {"completion", "bash"}).out;
+  for (const std::string place :
+       {"run --method", "run --solver", "run --variant", "judge --law", "solve --kind", "solve --method"}) {
+    INFO(place);
+    CHECK(offered(script, place) == completed(directory.path(), bash, "contactbench " + place + " ''"));
+    CHECK(offered(script, place).size() > 1);
+  }
   std::ofstream(directory.path() / "_contactbench") << script;
   const std::string file = (directory.path() / "_contactbench").string();
   CHECK(std::system(("! command -v zsh >/dev/null || zsh -n '" + file + "'").c_str()) == 0);
