@@ -436,3 +436,34 @@ TEST_CASE("The lowest point is as deep as the two are, also where that is beside
   }
   CHECK(deep > 2000);
 }
+
+TEST_CASE(
+    "a cylinder that lies over an end or a face that is shorter touches where its line leaves that, gaps in between") {
+  // Its lowest line is 0.24 m off the middle of an end of radius 0.4 m, or along a box: both are 0.64 m long there. It
+  // rises by 1 mm/m.
+  const double slope = 1e-3, gap = 2e-3;
+  const Shape lying = cylinder(0.2, 1);
+  for (const Shape& under : {cylinder(0.4, 0.6), box(0.64, 0.6, 1)})
+    for (const double middle : {0.1, 0.4, -0.4}) {
+      // Rises along x; the other way round along -x.
+      for (const double way : {1.0, -1.0}) {
+        INFO(static_cast<int>(under.kind) << ", " << middle << " m, " << way);
+        const Pose pose = at(Vec3(middle, 0.3 + 0.2 + gap, 0.24), turn(way * slope - pi / 2, Vec3(0, 0, 1)));
+        std::vector<ContactPoint> found;
+        contact_points(lying, pose, 0, under, at(0, 0, 0), 1, 1e-9, found, false, 0.01);
+        INFO(found.size() << " points");
+        for (const double x : {std::max(-0.32, middle - 0.5), std::min(0.32, middle + 0.5)}) {
+          const double expected = gap + way * slope * (x - middle);
+          double nearest = 1;
+          for (const ContactPoint& p : found)
+            nearest =
+                std::min(nearest, (p.position - Vec3(x, 0.3 + expected / 2, 0.24)).norm() + std::abs(p.gap - expected));
+          CHECK(nearest < 1e-3);
+        }
+        for (const ContactPoint& p : found) {
+          CHECK(p.gap == Approx(gap + way * slope * (p.position.x() - middle)).margin(2e-6));
+          CHECK(p.normal.y() == Approx(1).epsilon(1e-5));
+        }
+      }
+    }
+}
