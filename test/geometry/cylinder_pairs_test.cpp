@@ -467,3 +467,35 @@ TEST_CASE(
       }
     }
 }
+
+TEST_CASE(
+    "a box over the rim of an end touches with its corners, where its sides cross the rim, and with the rim's points") {
+  // Over x from 0.1 to 0.5 and z up to 0.15 on both sides, on an end of radius 0.4 m: the sides cross at x = 0.371 m.
+  // Its lower face rises along x by 1 mm/m, not at all, or falls; all of that is looked at.
+  const double crossing = std::sqrt(0.4 * 0.4 - 0.15 * 0.15), gap = 2e-3;
+  for (const Shape& upper : {box(0.4, 0.2, 0.3), box_hull(0.4, 0.2, 0.3)})
+    for (const double slope : {1e-3, 0.0, -1e-3})
+      for (const bool swapped : {false, true}) {
+        INFO(static_cast<int>(upper.kind) << ", " << slope);
+        const Pose over = at(Vec3(0.3, 0.3 + gap + 0.1, 0), turn(slope, Vec3(0, 0, 1)));
+        const Pose under = at(Vec3::Zero(), turn(pi / 2, Vec3(0, 1, 0)));
+        std::vector<ContactPoint> found;
+        if (swapped)
+          contact_points(cylinder(0.4, 0.6), under, 0, upper, over, 1, 1e-9, found, false, 0.01);
+        else
+          contact_points(upper, over, 0, cylinder(0.4, 0.6), under, 1, 1e-9, found, false, 0.01);
+        const auto gap_at = [&](double x) { return gap + slope * (x - 0.3); };
+        for (const auto& [x, z] :
+             {std::pair(0.1, 0.15), {0.1, -0.15}, {crossing, 0.15}, {crossing, -0.15}, {0.4, 0.0}}) {
+          double nearest = 1;
+          for (const ContactPoint& p : found)
+            nearest = std::min(nearest, (p.position - Vec3(x, 0.3 + gap_at(x) / 2, z)).norm());
+          CHECK(nearest < 5e-4);
+        }
+        CHECK(found.size() == 5);
+        for (const ContactPoint& p : found) {
+          CHECK(p.gap == Approx(gap_at(p.position.x())).margin(2e-6));
+          CHECK(p.normal.y() == Approx(swapped ? -1 : 1).epsilon(1e-5));
+        }
+      }
+}
