@@ -230,3 +230,42 @@ TEST_CASE("Random capsules that touch and turn find what closes next") {
   }
   CHECK(found_more > 100);
 }
+
+TEST_CASE("what a capsule nearly lies along has points at both ends of what they share, each with its own gap") {
+  // It rises by 1 mm/m along x, or falls, 2 mm above a box, a hull, or a capsule that lies along x; these are 0.64 m
+  // long.
+  const double gap = 2e-3;
+  const Shape lying = capsule(0.2, 1);
+  const Quat along_x = turn(-pi / 2, Vec3(0, 0, 1));
+  for (const Shape& under : {box(0.64, 0.6, 1), box_hull(0.64, 0.6, 1), capsule(0.3, 0.64)})
+    for (const double middle : {0.1, 0.4, -0.4})
+      for (const double slope : {1e-3, -1e-3})
+        for (const bool swapped : {false, true}) {
+          INFO(static_cast<int>(under.kind) << ", " << middle << " m, " << slope);
+          const Pose low = at(Vec3::Zero(), under.kind == ShapeKind::capsule ? along_x : Quat::Identity());
+          const Pose high = at(Vec3(middle, 0.3 + 0.2 + gap, 0), turn(slope, Vec3(0, 0, 1)) * along_x);
+          for (const double reach : {0.01, 0.0}) {
+            std::vector<ContactPoint> found;
+            if (swapped)
+              contact_points(under, low, 0, lying, high, 1, 2e-3, found, false, reach);
+            else
+              contact_points(lying, high, 0, under, low, 1, 2e-3, found, false, reach);
+            const double from = std::max(-0.32, middle - 0.5), to = std::min(0.32, middle + 0.5);
+            const auto gap_at = [&](double x) { return gap + slope * (x - middle); };
+            int expected = 0;
+            for (const double x : {from, to}) {
+              if (gap_at(x) > (reach > 0 ? reach : 2e-3)) continue;
+              ++expected;
+              double nearest = 1;
+              for (const ContactPoint& p : found)
+                nearest = std::min(nearest, (p.position - Vec3(x, 0.3 + gap_at(x) / 2, 0)).norm());
+              CHECK(nearest < 1e-3);
+            }
+            CHECK(static_cast<int>(found.size()) == expected);
+            for (const ContactPoint& p : found) {
+              CHECK(p.gap == Approx(gap_at(p.position.x())).margin(2e-6));
+              CHECK(p.normal.y() == Approx(swapped ? -1 : 1).epsilon(1e-5));
+            }
+          }
+        }
+}
