@@ -461,10 +461,12 @@ TEST_CASE(
   const Quat tilt = turn(along_x, Vec3(0, 0, 1)) * turn(-along_z, Vec3(1, 0, 0));
   const auto rise = [&](double x, double z) { return along_x * x + along_z * z; };
   const Pose high = at(Vec3(0, 1 + gap - rise(-0.25, 0.25), 0), tilt), low = at(0, 0, 0);
-  const Shape beam = box(4, 1, 0.5), other = box(0.5, 1, 4);
-  for (const bool swapped : {false, true})
+  for (const int kind : {0, 1, 2, 3})
     for (const auto& [reach, corners] : {std::pair(0.0, 1), {1e-3, 1}, {2.5e-3, 2}, {4e-3, 3}, {8e-3, 4}}) {
-      INFO(reach);
+      const bool swapped = kind % 2 == 1, hulls = kind >= 2;
+      INFO(reach << (hulls ? " m, hulls" : " m, boxes"));
+      const Shape beam = hulls ? box_hull(4, 1, 0.5) : box(4, 1, 0.5);
+      const Shape other = hulls ? box_hull(0.5, 1, 4) : box(0.5, 1, 4);
       std::vector<ContactPoint> found;
       if (swapped)
         contact_points(other, low, 0, beam, high, 1, 2e-4, found, false, reach);
@@ -482,4 +484,18 @@ TEST_CASE(
       }
       CHECK(std::count(seen.begin(), seen.end(), 1) == corners);
     }
+}
+
+TEST_CASE("hulls whose corners pass each other diagonally have one point, halfway between their faces") {
+  // Apart by 2 mm along x, and by a little less along y and z, all of which is looked at.
+  const Shape cube = box_hull(1, 1, 1);
+  for (const Vec3& way : {Vec3(1, 1, 1), Vec3(-1, 1, -1), Vec3(1, -1, -1)}) {
+    const Pose over = at(Vec3(1.002, 1.0019, 1.0018).cwiseProduct(way), Quat::Identity());
+    std::vector<ContactPoint> found;
+    contact_points(cube, over, 0, cube, at(0, 0, 0), 1, 1e-9, found, false, 0.01);
+    REQUIRE(found.size() == 1);
+    CHECK(found[0].gap == Approx(2e-3));
+    CHECK((found[0].normal - Vec3(way.x(), 0, 0)).norm() < 1e-12);
+    CHECK(found[0].position.x() == Approx(0.501 * way.x()));
+  }
 }
