@@ -158,17 +158,19 @@ TEST_CASE("check says which ways of stepping fit a scene and a method", "[progra
 
 TEST_CASE("check warns of a box that should tip by its own friction and its own width over height", "[program]") {
   const TemporaryDirectory directory;
-  // The low box tips beyond mu = 1/2, the tall one beyond 1/4. Beside them a ball, which never does.
+  // The low box tips beyond mu = 1/2, the tall one beyond 1/4. Beside them a ball, which never does, and a smooth wall.
   const auto notes = [&](const std::string& low, const std::string& tall) {
     std::ofstream(directory.path() / "two.xml")
         << R"(<scenario title="two boxes">
   <simulation step="1e-3" duration="0.1"/><reference kind="missing"/><gravity constant="0 -9.8 0"/>
   <bodies><half_space name="ground" point="0 0 0" normal="0 1 0"/>
+    <half_space name="wall" point="-9 0 0" normal="1 0 0"/>
     <sphere name="ball" radius="0.5" mass="1" position="9 0.5 0"/>
     <box name="low" size="2 1 2" mass="1" position="0 0.5 0"/>
     <box name="tall" size="2 4 1" mass="1" position="5 2 0"/></bodies>
   <contacts><pair a="ball" b="ground" mu="9"/><pair a="low" b="ground" mu=")"
-        << low << R"("/><pair a="tall" b="ground" mu=")" << tall << "\"/></contacts></scenario>";
+        << low << R"("/><pair a="tall" b="ground" mu=")" << tall
+        << R"("/><pair a="low" b="wall" mu="0.1"/><pair a="tall" b="wall" mu="0.1"/></contacts></scenario>)";
     return said(directory.path(), {"check", "two.xml", "--method", "convex", "--steps", "0", "--json"})["notes"];
   };
   CHECK(notes("0.49", "0.24").empty());
