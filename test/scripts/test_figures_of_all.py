@@ -148,11 +148,11 @@ class HeatMap(Folder):
 
     def test_each_case_is_a_row_each_method_a_column_and_each_quantity_a_panel_of_its_own(self):
         verdicts = list(measures.VERDICTS)
-        rows = [("B2", "wall", "mu = nan", "ap", verdicts[2], "1e-3", "1e-2", "1e-4", "1e-5", "1e-6", "1e-1"),
+        rows = [("B2", "wall", "mu = nan", "soft", verdicts[2], "1e-3", "1e-2", "1e-4", "1e-5", "1e-6", "1e-1"),
                 ("B2", "wall", "mu = nan", "convex", verdicts[0], "1e-30", "1e-30", "1e-4", "0", "-1", "1e9"),
                 ("A1", "arch", "", "convex", verdicts[6], "1e9", "1e9", "1", "1e9", "1e9", "1e-9"),
-                ("A1", "wall", "", "ap", verdicts[4], "", "", "", "", "", ""),
-                ("A1", "wall", "", "ap", verdicts[1], "1e-7", "3", "3", "1e-8", "1e-9", "1e-2")]
+                ("A1", "wall", "", "soft", verdicts[4], "", "", "", "", "", ""),
+                ("A1", "wall", "", "soft", verdicts[1], "1e-7", "3", "3", "1e-8", "1e-9", "1e-2")]
         with open(self.top / "stress.csv", "w", newline="") as file:
             csv.writer(file).writerows([self.COLUMNS, *rows])
         with mock.patch.object(heatmap.plt, "close"):
@@ -169,7 +169,7 @@ class HeatMap(Folder):
             with self.subTest(name):
                 picture = panel.images[0]
                 np.testing.assert_allclose(np.ma.filled(picture.get_array().astype(float), none), values, atol=1e-9)
-                self.assertEqual([text.get_text() for text in panel.get_xticklabels()], ["ap", "convex"])
+                self.assertEqual([text.get_text() for text in panel.get_xticklabels()], ["soft", "convex"])
                 if name:
                     self.assertEqual((picture.get_clim(), picture.colorbar.ax.get_xlabel()), (limits, f"log10 of {name}"))
         self.assertEqual([text.get_text() for text in axes[0].get_yticklabels()],
