@@ -135,7 +135,7 @@ def gather(plan, members, missing, runs, out, sweeps, profile, certified):
 
 def number(cell: str) -> float:
     """A cell of a table as a number; nan where it is empty."""
-    return float(cell) if cell else math.nan
+    return math.nan if cell is None or cell == "" else float(cell)
 
 
 def is_number(value):

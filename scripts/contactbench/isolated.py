@@ -110,7 +110,7 @@ def problems(args):
 
 
 def words_of(x):
-    return "-" if x is None or x == "" or math.isnan(float(x)) else f"{float(x):.1e}"
+    return "-" if math.isnan(number(x)) else f"{number(x):.1e}"
 
 
 def own_markdown(rows):

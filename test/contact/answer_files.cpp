@@ -5,24 +5,16 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
-#include <random>
 
 #include "contact/problem_files.h"
 #include "problems.h"
+#include "temporary.h"
 
 using namespace cb;
 
 namespace {
 
-namespace fs = std::filesystem;
-
-// A folder of this test program's own, removed at its end.
-struct Folder {
-  fs::path path = fs::temp_directory_path() / ("cb_answer_files_" + std::to_string(std::random_device{}()));
-  Folder() { fs::create_directories(path); }
-  ~Folder() { fs::remove_all(path); }
-  std::string file(const std::string& name) const { return (path / name).string(); }
-};
+using Folder = TemporaryDirectory;
 
 std::vector<double> read(const std::string& text, int nc) {
   const Folder folder;

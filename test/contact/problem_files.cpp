@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "linalg/text_file.h"
+#include "temporary.h"
 
 using namespace cb;
 
@@ -20,13 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A folder of this test program's own, removed at its end.
-struct Folder {
-  fs::path path = fs::temp_directory_path() / ("cb_problem_files_" + std::to_string(std::random_device{}()));
-  Folder() { fs::create_directories(path); }
-  ~Folder() { fs::remove_all(path); }
-  std::string file(const std::string& name) const { return (path / name).string(); }
-};
+using Folder = TemporaryDirectory;
 
 std::string write(const Folder& folder, const std::string& name, const std::string& text) {
   std::ofstream(folder.file(name), std::ios::binary) << text;
@@ -177,7 +172,7 @@ TEST_CASE("Every broken friction text is refused in one message with its file an
     CHECK(message.find('\n') == std::string::npos);
   }
   CHECK_THAT(refusal(folder.file("nowhere.dat")), Catch::Contains("nowhere.dat: cannot be opened"));
-  CHECK_THAT(refusal(folder.path.string()), Catch::Contains("is a folder"));
+  CHECK_THAT(refusal(folder.path().string()), Catch::Contains("is a folder"));
 }
 
 #ifdef CONTACTBENCH_HAVE_HDF5

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "linalg/matrix_market.h"
+#include "temporary.h"
 
 using namespace cb;
 
@@ -15,11 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Folder {
-  fs::path path = fs::temp_directory_path() / ("cb_lcp_files_" + std::to_string(std::random_device{}()));
-  Folder() { fs::create_directories(path); }
-  ~Folder() { fs::remove_all(path); }
-  std::string file(const std::string& name) const { return (path / name).string(); }
+struct Folder : TemporaryDirectory {
   std::string write(const std::string& name, const std::string& text) const {
     std::ofstream(file(name), std::ios::binary) << text;
     return file(name);

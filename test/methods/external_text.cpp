@@ -4,11 +4,10 @@
 
 #include <catch2/catch.hpp>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <sstream>
 
 #include "linalg/file_error.h"
+#include "temporary.h"
 
 using namespace cb;
 
@@ -74,12 +73,9 @@ TEST_CASE("a problem as bytes has the same head, and the same numbers in the sam
 }
 
 TEST_CASE("a problem in a file is its text, and a file that cannot be is an error with its name") {
-  const auto path = std::filesystem::temp_directory_path() / "contactbench_external_text_test";
-  write_external_text(path.string(), small(), 3);
-  std::ostringstream text;
-  text << std::ifstream(path, std::ios::binary).rdbuf();
-  std::filesystem::remove(path);
-  CHECK(text.str() == "problem 3 2 3 2 3 " + std::to_string(body.size()) + "\n" + body);
+  const TemporaryDirectory directory;
+  write_external_text(directory.file("problem"), small(), 3);
+  CHECK(read_file(directory.path() / "problem") == "problem 3 2 3 2 3 " + std::to_string(body.size()) + "\n" + body);
   CHECK_THROWS_WITH(write_external_text("/nowhere/at/all", small(), 1),
                     Catch::Contains("/nowhere/at/all: cannot be opened"));
 }

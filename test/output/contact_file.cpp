@@ -4,8 +4,8 @@
 #include <cmath>
 #include <sstream>
 
-#include "output/temporary.h"
 #include "problems.h"
+#include "temporary.h"
 
 using namespace cb;
 

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <map>
 
-#include "output/temporary.h"
+#include "temporary.h"
 
 using namespace cb;
 

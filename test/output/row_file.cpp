@@ -11,7 +11,7 @@
 #include <random>
 
 #include "output/number.h"
-#include "output/temporary.h"
+#include "temporary.h"
 
 using namespace cb;
 

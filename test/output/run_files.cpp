@@ -7,7 +7,7 @@
 #include <limits>
 #include <sstream>
 
-#include "output/temporary.h"
+#include "temporary.h"
 
 using namespace cb;
 

@@ -12,7 +12,7 @@
 #include <random>
 
 #include "output/machine.h"
-#include "output/temporary.h"
+#include "temporary.h"
 
 using namespace cb;
 using Json = nlohmann::json;

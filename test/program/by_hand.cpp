@@ -36,17 +36,6 @@ Json judged(const fs::path& directory, const std::string& impulses, int code) {
   return said(directory, {"judge", "two.dat", "r.txt", "--law", "coulomb"}, code);
 }
 
-std::vector<double> numbers_of(const fs::path& matrix_market) {
-  std::istringstream in(read_file(matrix_market));
-  std::string banner;
-  std::getline(in, banner);
-  std::size_t rows = 0, columns = 0;
-  in >> rows >> columns;
-  std::vector<double> x(rows);
-  for (double& value : x) in >> value;
-  return x;
-}
-
 void check_near(const std::vector<double>& found, const std::vector<double>& expected, double margin) {
   REQUIRE(found.size() == expected.size());
   for (std::size_t i = 0; i < found.size(); ++i) CHECK(found[i] == Approx(expected[i]).margin(margin));

@@ -37,17 +37,6 @@ Json solved(const fs::path& directory, const std::string& problem, const std::ve
   return Json::parse(result.out);
 }
 
-std::vector<double> impulses_of(const fs::path& file) {
-  std::istringstream in(read_file(file));
-  std::string banner;
-  std::getline(in, banner);
-  std::size_t rows = 0, columns = 0;
-  in >> rows >> columns;
-  std::vector<double> x(rows);
-  for (double& value : x) in >> value;
-  return x;
-}
-
 void write_plain(const fs::path& file, const std::vector<double>& x) {
   std::ofstream out(file);
   out.precision(17);
@@ -88,7 +77,7 @@ TEST_CASE("an answer judged from its file holds as it does where it was found", 
 TEST_CASE("a push too much at one contact is found there", "[program]") {
   TemporaryDirectory directory;
   solved(directory.path(), slide, {"newton"});
-  std::vector<double> r = impulses_of(directory.path() / "r.mtx");
+  std::vector<double> r = numbers_of(directory.path() / "r.mtx");
   // Friction beyond its cone: whatever else it does, this contact is where the law is broken.
   constexpr std::size_t contact = 3;
   r[3 * contact + 1] += 10 * (1 + std::abs(r[3 * contact]));
@@ -108,7 +97,7 @@ TEST_CASE("a push too much at one contact is found there", "[program]") {
 TEST_CASE("impulses may stand in a matrix of three rows, or of three columns", "[program]") {
   TemporaryDirectory directory;
   const Json found = solved(directory.path(), slide, {"newton"});
-  const std::vector<double> r = impulses_of(directory.path() / "r.mtx");
+  const std::vector<double> r = numbers_of(directory.path() / "r.mtx");
   const std::size_t nc = r.size() / 3;
   REQUIRE(nc != 3);
   for (const bool wide : {true, false}) {

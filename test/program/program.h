@@ -14,11 +14,12 @@
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include "output/temporary.h"
+#include "temporary.h"
 
 namespace program {
 
@@ -115,6 +116,18 @@ inline std::vector<std::string> cells(const std::string& line) {
       out.back() += c;
   }
   return out;
+}
+
+/// Of a vector that the program wrote.
+inline std::vector<double> numbers_of(const fs::path& matrix_market) {
+  std::istringstream in(read_file(matrix_market));
+  std::string banner;
+  std::getline(in, banner);
+  std::size_t rows = 0, columns = 0;
+  in >> rows >> columns;
+  std::vector<double> x(rows);
+  for (double& value : x) in >> value;
+  return x;
 }
 
 inline Json summary(const fs::path& directory) { return Json::parse(read_file(directory / "summary.json")); }

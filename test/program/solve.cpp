@@ -37,17 +37,6 @@ std::vector<std::string> with(std::vector<std::string> flags, const std::vector<
   return flags;
 }
 
-std::vector<double> numbers_of(const fs::path& matrix_market) {
-  std::istringstream in(read_file(matrix_market));
-  std::string banner;
-  std::getline(in, banner);
-  std::size_t rows = 0, columns = 0;
-  in >> rows >> columns;
-  std::vector<double> x(rows);
-  for (double& value : x) in >> value;
-  return x;
-}
-
 /// Is this a build that reads FCLIB files?
 bool has_fclib() {
   static const bool there = [] {
