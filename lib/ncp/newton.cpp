@@ -140,7 +140,7 @@ bool NcpNewton::guess(std::string_view who, NcpSolution& solution) {
   o.patience = o_.guess_patience;
   if (problem_->start.size() == solution.r.size()) {
     tried_.assign(problem_->start.begin(), problem_->start.end());
-    o.sharper = problem_->M->blocks() > 1;
+    o.sharper = problem_->M->blocks() > 1;  // of one body no errors add up
   } else {
     tried_.assign(solution.r.size(), 0.0);
     for (const double u : measure_.q()) o.touching = std::max(o.touching, o_.touching * std::abs(u));
