@@ -11,6 +11,7 @@ import unittest
 import unittest.mock
 from pathlib import Path
 
+import browser
 import pandas as pd
 import standin
 import matplotlib.pyplot as plt
@@ -428,10 +429,6 @@ class Report(unittest.TestCase):
         self.assertNotIn("url(", text)
 
 
-CHROMIUM = next((found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), None)
-QUIET = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-         "--disable-component-update", "--disable-sync"]
-
 # The report in a frame of a given width, and what the browser makes of it.
 PROBE = """<!DOCTYPE html><html><body style="margin:0"><pre id="found">nothing</pre>
 <iframe id="frame" style="border:0;width:%dpx;height:900px"></iframe><script>
@@ -448,28 +445,20 @@ frame.onload = () => {
 </script></body></html>"""
 
 
-@unittest.skipUnless(CHROMIUM, "chromium is not installed (apt install chromium): the report is not looked at in a browser")
+@unittest.skipUnless(browser.CHROMIUM, browser.WHY_NOT)
 class Browser(unittest.TestCase):
     def setUp(self):
         self.made = MADE
-
-    def browse(self, page, *words):
-        with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-            ended = subprocess.run([CHROMIUM, *QUIET, f"--user-data-dir={profile}", *words, page.as_uri()], capture_output=True,
-                                   timeout=120, text=True)
-        self.assertEqual(ended.returncode, 0, ended.stderr)
-        return ended
 
     def look(self, width):
         page = self.made / "runs" / f"probe{width}.html"
         report = json.dumps((self.made / "report.html").read_text()).replace("</", "<\\/")
         page.write_text(PROBE % (width, report))
-        dom = self.browse(page, "--dump-dom", "--virtual-time-budget=20000").stdout
+        dom = browser.browse(page, "--dump-dom", "--virtual-time-budget=20000").stdout
         return json.loads(re.search(r'<pre id="found">(.*?)</pre>', dom, re.S).group(1))
 
     def test_it_loads_without_errors_and_all_pictures_show(self):
-        ended = self.browse(self.made / "report.html", "--dump-dom", "--enable-logging=stderr", "--v=0")
-        self.assertEqual([line for line in ended.stderr.splitlines() if "CONSOLE" in line], [])
+        self.assertEqual(browser.faults(browser.browse(self.made / "report.html", "--dump-dom")), [])
         found = self.look(1200)
         self.assertGreaterEqual(found["images"], 8)
         self.assertEqual(found["shown"], found["images"])
@@ -485,7 +474,7 @@ class Browser(unittest.TestCase):
 
     def test_it_prints(self):
         pdf = self.made / "runs/report.pdf"
-        self.browse(self.made / "report.html", f"--print-to-pdf={pdf}", "--no-pdf-header-footer")
+        browser.browse(self.made / "report.html", f"--print-to-pdf={pdf}", "--no-pdf-header-footer")
         data = pdf.read_bytes()
         self.assertTrue(data.startswith(b"%PDF"))
         self.assertGreater(len(data), 100_000)

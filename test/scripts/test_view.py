@@ -10,6 +10,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
+import browser
 import numpy as np
 import pandas as pd
 
@@ -17,9 +18,6 @@ from contactbench import gltf, program, still, view
 
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAM = os.environ.get("PROGRAM", program.DEFAULT)
-CHROMIUM = shutil.which("chromium")
-QUIET = ["--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run", "--disable-sync",
-         "--disable-background-networking", "--disable-component-update", "--proxy-server=127.0.0.1:9", "--enable-logging=stderr", "--v=0"]
 DOMINOES = """<scenario title="Ten dominoes"><simulation step="1e-3" duration="0.4" k="4"/><reference kind="missing"/>
 <gravity constant="0 -9.81 0"/><bodies><half_space name="ground" point="0 0 0" normal="0 1 0"/>
 <array count="10" offset="0.1 0 0"><box name="d" size="0.03 0.2 0.1" mass="0.1" position="0 0.1 0"/></array>
@@ -176,19 +174,14 @@ class Gltf(unittest.TestCase):
                 self.assertRegex(ended.stdout, rf"Animation Channels:\s+{bodies}\b|Meshes:\s+{bodies + 1}\b")
 
 
-@unittest.skipUnless(CHROMIUM, "chromium is not installed: the page is not looked at in a browser")
+@unittest.skipUnless(browser.CHROMIUM, browser.WHY_NOT)
 @unittest.skipUnless(view.THREE.is_dir(), "libjs-three is not installed: there is no page")
 class Browser(unittest.TestCase):
     def shot(self, page, where, size="1000,800"):
         picture = MADE / "shot.png"
         picture.unlink(missing_ok=True)
-        with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-            ended = subprocess.run([CHROMIUM, *QUIET, f"--user-data-dir={profile}", f"--window-size={size}", "--hide-scrollbars",
-                                    "--virtual-time-budget=3000", f"--screenshot={picture}", f"{page.as_uri()}#{where}"],
-                                   capture_output=True, text=True, timeout=180)
-        # What the software renderer says of a screenshot is no fault of the page.
-        said = [line for line in ended.stderr.splitlines() if ":CONSOLE:" in line and "GL Driver Message" not in line]
-        self.assertEqual(said, [])
+        ended = browser.browse(page, f"--window-size={size}", "--hide-scrollbars", "--virtual-time-budget=3000", f"--screenshot={picture}", where=where)
+        self.assertEqual(browser.faults(ended), [])
         return picture.read_bytes()
 
     def test_the_pages_are_small_and_show_what_moves_without_a_network(self):

@@ -134,7 +134,7 @@ function chart() {
   let low = Math.min(...all), high = Math.max(...all);
   if (!all.length) { low = 0; high = 1; } if (high - low < 1e-12) { low -= 0.5; high += 0.5; }
   const X = t => left + (w - left - 8) * t / (end() || 1), Y = v => 6 + (h - under - 10) * (high - v) / (high - low);
-  const text = (x, y, s, anchor) => `<text x="${x}" y="${y}" text-anchor="${anchor}">${s}</text>`, number = v => (log ? Math.pow(10, v) : v).toPrecision(2).replace(/\.?0+(e|$)/, "$1");
+  const text = (x, y, s, anchor) => `<text x="${x}" y="${y}" text-anchor="${anchor}">${s}</text>`, number = v => String(+(log ? Math.pow(10, v) : v).toPrecision(2));
   let out = `<line class="axis" x1="${left}" x2="${w - 8}" y1="${h - under}" y2="${h - under}"/>` + text(left - 4, Y(high) + 8, number(high), "end") + text(left - 4, Y(low), number(low), "end") +
     text(left, h - 3, "0", "start") + text(w - 8, h - 3, `${end().toPrecision(3)} s`, "end");
   if (!all.length) out += text(w / 2, h / 2, log ? "zero throughout" : "nothing recorded", "middle");
