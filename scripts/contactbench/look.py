@@ -851,7 +851,7 @@ def energy(model, times, motion, summary, steps, touches, out):
     frame, counted = np.zeros(3), {**model.free, **model.links}
     if model.links and (driven or model.driven):
         frame, counted = moving_frame(model, motion), model.free
-        if frame is None:
+        if frame is None or not counted:
             return
     kinetic, begun = energies(model, times, motion, counted, frame)
     if not frame.any() and not model.links:

@@ -345,6 +345,17 @@ class Files(Modelled):
             rows = [(0, "j", 0), (0.001, "j", q), (0.001, "other", 99)]
             self.assertEqual(self.look(self.model(robot), still, joints=rows).faults, fault)
 
+    def test_limits_that_are_driven_move_both_the_same_way(self):
+        robot = ('<robot name="r"><link name="k" mass="1" inertia="1 1 1"><sphere name="s" radius="1" position="0 0 0"/></link>'
+                 '<joint name="j" lower="-0.5" upper="2" limit_rate="{}"/></robot>')
+        still = {"k": ([np.zeros(3)] * 3, 3 * [(1, 0, 0, 0)], [np.zeros(3)] * 3, [np.zeros(3)] * 3)}
+        said = "limits: j is 0.125 beyond its limit at t = 0.5 s"
+        # After half a second at 1 and at -1 a second: from 0 to 2.5, and from -1 to 1.5.
+        for rate, q, fault in ((1, 2.5, []), (1, 2.625, [said]), (1, 0, []), (1, -0.125, [said]), (-1, 1.5, []), (-1, 1.625, [said]),
+                               (-1, -1, []), (-1, -1.125, [said])):
+            rows = [(0, "j", 0), (0.5, "j", q)]
+            self.assertEqual(self.look(self.model(robot.format(rate)), still, joints=rows).faults, fault, (rate, q))
+
 
 class Energies(Modelled):
     def test_a_turning_body_has_the_energy_of_its_own_axes_and_gravity_s_kick(self):
