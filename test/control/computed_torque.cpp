@@ -3,6 +3,7 @@
 
 #include "control/controller.h"
 #include "dynamics/articulated_body.h"
+#include "dynamics/newton_euler.h"
 #include "dynamics/random_tree.h"
 
 using namespace cb;
@@ -105,5 +106,72 @@ TEST_CASE("with gains that are torques the errors ask for torques, beside what t
     }
     const std::vector<double> qdd = arm.accelerations(correction);
     for (std::size_t i = 0; i < qdd.size(); ++i) CHECK(qdd[i] == Approx(arm.wanted[i]).epsilon(1e-9).margin(1e-9));
+  }
+}
+
+TEST_CASE("a controller of the second robot adds its torques to those of its own joints, and none to a free joint") {
+  for (const bool computed : {true, false}) {
+    // A robot of two rates, then one on a free joint; something has asked for torques before.
+    Arm arm(5, computed);
+    RandomTree floating(6, 6, true);
+    Model model = floating.model;
+    State state = floating.state;
+    Tree tree = floating.tree();
+    const int shift = 2;
+    state.q.insert(state.q.begin(), shift, 9.0);
+    state.qd.insert(state.qd.begin(), shift, 9.0);
+    state.t = 0.7;
+    tree.v = shift;
+    ControllerSpec spec = arm.spec;
+    spec.tree = 1;
+    spec.joints.clear();
+    std::vector<double> wanted(static_cast<std::size_t>(tree.nv), 0.0), extra = wanted;
+    for (std::size_t j = 0; j < tree.joints.size(); ++j) {
+      Joint& joint = tree.joints[j];
+      if (joint.v >= 0) joint.v += shift;
+      if (joint.q < 0) continue;
+      joint.q += shift;
+      joint.damping = 0.1 + 0.2 * static_cast<double>(j);
+      if (j == 2) continue;  // one that is not named is held with acceleration 0
+      // q* = 0.2 - 0.5 sin(2 t + 1) at t = 0.7
+      spec.joints.push_back({tracking, static_cast<int>(j), {0.2, -0.5, 2, 1, 40, 9}});
+      const auto at = static_cast<std::size_t>(joint.v - shift);
+      const double error = 0.2 - 0.5 * std::sin(2.4) - state.q[static_cast<std::size_t>(joint.q)];
+      const double error_rate = -std::cos(2.4) - state.qd[static_cast<std::size_t>(joint.v)];
+      wanted[at] = 2 * std::sin(2.4) + (computed ? 30 * error + 7 * error_rate : 0);
+      extra[at] = computed ? 0 : 40 * error + (9 + joint.damping) * error_rate;
+    }
+    model.trees = {Tree(), tree};
+    model.trees[0].nv = shift;
+    std::vector<Vec3> weight;
+    for (const Body& body : model.bodies) weight.push_back(body.mass * gravity);
+    std::vector<double> inverse(wanted.size()), tau(state.qd.size(), 0.25);
+    NewtonEuler().inverse_dynamics(model, tree, state, weight, wanted, inverse);
+    spec.row->make(model, spec)(model, state, gravity, tau);
+    for (int i = 0; i < shift; ++i) CHECK(tau[static_cast<std::size_t>(i)] == 0.25);
+    for (const Joint& joint : tree.joints) {
+      if (joint.nv() == 6)
+        for (int i = 0; i < 6; ++i) CHECK(tau[static_cast<std::size_t>(joint.v + i)] == 0.25);
+      if (joint.nv() != 1) continue;
+      const auto at = static_cast<std::size_t>(joint.v - shift), v = static_cast<std::size_t>(joint.v);
+      CHECK(tau[v] == Approx(0.25 + inverse[at] + extra[at] + joint.damping * state.qd[v]).epsilon(1e-11));
+    }
+
+    JointGains gains(state.qd.size());
+    for (auto* part : {&gains.stiffness, &gains.damping, &gains.stiffness_by_mass, &gains.damping_by_mass})
+      std::fill(part->begin(), part->end(), 0.5);  // of what came before
+    spec.row->gains_of_joints(model, spec, gains);
+    for (std::size_t j = 0; j < tree.joints.size(); ++j) {
+      const Joint& joint = tree.joints[j];
+      if (joint.nv() != 1) continue;
+      const auto v = static_cast<std::size_t>(joint.v);
+      const bool tracks = j != 2;
+      CHECK(gains.stiffness[v] == 0.5 + (tracks && !computed ? 40 : 0));
+      CHECK(gains.damping[v] ==
+            Approx(0.5 + (tracks && !computed ? 9 : 0) - (computed || !tracks ? joint.damping : 0)));
+      CHECK(gains.stiffness_by_mass[v] == 0.5 + (tracks && computed ? 30 : 0));
+      CHECK(gains.damping_by_mass[v] == 0.5 + (tracks && computed ? 7 : 0));
+    }
+    for (int i = 0; i < shift + 6; ++i) CHECK(gains.damping[static_cast<std::size_t>(i)] == 0.5);
   }
 }

@@ -163,3 +163,110 @@ TEST_CASE("controllers are found by their names, and rows say what their numbers
         "s/m] ");
   CHECK(units(find_controller("computed_torque")->roles[1].gains) == "acceleration [rad/s^2 or m/s^2]! ");
 }
+
+TEST_CASE("the wheels' speeds follow each gain, radius and axle, and the shorter way round to the heading") {
+  const FigureEight law{.x_amplitude = 3,
+                        .z_amplitude = 2,
+                        .rate = 0.5,
+                        .gain = 0.7,
+                        .velocity_gain = 0.2,
+                        .wheel_radius = 0.1,
+                        .axle = 0.6};
+  const double t = 1.9, s = 0.5 * t + 1.5 * M_PI;
+  // Path and rates by hand.
+  const double x = -3 * std::cos(s), z = 2 * std::sin(2 * s), vx = 1.5 * std::sin(s), vz = 2 * std::cos(2 * s);
+  const double heading = std::atan2(-vx, -vz);
+  const FigureEight::Wanted wanted = law.at(t);
+  CHECK(wanted.x == Approx(x));
+  CHECK(wanted.z == Approx(z));
+  CHECK(wanted.heading == Approx(heading));
+  for (const double off : {0.3, -3.0, 3.5, 9.0}) {  // how far the robot has turned beyond what is wanted, rad
+    const double at = heading + off, turn = std::remainder(-off, 2 * M_PI);
+    const FigureEight::WheelSpeeds wheels = law.wheel_speeds(t, x - 0.1, z + 0.2, at, vx - 0.3, vz + 0.4, 0.25);
+    const double e_x = 0.7 * 0.1 + 0.2 * 0.3, e_z = -0.7 * 0.2 - 0.2 * 0.4;
+    const double e_turn = 0.7 * turn + 0.2 * (wanted.turning - 0.25);
+    const double forward = -std::sin(at) * e_x - std::cos(at) * e_z;
+    INFO(off << " rad");
+    CHECK(wheels.left == Approx((forward - 0.3 * e_turn) / 0.1));
+    CHECK(wheels.right == Approx((forward + 0.3 * e_turn) / 0.1));
+  }
+  // Half a turn off it turns to the left, as (-pi, pi] says: on a line along z the wanted heading is that of -z or +z.
+  FigureEight line = law;
+  line.x_amplitude = 0;
+  const double there = M_PI / line.rate;  // s, half way: it goes towards -z, as at the start
+  for (const double at : {there + 0.2, there + M_PI / 2 / line.rate + 0.2}) {
+    const FigureEight::Wanted place = line.at(at);
+    const double opposite = place.vz > 0 ? 0 : M_PI;
+    const auto [left, right] = line.wheel_speeds(at, place.x, place.z, opposite, 0, place.vz, 0);
+    CHECK(right - left == Approx(0.7 * M_PI * 0.6 / 0.1));
+  }
+}
+
+TEST_CASE("the axle's middle is that of the wheels' joints, on whichever body and in whichever order they are named") {
+  Model model;
+  Tree tree;
+  // A robot elsewhere, then a base on a free joint with two wheels that hang by anchors off their centres.
+  const Vec3 base(1, 2, 3), v(0.4, 0.2, -0.3), w(0.1, 0.7, -0.2);
+  const double heading = -0.8;
+  const Vec3 across(std::cos(heading), 0, -std::sin(heading)), middle = base + Vec3(0.3, -0.1, 0.2);
+  State state;
+  state.t = 0.6;
+  for (int b = 0; b < 4; ++b) model.bodies.push_back({"body", 1, Vec3::Constant(1), b == 0 ? 0 : 1});
+  state.pose.assign(4, {});
+  state.v.assign(24, 5.0);
+  state.qd.assign(10, 0.0);
+  state.pose[1].p = base;
+  for (int i = 0; i < 3; ++i) {
+    state.v[static_cast<std::size_t>(6 + i)] = v[i];
+    state.v[static_cast<std::size_t>(9 + i)] = w[i];
+  }
+  Joint floating;
+  floating.kind = JointKind::free;
+  floating.body = 1;
+  floating.v = 2;
+  tree.joints.push_back(floating);
+  for (int wheel = 0; wheel < 2; ++wheel) {
+    Joint joint;
+    joint.kind = JointKind::revolute;
+    joint.body = 2 + wheel;
+    joint.parent = 1;
+    joint.up = 0;
+    joint.v = 8 + wheel;
+    joint.anchor_C = Vec3(0.2, wheel == 0 ? -0.1 : 0.3, 0.1);
+    Pose& pose = state.pose[static_cast<std::size_t>(2 + wheel)];
+    pose.q = Quat(Eigen::AngleAxisd(1.1 + wheel, Vec3(1, 2, -1).normalized()));
+    // The right wheel (joint 1 here) half an axle along `across`, the left one against it.
+    pose.p = middle + (wheel == 0 ? 0.5 : -0.5) * across - pose.q * joint.anchor_C;
+    tree.joints.push_back(joint);
+  }
+  state.qd[8] = 1.5;   // right
+  state.qd[9] = -0.5;  // left
+  tree.v = 2;
+  tree.nv = 8;
+  model.trees = {Tree(), tree};
+
+  FigureEight law{.x_amplitude = 3,
+                  .z_amplitude = 5,
+                  .rate = 0.2,
+                  .gain = 0.7,
+                  .velocity_gain = 0.4,
+                  .wheel_radius = 0.1,
+                  .axle = 1};
+  ControllerSpec spec;
+  spec.row = find_controller("figure_eight");
+  spec.tree = 1;
+  spec.gains = {2.5, 3, 5, 0.2, 0.7, 0.4, 0.1, 1};
+  spec.joints = {{1, 1, {}}, {0, 2, {}}};
+  for (const bool on_world : {false, true}) {
+    if (on_world)  // nothing carries the wheels: their axle stands still
+      for (Joint& joint : model.trees[1].joints) joint.parent = -1;
+    std::vector<double> tau(10, 0.25);
+    spec.row->make(model, spec)(model, state, Vec3(0, -9.8, 0), tau);
+    const Vec3 velocity = on_world ? Vec3(Vec3::Zero()) : Vec3(v + w.cross(middle - base));
+    const FigureEight::WheelSpeeds wanted =
+        law.wheel_speeds(0.6, middle.x(), middle.z(), heading, velocity.x(), velocity.z(), on_world ? 0 : w.y());
+    CHECK(tau[8] == Approx(0.25 + 2.5 * (wanted.right - 1.5)));
+    CHECK(tau[9] == Approx(0.25 + 2.5 * (wanted.left + 0.5)));
+    for (std::size_t i = 0; i < 8; ++i) CHECK(tau[i] == 0.25);
+  }
+}

@@ -208,3 +208,44 @@ TEST_CASE("a body whose moments are alike about two axes turns and has energy as
     CHECK(change[last] == Approx(1.5 * own[odd] * own[next]).epsilon(1e-6).margin(1e-8));
   }
 }
+
+TEST_CASE("a spin goes by the midpoint rule in the axes of the body, in as many steps as its turn needs") {
+  const Vec3 inertia(1, 2, 3.5);
+  const Quat q(Eigen::AngleAxisd(0.8, Vec3(1, -1, 2).normalized()));
+  const Vec3 direction = Vec3(3, 1, -2).normalized();
+  const auto change = [&](double speed, double h, Gyroscopic gyroscopic) {
+    const Model model{{{"slab", 2, inertia}}};
+    State state{0, {{{0, 0, 0}, q}}, std::vector<double>(6, 0.0)};
+    Eigen::Map<Vec3>(&state.v[3]) = q * (speed * direction);
+    accelerate(model, {Vec3::Zero()}, h, state, gyroscopic);
+    return Vec3(q.conjugate() * Vec3(&state.v[3]) - speed * direction);
+  };
+  // One step, 0.4 rad: the rule itself.
+  const Vec3 w_0 = 2 * direction, w_1 = w_0 + change(2, 0.2, Gyroscopic::implicit), w_m = (w_0 + w_1) / 2;
+  CHECK((inertia.cwiseProduct(w_1 - w_0) - 0.2 * inertia.cwiseProduct(w_m).cross(w_m)).norm() < 1e-14);
+  // 3 rad and 40 rad: Euler's equations by Runge and Kutta's method; one step would be off by as much as it turns.
+  for (const double angle : {3.0, 40.0}) {
+    Vec3 w = direction;
+    const auto f = [&](const Vec3& x) { return Vec3(inertia.cwiseProduct(x).cross(x).cwiseQuotient(inertia)); };
+    const int steps = 4000;
+    const double h = angle / steps;
+    for (int i = 0; i < steps; ++i) {
+      const Vec3 k1 = f(w), k2 = f(w + h / 2 * k1), k3 = f(w + h / 2 * k2), k4 = f(w + h * k3);
+      w += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+    }
+    INFO(angle << " rad");
+    CHECK((change(1, angle, Gyroscopic::implicit) - (w - direction)).norm() < 8e-3 * angle);
+    CHECK((w - direction).norm() > 0.1);
+  }
+  CHECK(change(1, 60, Gyroscopic::implicit).norm() < 1e-14);  // beyond what is told apart: it keeps its spin
+  // However slowly a body turns, and whatever the step: to first order both rules say the same.
+  for (const double speed : {1e-3, 1e-6})
+    for (const double h : {1e-3, 1e-6}) {
+      const Vec3 expected =
+          h * (speed * speed) * inertia.cwiseProduct(direction).cross(direction).cwiseQuotient(inertia);
+      for (const Gyroscopic way : {Gyroscopic::implicit, Gyroscopic::explicit_euler}) {
+        INFO(speed << " rad/s, " << h << " s");
+        CHECK((change(speed, h, way) - expected).norm() < 1e-6 * expected.norm() + 1e-15 * speed);
+      }
+    }
+}
