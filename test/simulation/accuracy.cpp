@@ -1,4 +1,6 @@
 // Steps to a wanted accuracy (simulation/stepping/accuracy.h): orders, what switches leave, wanted against reached.
+#include "simulation/stepping/accuracy.h"
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
@@ -143,6 +145,76 @@ TEST_CASE("extrapolation in powers of h is exact for polynomials of a degree bel
   CHECK(best[1] == Approx(5).epsilon(1e-13));
   CHECK(neighbour[1] == Approx(5).epsilon(1e-13));
   CHECK(std::abs(neighbour[0] - 5) > 0.1);  // a cubic needs four
+}
+
+TEST_CASE("velocities are as far apart as their bodies' points', to first order, by the worst body", "[accuracy]") {
+  State a;
+  a.v = {1, 2, 3, 4, 5, 6, 0, 0, 0, 0, 0, 0};
+  State b = a;
+  CHECK(speed_difference({0.5, 2}, a, b) == 0);
+  b.v[0] += 3;
+  b.v[2] -= 4;
+  CHECK(speed_difference({0.5, 2}, a, b) == Approx(5));
+  b.v[4] -= 6;
+  CHECK(speed_difference({0.5, 2}, a, b) == Approx(5 + 0.5 * 6));
+  b.v[6] = 1;
+  b.v[9] = 3;
+  b.v[11] = -4;
+  CHECK(speed_difference({0.5, 2}, a, b) == Approx(1 + 2 * 5));
+  CHECK(speed_difference({0.5, 2}, b, a) == Approx(1 + 2 * 5));
+}
+
+TEST_CASE("the last three of the extrapolation's row are polynomials through the last results, at step 0") {
+  // Lagrange's form: sum of T_i prod_j h_j / (h_j - h_i), h = 1 / n.
+  const std::vector<int> n = {2, 3, 5, 6};
+  const std::vector<std::vector<double>> results = {{1, -2}, {0.5, 3}, {-0.25, 0.125}, {2, 1}};
+  const auto through_last = [&](std::size_t used, std::size_t number, std::size_t of) {
+    double sum = 0;
+    for (std::size_t i = used - number; i < used; ++i) {
+      double weight = 1;
+      for (std::size_t j = used - number; j < used; ++j)
+        if (j != i) weight *= (1.0 / n[j]) / (1.0 / n[j] - 1.0 / n[i]);
+      sum += weight * results[i][of];
+    }
+    return sum;
+  };
+  for (std::size_t used = 1; used <= 4; ++used) {
+    std::vector<double> best, neighbour, before;
+    extrapolate({results.begin(), results.begin() + static_cast<std::ptrdiff_t>(used)},
+                {n.begin(), n.begin() + static_cast<std::ptrdiff_t>(used)}, best, neighbour, before);
+    INFO(used << " results");
+    for (std::size_t of = 0; of < 2; ++of) {
+      CHECK(best[of] == Approx(through_last(used, used, of)).epsilon(1e-12));
+      CHECK(neighbour[of] == Approx(through_last(used, std::max<std::size_t>(used - 1, 1), of)).epsilon(1e-12));
+      CHECK(before[of] == Approx(through_last(used, used < 3 ? 1 : used - 2, of)).epsilon(1e-12));
+    }
+  }
+}
+
+TEST_CASE("a vector of a state is its differences in place, its turn in the world's axes, and its velocities") {
+  Scenario s = empty_scene(1, 1);
+  add_box(s, {1, 2, 3}, 1, {{1, 2, 3}, Quat(Eigen::AngleAxisd(1, Vec3(1, 2, 2) / 3))});
+  State later = s.initial;
+  later.t = 5;
+  later.pose[0].p = Vec3(1.5, 1, 3);
+  for (const double angle : {0.3, -0.3, 3.0}) {
+    const Vec3 turn = angle * Vec3(2, -1, 2) / 3;
+    Quat q = Quat(Eigen::AngleAxisd(angle, Vec3(2, -1, 2) / 3)) * s.initial.pose[0].q;
+    for (const double sign : {1.0, -1.0}) {  // both are the same orientation
+      later.pose[0].q.coeffs() = sign * q.coeffs();
+      later.v = {1, 2, 3, 4, 5, 6};
+      std::vector<double> x;
+      to_vector(s.model, s.initial, later, x);
+      const std::vector<double> expected = {0.5, -1, 0, turn[0], turn[1], turn[2], 1, 2, 3, 4, 5, 6};
+      REQUIRE(x.size() == expected.size());
+      for (std::size_t i = 0; i < x.size(); ++i) CHECK(x[i] == Approx(expected[i]).margin(1e-14));
+      State again = s.initial;
+      from_vector(s.model, s.initial, x, again);
+      CHECK(again.t == 0);
+      CHECK(distance({1}, again, later) < 1e-14);
+      CHECK(again.v == later.v);
+    }
+  }
 }
 
 TEST_CASE("a state is what its vector says, seen from another one") {
@@ -477,4 +549,175 @@ TEST_CASE("a step is noisy where its estimate is more than its share of the erro
   }
   CHECK(before > 5);
   CHECK(within > 5);
+}
+
+TEST_CASE("the smallest step is the one in which the scene's accelerations move a body by half of the accuracy") {
+  // h_s = sqrt(A / a), a: of gravity, its harmonics and the largest push of a body.
+  const auto smallest = [](const Scenario& s, double accuracy, double asked = 0) {
+    SimulationOptions options = accurate(s, accuracy);
+    options.smallest = asked;
+    return AccuracyStepping(s, options).tally().smallest_step;
+  };
+  Scenario s = empty_scene(1e-3, 10);
+  add_sphere(s, 0.5, 2, {0, 0, 0});
+  add_sphere(s, 0.5, 4, {5, 0, 0});
+  s.gravity.constant = {0, -8, 6};
+  CHECK(smallest(s, 1e-5) == Approx(std::sqrt(1e-5 / 10)));
+  s.gravity.harmonic[0] = {-3, 1, 0};
+  s.gravity.harmonic[2] = {2, 1, 0};
+  CHECK(smallest(s, 1e-5) == Approx(std::sqrt(1e-5 / 15)));
+  s.forces.push_back({0, {0, 4, 3}, 0, 1});  // 2.5 m/s^2
+  s.forces.push_back({1, {0, 8, 6}, 0, 1});  // 2.5 m/s^2
+  s.forces.push_back({1, {4, 0, 0}, 0, 1});  // 1 m/s^2
+  CHECK(smallest(s, 1e-5) == Approx(std::sqrt(1e-5 / 17.5)));
+  CHECK(smallest(s, 1e-5, 3e-4) == 3e-4);
+  CHECK(smallest(s, 1e6) == 10);  // no longer than the run
+  s.forces.clear();
+  s.gravity = {};
+  s.gravity.constant.setZero();
+  CHECK(smallest(s, 1e-6) == Approx(1e-3));
+}
+
+TEST_CASE("the order follows the accuracy, one less with robots, and is the one that is asked for") {
+  Scenario s = empty_scene(1e-3, 10);
+  add_sphere(s, 0.5, 2, {0, 0, 0});
+  Scenario robot = s;
+  robot.model.trees.resize(1);
+  const auto order = [](const Scenario& of, double accuracy, int asked = 0) {
+    return AccuracyStepping(of, accurate(of, accuracy, asked)).tally().order;
+  };
+  for (const auto& [accuracy, expected] : {std::pair(1e-3, 4), {1e-5, 4}, {0.99e-5, 5}, {1e-7, 5}, {0.99e-7, 6}}) {
+    CHECK(order(s, accuracy) == expected);
+    CHECK(order(robot, accuracy) == expected - 1);
+    CHECK(order(robot, accuracy, 7) == 7);
+  }
+}
+
+TEST_CASE("a macro step's estimate is what its last column changed, times the gain of the last one") {
+  // A body under gravity a(t) = 2 cos(3 t + 0.5) alone: base steps are v += h a(t), x += h v.
+  for (const int order : {2, 3, 4, 5})
+    for (const double duration : {0.25, 0.6, 3.0}) {
+      Scenario s = empty_scene(1e-3, duration);
+      s.gravity.constant.setZero();
+      s.gravity.harmonic[1] = {2, 3, 0.5};
+      add_sphere(s, 0.5, 2, {0, 0, 0});
+      const double H = 0.1, t_0 = 0.1;
+      std::vector<std::vector<double>> results;
+      std::vector<int> n;
+      std::vector<double> rows[3];
+      SimulationOptions options = accurate(s, 1e3, order);
+      options.longest = H;
+      options.smallest = H / 4;
+      Simulation simulation(s, options, precise("convex"), find_method("convex")->law);
+      REQUIRE(simulation.step().accuracy->length == Approx(H));
+      const double x_0 = simulation.state().pose[0].p.y(), v_0 = simulation.state().v[1];
+      for (int count = 1; count <= order; ++count) {
+        double x = x_0, v = v_0;
+        const double h = H / count;
+        for (int i = 0; i < count; ++i) {
+          v += h * 2 * std::cos(3 * (t_0 + i * h) + 0.5);
+          x += h * v;
+        }
+        results.push_back({x, v});
+        n.push_back(count);
+      }
+      extrapolate(results, n, rows[0], rows[1], rows[2]);
+      const double left = std::min(1.0, duration - t_0);  // s, in which an error of a velocity acts
+      const auto apart = [&](int a, int b) {
+        return std::abs(rows[a][0] - rows[b][0]) + left * std::abs(rows[a][1] - rows[b][1]);
+      };
+      double gain = 1;
+      if (order >= 3) gain = std::clamp(4 * apart(0, 1) / apart(1, 2), 1e-3, 1.0);
+      const StepRecord& record = simulation.step();
+      INFO("order " << order << ", " << duration << " s");
+      CHECK(record.accuracy->length == Approx(std::min(H, (duration - t_0) / 2)));  // no sliver before the end
+      if (duration < 0.5) continue;
+      CHECK(simulation.state().pose[0].p.y() == Approx(rows[0][0]).epsilon(1e-12));
+      CHECK(simulation.state().v[1] == Approx(rows[0][1]).epsilon(1e-12));
+      CHECK(record.accuracy->estimate == Approx(gain * apart(0, 1)).epsilon(1e-6));
+    }
+}
+
+TEST_CASE("an estimate is of the body's farthest points: of its shapes where they are, of its gyration without any") {
+  // Turning alone: estimates of one and the same spin are as the radii.
+  const auto estimate = [](const std::function<void(Scenario&)>& dress) {
+    Scenario s = empty_scene(1e-3, 1);
+    s.gravity.constant.setZero();
+    add_box(s, {1, 2, 3}, 2, Pose(), Vec3::Zero(), {0.3, 1.2, 0.2});
+    s.model.bodies[0].inertia = {3, 5, 8};
+    dress(s);
+    SimulationOptions options = accurate(s, 1e3, 2);
+    options.longest = 0.1;
+    options.smallest = 0.025;
+    Simulation simulation(s, options, precise("convex"), find_method("convex")->law);
+    return simulation.step().accuracy->estimate;
+  };
+  const double unit = estimate([](Scenario& s) { s.shapes.clear(); }) / std::sqrt(3.0 / 2);
+  CHECK(unit > 0);
+  CHECK(estimate([](Scenario&) {}) == Approx(unit * std::sqrt(14.0) / 2));
+  CHECK(estimate([](Scenario& s) {
+          Shape sphere = sphere_shape(0.5);
+          sphere.body = 0;
+          sphere.local.p = {0, 3, 4};
+          s.shapes.insert(s.shapes.begin(), sphere);
+        }) == Approx(unit * 5.5));
+}
+
+TEST_CASE("an approach slower than what the smallest step's acceleration gives does not bounce, a faster one does") {
+  Scenario s = empty_scene(1e-3, 0.05);
+  s.gravity.constant = {0, -g, 0};
+  add_ground(s);
+  add_sphere(s, 0.5, 1, {0, 0.5, 0});
+  collide_all(s, 0, 1);
+  const double accuracy = 1e-3, slow = g * std::sqrt(accuracy / g);
+  for (const double speed : {0.9 * slow, 1.1 * slow}) {
+    s.initial.v[1] = -speed;
+    Simulation simulation(s, accurate(s, accuracy), precise("convex"), find_method("convex")->law);
+    const StepRecord& record = simulation.step();
+    REQUIRE(record.status == Status::ok);
+    INFO(speed / slow << " of the least speed");
+    CHECK(record.accuracy->impact == (speed > slow));
+    if (speed > slow)
+      CHECK(simulation.state().v[1] == Approx(speed - g * simulation.state().t).epsilon(1e-9));
+    else
+      CHECK(std::abs(simulation.state().v[1]) < 1e-12);
+  }
+}
+
+TEST_CASE("after a macro step what touched touches, far more closely than the step is exact") {
+  Scenario s = empty_scene(1e-3, 0.6);
+  s.gravity.constant = {0, -g, 0};
+  Shape fixed = sphere_shape(2);
+  fixed.name = "fixed";
+  s.shapes.push_back(fixed);
+  add_sphere(s, 0.5, 2, {2.5 * std::sin(0.2), 2.5 * std::cos(0.2), 0}, {0, 0, 0.3},
+             {0.6 * std::cos(0.2), -0.6 * std::sin(0.2), 0});
+  collide_all(s, 3);
+  SimulationOptions options = accurate(s, 1e6, 2);
+  options.longest = 0.05;
+  options.smallest = 0.0125;
+  double worst = 0;
+  run(s, options, "convex",
+      [&](const State& state) { worst = std::max(worst, std::abs(state.pose[0].p.norm() - 2.5)); });
+  CHECK(worst < 1e-8);
+  CHECK(from_fine(s, 0.01)(run_fixed(s, 2, 0.05).state) > 1e-6);
+}
+
+TEST_CASE("in free flight macro steps grow by five a step at most, and cross it in a few") {
+  Scenario s = empty_scene(1e-3, 100);
+  s.gravity.constant = {0, -g, 0};
+  add_sphere(s, 0.5, 2, {0, 0, 0});
+  const SimulationOptions options = accurate(s, 1e-6);
+  double before = 0;
+  int steps = 0;
+  Simulation simulation(s, options, precise("convex"), find_method("convex")->law);
+  while (!simulation.done()) {
+    const double length = simulation.step().accuracy->length;
+    if (before > 0) CHECK(length <= 5 * before * (1 + 1e-12));
+    before = length;
+    ++steps;
+  }
+  CHECK(simulation.accuracy()->refused == 0);
+  CHECK(steps < 16);
+  CHECK(simulation.state().pose[0].p.y() == Approx(-g * 100 * 100 / 2).epsilon(1e-12));
 }

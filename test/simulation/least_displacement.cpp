@@ -137,3 +137,62 @@ TEST_CASE("a limit of a joint holds where points contradict it") {
   CHECK(came);
   CHECK(d[0] == Approx(-1e-4).epsilon(0.2));
 }
+
+TEST_CASE("an island within a larger problem moves as it does alone, and nothing else does") {
+  const Island alone = chain(6, 4, 3);
+  const ContactProblem& p = alone.problem;
+  // Bodies in reverse order, with a smaller block of another island between them; points of that island, and one
+  // without a scale that would ask for much, between its own.
+  Island island;
+  ContactProblem& q = island.problem;
+  std::vector<int> place(6);
+  for (int b = 5; b >= 0; --b) {
+    const int other = q.M.add_block(b == 3 ? 1 : 6);
+    q.M.block(other).setIdentity();
+    place[static_cast<std::size_t>(b)] = q.M.add_block(6);
+    q.M.block(place[static_cast<std::size_t>(b)]) = p.M.block(b);
+  }
+  for (int b = 0; b < 6; ++b) island.blocks.push_back(place[static_cast<std::size_t>(b)]);
+  const auto add_point = [&](double wanted, double scale) {
+    q.J.add_band();
+    q.mu.push_back(0.5);
+    q.restitution.push_back(0);
+    island.wanted.push_back(wanted);
+    island.scale.push_back(scale);
+    return q.nc() - 1;
+  };
+  for (int c = 0; c < p.nc(); ++c) {
+    add_point(1, 1);  // of another island
+    q.J.entry(q.J.add_entry(place[0] - 1, 6)).setOnes();
+    if (c == 5) {
+      island.points.push_back(add_point(1, 0));
+      q.J.entry(q.J.add_entry(place[2], 6)).setOnes();
+    }
+    const auto at = static_cast<std::size_t>(c);
+    island.points.push_back(add_point(alone.wanted[at], alone.scale[at]));
+    for (int e = p.J.band[at]; e < p.J.band[at + 1]; ++e)
+      q.J.entry(q.J.add_entry(place[static_cast<std::size_t>(p.J.block[e])], 6)) = p.J.entry(e);
+  }
+  q.v_minus.assign(static_cast<std::size_t>(q.M.order()), 0.0);
+  q.offset.assign(3 * island.wanted.size(), 0.0);
+  const Eigen::VectorXd expected = by_sweeps(alone);
+  Eigen::VectorXd d = Eigen::VectorXd::Constant(q.M.order(), 7);
+  LeastDisplacement least;
+  Eigen::VectorXd before = Eigen::VectorXd::Zero(alone.N.cols());
+  REQUIRE(least.solve(p, alone.points, alone.blocks, alone.wanted, alone.scale, before));  // scratch of another problem
+  REQUIRE(least.solve(q, island.points, island.blocks, island.wanted, island.scale, d));
+  for (int b = 0; b < 6; ++b) {
+    const int first = q.M.first[place[static_cast<std::size_t>(b)]];
+    CHECK((d.segment<6>(first) - expected.segment<6>(6 * b)).norm() <= 1e-5 * expected.norm());
+    d.segment<6>(first).setConstant(7);
+  }
+  CHECK((d.array() == 7).all());
+}
+
+TEST_CASE("where masses are none, nothing is moved") {
+  Island island = chain(3, 3, 2);
+  island.problem.M.block(1) *= -1;
+  Eigen::VectorXd d = Eigen::VectorXd::Constant(18, 7);
+  CHECK_FALSE(LeastDisplacement().solve(island.problem, island.points, island.blocks, island.wanted, island.scale, d));
+  CHECK((d.array() == 7).all());
+}

@@ -1,0 +1,98 @@
+// A run as a whole: what it takes from its scene, how many steps it has, and where they end.
+#include "simulation/simulation.h"
+
+#include <catch2/catch.hpp>
+
+#include "scenes.h"
+
+using namespace cb;
+
+namespace {
+
+ContactMethod method(const std::string& name) {
+  MethodOptions options;
+  options.epsilon = 1e-22;
+  return find_method(name)->make(options);
+}
+
+}  // namespace
+
+TEST_CASE("a simulation takes step, duration and joint forces from its scene, and nothing else") {
+  Scenario s = test::empty_scene(2e-3, 0.7);
+  SimulationOptions options;
+  options.accuracy = 1e-4;
+  options.stepping = Stepping::steps;
+  options.joint_forces = JointForces::implicit;
+  take_from(s, options);
+  CHECK(options.step == 2e-3);
+  CHECK(options.duration == 0.7);
+  CHECK(options.joint_forces == JointForces::explicit_euler);
+  s.implicit_joints = true;
+  take_from(s, options);
+  CHECK(options.joint_forces == JointForces::implicit);
+  CHECK(options.accuracy == 1e-4);
+  CHECK(options.stepping == Stepping::steps);
+}
+
+TEST_CASE("equal steps begin at the first multiple from a time on, however it is rounded") {
+  CHECK(step_at(1, 0.1) == 10);
+  CHECK(step_at(0.3, 0.1) == 3);      // 0.3 / 0.1 is a bit less than 3
+  CHECK(step_at(0.7, 0.1) == 7);      // a bit less than 7
+  CHECK(step_at(0.6, 0.2) == 3);      // 0.6 / 0.2 is a bit less than 3
+  CHECK(step_at(3 * 0.1, 0.1) == 3);  // a bit more than 3
+  CHECK(step_at(0.3001, 0.1) == 4);
+  CHECK(step_at(0, 0.1) == 0);
+  CHECK(step_at(1e30, 1e-3) == 1000000000000000000);
+}
+
+TEST_CASE("a run of equal steps ends with the first that reaches its duration, each at its own multiple of the step") {
+  Scenario s = test::empty_scene(0.1, 0.75);
+  s.gravity.constant.setZero();
+  test::add_sphere(s, 0.5, 1, {0, 1, 0}, {1, 0, 0});
+  test::collide_all(s, 0.5);
+  for (const Stepping way : {Stepping::events, Stepping::steps}) {
+    SimulationOptions options;
+    take_from(s, options);
+    options.stepping = way;
+    Simulation simulation(s, options, method("ap"), find_method("ap")->law);
+    CHECK(simulation.steps_total() == 8);
+    CHECK(simulation.accuracy() == nullptr);
+    for (int n = 1; n <= 8; ++n) {
+      CHECK_FALSE(simulation.done());
+      CHECK(simulation.step().step == n);
+      CHECK(simulation.step_index() == n);
+      CHECK(simulation.state().t == n * 0.1);
+      CHECK(simulation.state().pose[0].p.x() == Approx(n * 0.1));
+    }
+    CHECK(simulation.done());
+  }
+}
+
+TEST_CASE("stepping to an accuracy closes contacts to a tenth of it, beside bodies of any size") {
+  // A ball falls on ground beside a large one that is far away: before each impact its gap is that of closed contacts.
+  Scenario s = test::empty_scene(1e-3, 1.5);
+  test::add_ground(s);
+  test::add_sphere(s, 0.5, 1, {0, 1.5, 0}, {0.3, 0, 0});
+  test::add_sphere(s, 50, 1, {1000, 50, 0});
+  test::collide_all(s, 0, 0.5);
+  for (const double accuracy : {1e-6, 1e-9, 1e-11}) {
+    SimulationOptions options;
+    take_from(s, options);
+    options.stepping = Stepping::accuracy;
+    options.accuracy = accuracy;
+    Simulation simulation(s, options, method("convex"), find_method("convex")->law);
+    double worst = 0;
+    int impacts = 0;
+    while (!simulation.done() && impacts < 3) {
+      const double gap = simulation.state().pose[0].p.y() - 0.5;
+      const StepRecord& record = simulation.step();
+      REQUIRE(record.status == Status::ok);
+      if (!record.accuracy->impact) continue;
+      ++impacts;
+      worst = std::max(worst, std::abs(gap));
+    }
+    INFO("accuracy " << accuracy << ", gap " << worst);
+    CHECK(impacts == 3);
+    CHECK(worst <= 0.1 * accuracy + 1e-15);
+  }
+}
