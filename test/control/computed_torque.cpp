@@ -141,7 +141,7 @@ TEST_CASE("a controller of the second robot adds its torques to those of its own
       wanted[at] = 2 * std::sin(2.4) + (computed ? 30 * error + 7 * error_rate : 0);
       extra[at] = computed ? 0 : 40 * error + (9 + joint.damping) * error_rate;
     }
-    model.trees = {Tree(), tree};
+    model.trees = {Tree(), tree, Tree()};
     model.trees[0].nv = shift;
     std::vector<Vec3> weight;
     for (const Body& body : model.bodies) weight.push_back(body.mass * gravity);

@@ -243,7 +243,7 @@ TEST_CASE("the axle's middle is that of the wheels' joints, on whichever body an
   state.qd[9] = -0.5;  // left
   tree.v = 2;
   tree.nv = 8;
-  model.trees = {Tree(), tree};
+  model.trees = {Tree(), tree, Tree()};
 
   FigureEight law{.x_amplitude = 3,
                   .z_amplitude = 5,
