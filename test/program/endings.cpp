@@ -118,6 +118,23 @@ TEST_CASE("a time limit keeps what there is", "[program]") {
   readable(read_file(directory.path() / "r" / "steps.csv"), 21);
 }
 
+TEST_CASE("a time limit counts whole seconds too, and one that no clock tells from none is still one", "[program]") {
+  TemporaryDirectory directory;
+  CHECK(run(directory.path(), long_run({"--time-limit", "1.05", "--record-every", "0"})).code == 3);
+  const Json json = summary(directory.path() / "r");
+  CHECK(json["status"] == "time_limit");
+  CHECK(json["reason"].get<std::string>().find("1.05 s") != std::string::npos);
+  CHECK(json["time"]["wall_s"].get<double>() > 1);
+  CHECK(json["time"]["wall_s"].get<double>() < limit_heard_within);
+  const Result at_once = run(directory.path(), {"run", "sticking_box.xml", "--method", "ap", "--duration", "20",
+                                                "--out", "s", "--record-every", "0", "--time-limit", "1e-9"});
+  CHECK(at_once.code == 3);
+  CHECK(summary(directory.path() / "s")["status"] == "time_limit");
+  const Result never = run(directory.path(), {"run", "sticking_box.xml", "--method", "ap", "--duration", "0.01",
+                                              "--out", "n", "--time-limit", "1e300"});
+  CHECK(never.code == 0);
+}
+
 TEST_CASE("a time limit and a signal are heard within an event", "[program]") {
   // The first event of this stack takes Mirtich's method millions of micro-impacts: many minutes.
   const std::vector<std::string> endless = {"run",     "stack.xml", "--method", "mirtich", "--set",  "boxes=200",
