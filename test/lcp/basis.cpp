@@ -87,6 +87,127 @@ TEST_CASE("a basis has one dictionary, kept as a table or solved for") {
   }
 }
 
+TEST_CASE("a basis multiplies, sums sizes and solves its active set as the whole matrix does, in both forms") {
+  const int n = 13;
+  TwoForms forms = two_forms(n, 6, 3);
+  // Rows and columns of different scales; signs that the sizes of terms must not see.
+  for (int i = 0; i < n; ++i) {
+    forms.scales.rows[i] = std::exp2(i % 5 - 2);
+    forms.scales.columns[i] = std::exp2(i % 3 - 1);
+  }
+  const LcpProblem& p = forms.expanded;
+  const MatrixXd &M = forms.dense.M, A = p.A, B = p.B, C = p.C, D = p.D;
+  const VectorXd z = VectorXd::LinSpaced(n, 0, 2);
+  const MatrixXd scaled = forms.scales.rows.asDiagonal() * M * forms.scales.columns.asDiagonal();
+  Kernels kernels;
+  for (const LcpProblem* problem : {&forms.dense, &forms.expanded}) {
+    Basis& basis = kernels.of(*problem);
+    basis.start(*problem, forms.scales);
+    REQUIRE(basis.eliminate());
+    VectorXd w, terms;
+    basis.multiply(z, w);
+    CHECK((w - M * z).norm() < 1e-12);
+    basis.magnitudes(z, terms);
+    const VectorXd through = (A.inverse() * (B.cwiseAbs() * z)).cwiseAbs();
+    const VectorXd sizes =
+        problem->expanded ? VectorXd(D.cwiseAbs() * z + C.cwiseAbs() * through) : VectorXd(M.cwiseAbs() * z);
+    CHECK((terms - sizes).norm() < 1e-12 * sizes.norm());
+
+    const std::vector<int> active{1, 4, 5, 12};
+    const VectorXd load = VectorXd::LinSpaced(n, -1, 1);
+    REQUIRE(basis.renew(active, -1, load, forms.cover));
+    MatrixXd of_active(4, 4);
+    VectorXd x = VectorXd::LinSpaced(n, 3, -2), right(4), scratch(basis.padded());
+    for (int i = 0; i < 4; ++i) {
+      right[i] = x[active[i]];
+      for (int j = 0; j < 4; ++j) of_active(i, j) = scaled(active[i], active[j]);
+    }
+    const VectorXd expected = of_active.fullPivLu().solve(right);
+    basis.solve_active(active, x.data(), scratch.data());
+    for (int i = 0; i < 4; ++i) CHECK(x[active[i]] == Approx(expected[i]).epsilon(1e-10));
+    // Basic values: w = M z + q + c z_0 of the scaled problem, for a load and by the cover.
+    VectorXd z_now = VectorXd::Zero(n), dz = z_now;
+    const double* by_cover = basis.column(2 * n);
+    for (const int i : active) {
+      z_now[i] = basis.rhs()[basis.row_of(n + i)];
+      dz[i] = by_cover[basis.row_of(n + i)];
+    }
+    const VectorXd w_now = scaled * z_now + load, dw = scaled * dz + forms.cover;
+    for (int i = 0; i < n; ++i) {
+      const bool is_active = basis.is_basic(n + i);
+      CHECK(std::abs(w_now[i] - (is_active ? 0 : basis.rhs()[basis.row_of(i)])) < 1e-11);
+      CHECK(std::abs(dw[i] - (is_active ? 0 : by_cover[basis.row_of(i)])) < 1e-11);
+    }
+    // And by a w that is not basic, and a z.
+    for (const int entering : {4, n + 2}) {
+      VectorXd of_z = VectorXd::Zero(n), of_w = of_z;
+      const double* column = basis.column(entering);
+      for (int i = 0; i < n; ++i) (basis.basic(i) < n ? of_w : of_z)[basis.basic(i) % n] = column[i];
+      (entering < n ? of_w : of_z)[entering % n] = 1;
+      CHECK((scaled * of_z - of_w).lpNorm<Eigen::Infinity>() < 1e-11);
+    }
+    CHECK(basis.factorisations() > 0);
+  }
+  VectorXd x;
+  kernels.sparse.free_unknowns(z, x);
+  CHECK((A * x + B * z + p.a).norm() < 1e-12);
+}
+
+TEST_CASE("a basis of hundreds of pairs has its dictionary as one of a few has") {
+  // Beyond what a pivot keeps in registers: 65 pairs and more.
+  for (const int n : {7, 8, 9, 64, 65, 80}) {
+    const TwoForms forms = two_forms(n, 20, 7);
+    DenseBasis basis;
+    basis.start(forms.dense, forms.scales);
+    std::vector<int> active;
+    for (int i = 0; i < n; i += 3) active.push_back(i);
+    const VectorXd load = forms.dense.q.cwiseProduct(forms.scales.rows);
+    REQUIRE(basis.renew(active, -1, load, forms.cover));
+    VectorXd z = VectorXd::Zero(n), w = z;
+    for (int i = 0; i < n; ++i) (basis.basic(i) < n ? w : z)[basis.basic(i) % n] = basis.rhs()[i];
+    const MatrixXd scaled = forms.scales.rows.asDiagonal() * forms.dense.M * forms.scales.columns.asDiagonal();
+    CHECK((scaled * z + load - w).lpNorm<Eigen::Infinity>() < 1e-9);
+    const double* column = basis.column(2 * n);
+    for (int i = 0; i < n; ++i) (basis.basic(i) < n ? w : z)[basis.basic(i) % n] = column[i];
+    CHECK((scaled * z + forms.cover - w).lpNorm<Eigen::Infinity>() < 1e-9);
+    for (int i = n; i < basis.padded(); ++i) CHECK(basis.rhs()[i] == 0);
+  }
+}
+
+TEST_CASE("no basis takes a pivot that is zero or not finite, or a set without an inverse") {
+  for (const bool expanded : {false, true}) {
+    LcpProblem p;
+    const MatrixXd M{{0, 1, 0}, {1, 0, 0}, {0, 0, 1e-320}};
+    p.expanded = expanded;
+    p.M = M;
+    p.A = MatrixXd::Identity(1, 1).sparseView();
+    p.B.resize(1, 3);
+    p.C.resize(3, 1);
+    p.D = M.sparseView();
+    p.a = VectorXd::Zero(1);
+    p.q = VectorXd{{1, 2, 3}};
+    PairScales scales;
+    scales.rho = scales.rows = scales.columns = VectorXd::Ones(3);
+    Kernels kernels;
+    Basis& basis = kernels.of(p);
+    basis.start(p, scales);
+    REQUIRE(basis.eliminate());
+    basis.restart();
+    basis.set_load(p.q);
+    CHECK_FALSE(basis.pivot(0, 3));
+    CHECK_FALSE(basis.pivot(2, 5));
+    for (int i = 0; i < 3; ++i) {
+      CHECK(basis.is_basic(i));
+      CHECK(basis.rhs()[i] == p.q[i]);
+    }
+    CHECK_FALSE(basis.renew({0}, -1, p.q, VectorXd::Ones(3)));
+    CHECK(basis.renew({0, 1}, -1, p.q, VectorXd::Ones(3)));
+    CHECK(basis.rhs()[basis.row_of(3)] == -2);
+    CHECK(basis.rhs()[basis.row_of(4)] == -1);
+    CHECK(basis.rhs()[basis.row_of(2)] == 3);
+  }
+}
+
 TEST_CASE("a basis whose exchanges lose digits is taken up from the matrix twice as often, until they do not") {
   // z_1 for w_1 where z_0 is basic: a pivot of `part`, there and back again, which leaves 1e-16 / part.
   const auto factorisations = [](double part) {
