@@ -172,3 +172,17 @@ TEST_CASE("sizes of terms are sums of absolute values, whatever cancels", "[bloc
       dense.cwiseAbs() * VectorXd::Map(v.data(), 4).cwiseAbs() + VectorXd::Map(w.data(), 6).cwiseAbs();
   for (int c = 0; c < 2; ++c) CHECK(terms[c] == Approx(sums.segment<3>(3 * c).norm()));
 }
+
+TEST_CASE("a block of any size that is not positive definite, or no number, has no factor", "[block_matrix]") {
+  for (int n = 1; n <= 9; ++n)
+    for (const double last : {-1.0, 0.0, std::nan(""), HUGE_VAL, 1e-3}) {
+      INFO(n << " rows, the last " << last);
+      BlockDiagonalMatrix A;
+      A.add_block(6);
+      A.block(0).setIdentity();
+      A.add_block(n);
+      A.block(1).setIdentity();
+      A.block(1)(n - 1, n - 1) = last;
+      CHECK(BlockCholesky().factor(A) == (last == 1e-3));
+    }
+}

@@ -97,3 +97,66 @@ TEST_CASE("sums of multiples and inner products have 29 digits in every lane") {
     for (int i = 0; i < n; ++i) CHECK(size(y[i] - z[i]) <= digits);
   }
 }
+
+TEST_CASE("numbers of two doubles are ordered by the second where the first are the same") {
+  const DoubleDouble low(1, -1e-20), one = 1, high(1, 1e-20);
+  CHECK(low < one);
+  CHECK(one < high);
+  CHECK_FALSE(high < one);
+  CHECK_FALSE(one < one);
+  CHECK(high > one);
+  CHECK_FALSE(low > one);
+  CHECK(low <= one);
+  CHECK(one <= one);
+  CHECK_FALSE(high <= one);
+  CHECK(high >= one);
+  CHECK(one >= one);
+  CHECK_FALSE(low >= one);
+  CHECK(DoubleDouble(2) > high);
+  CHECK(DoubleDouble(0.5, 1) <= one);
+  CHECK_FALSE(high == one);
+  CHECK(DoubleDouble(1, 1e-20) == high);
+  CHECK(abs(DoubleDouble(-2, 1e-20)) == DoubleDouble(2, -1e-20));
+  CHECK(abs(high) == high);
+  CHECK(-high == DoubleDouble(-1, -1e-20));
+  CHECK(pow(DoubleDouble(3), 0) == one);
+  CHECK(pow(DoubleDouble(3), 1) == DoubleDouble(3));
+  CHECK(pow(DoubleDouble(3), 4) == DoubleDouble(81));
+  CHECK_FALSE(isfinite(DoubleDouble(HUGE_VAL)));
+  CHECK_FALSE(isfinite(DoubleDouble(NAN)));
+  CHECK(isfinite(high));
+  CHECK(std::isinf(sqrt(DoubleDouble(HUGE_VAL)).high));
+  CHECK(std::isnan(sqrt(DoubleDouble(-1)).high));
+  DoubleDouble x = 6;
+  x *= 2;
+  CHECK(x == DoubleDouble(12));
+  x /= 3;
+  CHECK(x == DoubleDouble(4));
+  x -= 1;
+  CHECK(x == DoubleDouble(3));
+}
+
+TEST_CASE("elimination exchanges rows where a pivot would be zero or small") {
+  // 1e-30 first: without the exchange nothing would be left of the second row.
+  for (const double first : {0.0, 1e-30}) {
+    DoubleDoubleLu lu;
+    lu.resize(3);
+    const double A[3][3] = {{first, 1, 2}, {1, 1, 1}, {4, -1, 0}};
+    DoubleDoubleVector x(3);
+    for (int i = 0; i < 3; ++i) {
+      double sum = 0;
+      for (int j = 0; j < 3; ++j) {
+        lu.add(i, j, A[i][j]);
+        sum += A[i][j] * (j + 1) * (i == 0 && j == 0 ? 0 : 1);
+      }
+      x.set(i, DoubleDouble(sum) + DoubleDouble(i == 0 ? first : 0));
+    }
+    REQUIRE(lu.factor());
+    lu.solve_in_place(x);
+    for (int i = 0; i < 3; ++i) CHECK(size(x[i] - DoubleDouble(i + 1)) <= 1e-28);
+  }
+  DoubleDoubleLu lu;
+  lu.resize(1);
+  lu.add(0, 0, NAN);
+  CHECK_FALSE(lu.factor());
+}

@@ -50,3 +50,17 @@ TEST_CASE("the order of elimination of a chain is a permutation of it", "[sparse
   std::sort(order.begin(), order.end());
   for (int i = 0; i < n; ++i) CHECK(order[i] == i);
 }
+
+TEST_CASE("the hub of a star is eliminated when all or all but one of its rays are", "[sparse_cholesky]") {
+  // Earlier it would couple all that are left.
+  SymmetricPattern star;
+  const int n = 20, hub = 3;
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j)
+      if (i != j && (i == hub || j == hub)) star.row.push_back(j);
+    star.column.push_back(static_cast<int>(star.row.size()));
+  }
+  std::vector<int> order;
+  block_order(star, order);
+  CHECK((order[n - 1] == hub || order[n - 2] == hub));
+}

@@ -127,3 +127,39 @@ TEST_CASE("pivots that are forgotten leave no trace of the matrix before") {
   CHECK(solved(true, false) != solved(false, false));
   CHECK(solved(true, true) == solved(false, false));
 }
+
+TEST_CASE("a matrix counts as singular where its pivots are fourteen digits apart, and no sooner") {
+  for (const auto& [least, regular] : {std::pair{1e-13, true}, std::pair{1e-15, false}}) {
+    const Columns columns(MatrixXd{{1, 1, 0}, {1, 1 + least, 0}, {0, 0, 1}});  // pivots 1, `least`, 1
+    SparseLu fresh, used;
+    CHECK(fresh.factor(columns.starts, columns.rows, columns.values) == regular);
+    const std::vector<double> other{1, 1, 1, 3, 1};  // [1 1; 1 3]
+    REQUIRE(used.factor(columns.starts, columns.rows, other));
+    CHECK(used.factor(columns.starts, columns.rows, columns.values) == regular);
+  }
+}
+
+TEST_CASE("exchanges of one row after another come in the order in which they were made") {
+  // More than are carried out in one pass, the same row in one pass twice, and rows that wait for one another.
+  constexpr int n = 16;
+  std::srand(9);
+  for (const std::vector<int>& rows : {std::vector<int>{2, 2}, {1, 2, 1, 2}, {0, 1, 2, 3, 0, 1, 2, 3, 4}, {5, 6, 5}}) {
+    MatrixXd B = MatrixXd::Identity(n, n);
+    ProductForm form;
+    form.resize(n);
+    for (const int row : rows) {
+      VectorXd entering = 0.3 * VectorXd::Random(n);
+      entering[row] += 2;
+      VectorXd change = entering;
+      form.apply(change.data());
+      change = -change;
+      form.push(change.data(), row);
+      B.col(row) = entering;
+    }
+    CHECK(form.exchanges() == static_cast<int>(rows.size()));
+    const VectorXd a = VectorXd::Random(n);
+    VectorXd y = a;
+    form.apply(y.data());
+    CHECK((B * y - a).norm() < 1e-13);
+  }
+}

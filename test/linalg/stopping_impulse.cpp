@@ -128,3 +128,71 @@ TEST_CASE(
   for (; !none.over(); ++misses) none.missed();
   CHECK(misses == 9);  // 0.1 times 3^9 is beyond 1000
 }
+
+TEST_CASE("after points that were missed again and again a proximal term goes back no further than the last found") {
+  ProximalTerm t(1e-3);
+  t.found();                                     // at 0.1
+  for (const double next : {0.03, 0.09, 0.1}) {  // by threes, as far as that
+    t.missed();
+    CHECK(t() == Approx(next));
+  }
+  t.missed();  // none there either
+  CHECK(t() == Approx(0.3));
+  // It has slowed down: its fall is 0.1^(1/2), ^(1/4), ^(1/8), and 0.8 at most.
+  t.found();
+  CHECK(t() == Approx(0.3 * 0.8));
+  t.found();
+  CHECK(t() == Approx(0.3 * 0.8 * 0.64));
+}
+
+TEST_CASE("impulses that stop are found by dense matrices up to a size, and beyond it not at all") {
+  const auto served = [](int bodies, int contacts, int rows) {
+    BlockDiagonalMatrix M;
+    for (int b = 0; b < bodies; ++b) M.block(M.add_block(3)).setIdentity();
+    BlockCholesky factor;
+    REQUIRE(factor.factor(M));
+    BandMatrix J;
+    for (int c = 0; c < contacts; ++c) {
+      J.add_band();
+      J.entry(J.add_entry(c % bodies, 3)).setIdentity();
+    }
+    StoppingImpulse stop;
+    const std::vector<double> weight(contacts, 1.0);
+    return stop.prepare(M, J, factor, weight, std::vector<char>(contacts, 1), rows);
+  };
+  CHECK(served(2, 32, 3));
+  CHECK_FALSE(served(2, 33, 3));
+  CHECK(served(2, 96, 1));
+  CHECK_FALSE(served(2, 97, 1));
+  CHECK(served(32, 1, 3));
+  CHECK_FALSE(served(33, 1, 3));
+  CHECK_FALSE(served(1, 0, 3));
+}
+
+TEST_CASE("a search along a line ends where the slope is the part of the start's that is asked for") {
+  // Slope -1 + x^3: 0.729 - 1 at 0.9.
+  const auto cubic = [](double x) { return Along{x * x * x - 1, 3 * x * x}; };
+  CHECK(convex_search({}, cubic) == 1);
+  for (const double part : {0.3, 1e-3, 1e-9}) {
+    const double x = convex_search({part, 100}, [&](double a) { return cubic(a / 4); });
+    CHECK(std::abs(cubic(x / 4).slope) <= part);
+    CHECK(x > 1);
+    const double y = convex_search({part, 100}, [&](double a) { return cubic(3 * a); });
+    CHECK(std::abs(cubic(3 * y).slope) <= part);
+  }
+  // Newton's step is too short where the curve is steep at the start alone: it goes on by a tenth at least.
+  int evaluations = 0;
+  const double x = convex_search({}, [&](double a) {
+    ++evaluations;
+    return Along{a < 2 ? -1.0 : 0.0, 1e9};
+  });
+  CHECK(x >= 2);
+  CHECK(evaluations <= 12);  // 1.1^8 > 2
+  // What never comes to an end does so at the limit.
+  evaluations = 0;
+  convex_search({0.3, 5}, [&](double) {
+    ++evaluations;
+    return Along{-1, 1};
+  });
+  CHECK(evaluations == 6);
+}
