@@ -152,6 +152,8 @@ TEST_CASE("candidates are all rows within a tie of zero where the first blocks, 
   // What is below zero blocks at a step of 0.
   basis.rhs()[3] = -1e-9;
   CHECK(found(change, 0) == Rows{3});
+  basis.rhs()[0] = 0;
+  CHECK(found(change, 0) == Rows{3, 0});
 }
 
 TEST_CASE("the candidate that is followed becomes the state, and the others wait as second choices", "[ynl]") {
