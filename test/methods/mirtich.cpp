@@ -496,3 +496,145 @@ TEST_CASE("velocities beyond the range of doubles never come back as an answer t
     }
   }
 }
+
+namespace {
+
+/// Points in a row that fall on the ground and on each other, without friction, all with restitution e.
+struct Row {
+  ContactProblem problem;
+  std::vector<double> mass, v;
+  double e;
+
+  Row(std::vector<double> masses, std::vector<double> velocities, double restitution)
+      : mass(std::move(masses)), v(std::move(velocities)), e(restitution) {
+    for (int i = 0; i < static_cast<int>(mass.size()); ++i) {
+      test::add_body(problem, mass[i], Vector3d::Ones(), {0, v[i], 0});
+      test::add_contact(problem, i, {}, i - 1, {}, test::ground_axes(), 0, e);
+    }
+  }
+  double approach(int c) const { return v[c] - (c > 0 ? v[c - 1] : 0); }
+  /// Newton's restitution, which is Stronge's where nothing couples.
+  void hit(int c) {
+    const double w = 1 / mass[c] + (c > 0 ? 1 / mass[c - 1] : 0), r = -(1 + e) * approach(c) / w;
+    v[c] += r / mass[c];
+    if (c > 0) v[c - 1] -= r / mass[c - 1];
+  }
+};
+
+}  // namespace
+
+TEST_CASE("of the contacts that approach the fastest is hit, again and again") {
+  for (const double e : {0.9, 1.0}) {
+    const Row start({1, 2, 0.7}, {-1, -4, -4.5}, e);
+    Row fastest = start, slowest = start;
+    const auto run = [](Row& row, double sign) {
+      int hits = 0;
+      for (;; ++hits) {
+        int next = -1;
+        for (int c = 0; c < 3; ++c)
+          if (row.approach(c) < -1e-9 && (next < 0 || sign * row.approach(c) < sign * row.approach(next))) next = c;
+        if (next < 0) return hits;
+        row.hit(next);
+      }
+    };
+    const int hits = run(fastest, 1);
+    run(slowest, -1);
+    // The order has a say in what comes of it.
+    REQUIRE(std::abs(fastest.v[2] - slowest.v[2]) > 1e-3);
+    const ContactSolution solution = solve(start.problem);
+    CHECK(solution.status == Status::ok);
+    CHECK(solution.iterations == hits);
+    const test::Outcome out = test::outcome(start.problem, solution.impulse);
+    for (int i = 0; i < 3; ++i) CHECK(out.v[6 * i + 1] == Approx(fastest.v[i]).margin(1e-12));
+  }
+}
+
+TEST_CASE("of contacts that approach equally fast up to round-off the first is hit first") {
+  // A body in a groove whose walls are at 30 degrees to the ground: what one does the other feels.
+  const auto impulses = [](double ahead) {
+    ContactProblem p;
+    test::add_body(p, 1, Vector3d::Ones(), {0, -1, 0});
+    for (const double x : {0.5, -0.5})
+      test::add_contact(p, 0, {}, -1, {}, test::axes_of({x, std::sqrt(0.75), 0}), 0, 0.5);
+    p.offset[3] = -ahead;
+    const ContactSolution solution = solve(p);
+    CHECK(solution.status == Status::ok);
+    return Eigen::Vector2d(solution.impulse[0], solution.impulse[3]);
+  };
+  const Eigen::Vector2d first = impulses(0);
+  REQUIRE(std::abs(first[0] - first[1]) > 1e-2);
+  CHECK((impulses(1e-14) - first).norm() < 1e-9);
+  CHECK((impulses(-1e-14) - first).norm() < 1e-9);
+  CHECK((impulses(-1e-6) - first).norm() < 1e-4);
+  CHECK((impulses(1e-6) - first.reverse()).norm() < 1e-4);
+}
+
+TEST_CASE("an approach that Mirtich's method leaves at its limit is claimed as a fraction of the fastest before") {
+  MirtichOptions options;
+  options.impact_limit = 1;
+  const ContactProblem p = test::stack(4, 0.5, {0, -g * h, 0}, 1e-3, 4);
+  const ContactSolution solution = solve(p, options);
+  CHECK(solution.status == Status::nonconverged);
+  CHECK(solution.reason == "contacts still approach after 16 micro-impacts");
+  const test::Outcome out = test::outcome(p, solution.impulse);
+  double before = 0, left = 0;
+  for (int c = 0; c < p.nc(); ++c) {
+    before = std::max(before, -out.u_minus[3 * c]);
+    left = std::max(left, -out.u[3 * c]);
+  }
+  REQUIRE(left > 0.01 * before);
+  CHECK(solution.claimed_residual == Approx(left / before));
+  // A limit that is reached with nothing left is no failure.
+  const ContactSolution one = solve(test::sphere({1, -10, 0}, Vector3d::Zero(), 0.5, 0.7), options);
+  CHECK(one.status == Status::ok);
+  CHECK(one.iterations == 1);
+  CHECK(one.claimed_residual < 1e-14);
+}
+
+TEST_CASE("works of a contact that is hit more than once are those of all of its impacts") {
+  // The lower of two points is hit by the ground, by the upper one, and by the ground again.
+  const Row row({1, 1}, {-1, -2}, 1);
+  const ContactSolution solution = solve(row.problem);
+  REQUIRE(solution.status == Status::ok);
+  // Equal masses that exchange velocities: the ground stops 1 and 2 m/s, each of 1 kg; between the two 1 + 3 or 3 + 1
+  // differences of velocity end, with half a kilogramme.
+  const WorkWitness& work = solution.as<WorkWitness>();
+  CHECK(work.compression[0] == Approx(-0.5 * (1 + 4)));
+  CHECK(work.restitution[0] == Approx(0.5 * (1 + 4)));
+  CHECK(work.compression[1] == Approx(-0.25 * (1 + 9)));
+  CHECK(work.restitution[1] == Approx(0.25 * (1 + 9)));
+  CHECK(solution.size == 6);
+}
+
+TEST_CASE("an impact without an end is told from one that takes too many steps; neither leaves an impulse of its own") {
+  // Rows n and t1 are one: where the contact sticks no normal impulse moves it.
+  ContactProblem p;
+  test::add_body(p, 1, Vector3d::Ones(), {0, -1, 0});
+  test::add_contact(p, 0, {}, -1, {}, test::ground_axes(), 2, 0.5);
+  p.J.entry(0).row(1) = p.J.entry(0).row(0).eval();
+  p.offset[1] = 1;  // no slip
+  const ContactSolution endless = solve(p);
+  CHECK(endless.status == Status::singular);
+  CHECK(endless.reason == "an impact without end: the contact's inertia is singular");
+  CHECK(endless.impulse == std::vector<double>(3, 0.0));
+
+  MirtichOptions options;
+  options.impact.step_limit = 0;
+  const ContactSolution cut = solve(test::sphere({1, -10, 0}, Vector3d::Zero()), options);
+  CHECK(cut.status == Status::nonconverged);
+  CHECK(cut.reason == "one impact took more steps than the limit");
+  CHECK(cut.impulse == std::vector<double>(3, 0.0));
+  CHECK(cut.claimed_residual == 1);
+}
+
+TEST_CASE("impulses or works beyond the range of doubles are no answer, and none of either is left") {
+  for (const Vector3d& v : {Vector3d(0, -1e200, 0), Vector3d(0, -1.7e308, 0)}) {
+    const ContactSolution solution = solve(test::sphere(v, Vector3d::Zero(), 0, 1));
+    CHECK(solution.status != Status::ok);
+    CHECK_FALSE(solution.reason.empty());
+    CHECK(solution.impulse == std::vector<double>(3, 0.0));
+    const WorkWitness& work = solution.as<WorkWitness>();
+    for (const auto* of : {&work.compression, &work.restitution, &work.friction})
+      CHECK(*of == std::vector<double>(1, 0.0));
+  }
+}
