@@ -94,6 +94,46 @@ TEST_CASE("what may be left out of an event is the law's to say, and goes by wha
   CHECK(soft.closed_form);
 }
 
+TEST_CASE("mirtich: at rest all works are nothing, and those of a part go where its contacts are in the whole") {
+  ContactProblem whole, two;
+  for (int c = 0; c < 4; ++c) {
+    whole.J.add_band();
+    if (c < 2) two.J.add_band();
+  }
+  ContactSolution all, part;
+  const Law& mirtich = law("mirtich");
+  all.as<WorkWitness>() = WorkWitness{{7}, {7, 7}, {}};
+  mirtich.rest(whole, NoWitness{}, all);
+  const std::vector<double> none(4, 0.0);
+  CHECK(all.as<WorkWitness>().compression == none);
+  CHECK(all.as<WorkWitness>().restitution == none);
+  CHECK(all.as<WorkWitness>().friction == none);
+  part.witness = WorkWitness{{-1, -2}, {0.25, 0.5}, {-3, -4}};
+  const std::vector<int> contacts = {3, 1}, blocks;
+  mirtich.join({whole, two, contacts, blocks}, part, all);
+  CHECK(all.as<WorkWitness>().compression == std::vector<double>{0, -2, 0, -1});
+  CHECK(all.as<WorkWitness>().restitution == std::vector<double>{0, 0.5, 0, 0.25});
+  CHECK(all.as<WorkWitness>().friction == std::vector<double>{0, -4, 0, -3});
+}
+
+TEST_CASE("mirtich: the work of impulses known alone is that of all their parts, by the mean of both velocities") {
+  ContactProblem p;
+  for (int c = 0; c < 3; ++c) p.J.add_band();
+  Islands islands;
+  islands.count = 2;
+  islands.of_contact = {0, 1, 0};
+  const std::vector<double> before = {-3, 2, 1, -1, 4, -2, -2, 0, 6}, after = {1, 1, -1, 0, 2, -1, 3, 2, 0};
+  ContactSolution answer;
+  answer.impulse = {2, -1, 3, 5, -2, 4, 1, -4, -1};
+  const Witness terms = NoWitness{};
+  CHECK(law("mirtich").prove({p, islands, terms, before, after}, answer).empty());
+  // Contacts 0 and 2: 2 (-2) - 3 + 0 / 2, and 1 - 8 - 6 over two: (-2 - 1.5 + 0) + (0.5 - 4 - 3); contact 1: its own.
+  const double first = 2 * -1 - 1 * 1.5 + 3 * 0, third = 1 * 0.5 - 4 * 1 - 1 * 3, second = 5 * -0.5 - 2 * 3 + 4 * -1.5;
+  CHECK(answer.as<WorkWitness>().friction == std::vector<double>{(first + third) / 2, second, (first + third) / 2});
+  CHECK(answer.as<WorkWitness>().compression == std::vector<double>(3, 0.0));
+  CHECK(answer.as<WorkWitness>().restitution == std::vector<double>(3, 0.0));
+}
+
 TEST_CASE("a polygon's directions go round from t1 in even steps, exact on the axes and in opposite pairs") {
   for (const int k : {4, 6, 8, 12}) {
     INFO(k);
