@@ -8,6 +8,8 @@
 #include <limits>
 #include <random>
 
+#include "linalg/stop.h"
+
 using namespace cb;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -175,6 +177,17 @@ TEST_CASE("an impact may take as many steps as the limit says and not one more")
   }
 }
 
+TEST_CASE("a stop that is asked for is heard within an impact, with friction and without") {
+  struct Ask {
+    Ask() { stop_asked = true; }
+    ~Ask() { stop_asked = false; }
+  };
+  for (const Drawn& c : {Drawn{planar(), {-1, 2, 1}, 0.4, 0.6}, Drawn{planar(), {-1, 2, 1}, 0, 0.6}}) {
+    const Ask ask;
+    CHECK_THROWS_AS(impact_of(c.K, c.u, c.mu, c.e), Stopped);
+  }
+}
+
 TEST_CASE("slip that is round-off is none: the contact sticks from the start") {
   const Vector3d u(-1, 1e-3, 0);
   Impact sticks, slides;
@@ -229,6 +242,32 @@ TEST_CASE("slip that does not stop, and slip from rest, do the work of friction 
   CHECK((smooth.r - Vector3d(0.75, 0, 0)).norm() < 1e-15);
   CHECK(smooth.friction_work == 0);
   CHECK_FALSE((smooth.slid || smooth.stuck || smooth.diverged || smooth.locked));
+}
+
+TEST_CASE("slip that an impulse leaves as it is, and an approach that it leaves as it is until the slip stops") {
+  // mu = K_nt / K_t: xi = (1, -0.5, 0), a = K xi = (1.75, 0, 0).
+  const Impact steady = impact_of(planar(), {-1, 2, 0}, 0.5, 0.6);
+  const double p = 1.6 / 1.75;
+  CHECK(steady.slid);
+  CHECK_FALSE(steady.stuck);
+  CHECK((steady.r - p * Vector3d(1, -0.5, 0)).norm() < 1e-14);
+  CHECK(steady.friction_work == Approx(-0.5 * 2 * p).epsilon(1e-14));
+  // mu = K_nn / K_nt: xi = (1, -2, 0), a = (0, -1, 0) until slip 3 stops after 3 N s; then xi = (1, -1, 0), a_n = 1.
+  const Impact waits = impact_of(planar(1), {-1, 3, 0}, 2, 0);
+  CHECK(waits.status == Status::ok);
+  CHECK(waits.stuck);
+  CHECK_FALSE(waits.locked);
+  CHECK((waits.r - Vector3d(4, -7, 0)).norm() < 1e-14);
+  CHECK(waits.compression_work == Approx(-3.5).epsilon(1e-14));
+  CHECK(waits.friction_work == Approx(-2 * 4.5).epsilon(1e-14));
+}
+
+TEST_CASE("without slip a contact sticks, though nothing counts as round-off") {
+  Impact impact;
+  integrate_impact(planar(), {-1, 0, 0}, 0.8, 0, 0, 1, {}, impact);
+  CHECK_FALSE(impact.slid);
+  CHECK(impact.stuck);
+  CHECK((impact.r - Vector3d(1, -0.5, 0) / 1.75).norm() < 1e-14);
 }
 
 TEST_CASE("friction that just suffices to stick does, and what gives way along one tangent alone is pushed along it") {
@@ -340,4 +379,25 @@ TEST_CASE("an impact of an event that is far faster is not followed as closely")
   }
   CHECK(2 * late < alone);
   CHECK(2 * loose < alone);
+}
+
+// However long the steps: the length of the last one is found by itself.
+TEST_CASE(
+    "compression ends where nothing approaches and restitution where e^2 of the work is back, be steps ever so long") {
+  std::mt19937 generator(33);
+  ImpactOptions rough;
+  rough.integration = rough.integration_own = 1e-2;
+  rough.turn = 0.1;
+  for (int i = 0; i < 1000; ++i) {
+    INFO(i);
+    Drawn c = draw(generator);
+    if (i % 2 == 0) c.mu *= 2;
+    const Impact plastic = impact_of(c.K, c.u, c.mu, 0, rough);
+    REQUIRE(plastic.status == Status::ok);
+    CHECK(std::abs(c.u[0] + c.K.row(0) * plastic.r) <= 1e-8 * c.u.norm());
+    CHECK(plastic.restitution_work == 0);
+    const Impact elastic = impact_of(c.K, c.u, c.mu, c.e, rough);
+    REQUIRE(elastic.status == Status::ok);
+    CHECK(elastic.restitution_work == Approx(-c.e * c.e * elastic.compression_work).epsilon(1e-8));
+  }
 }
