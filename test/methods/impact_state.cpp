@@ -115,10 +115,10 @@ TEST_CASE("what drives a contact is a term of its velocity along each of its axe
 }
 
 TEST_CASE("a joint's limit is weighed by its normal row alone, a contact by the mean of its three") {
-  // Both approach at 1 m/s. A limit of 4 kg: w = 1/4; a contact of 1 kg: w = 1; a contact whose tangents give way more:
-  // w = (1 + 4 + 4) / 3 = 3.
+  // Both approach at 1 m/s. A limit of 4 kg: w = 1/4. A contact of 1 kg whose tangents give way more: w = (1 + 7 + 7)
+  // / 3.
   ContactProblem p;
-  p.M.block(p.M.add_block(3)) = Vector3d(4, 1, 0.25).asDiagonal();
+  p.M.block(p.M.add_block(3)) = Vector3d(4, 1, 1.0 / 7).asDiagonal();
   p.v_minus = {-1, -1, 0};
   const auto contact = [&](const Matrix3d& rows) {
     p.J.add_band();
@@ -135,15 +135,17 @@ TEST_CASE("a joint's limit is weighed by its normal row alone, a contact by the 
   ImpactState state;
   std::string reason;
   REQUIRE(state.start(p, {.approach = 1e-2, .rounding = 0}, reason) == Status::ok);
-  CHECK((state.K(1) - Matrix3d(Eigen::Matrix3d{{1, 0, 0}, {0, 4, 4}, {0, 4, 4}})).norm() < 1e-14);
-  // Fastest: 1 m/s; in sqrt(J) that of the limit, 2, which at the weights are 1 m/s and 3.5 m/s.
+  CHECK((state.K(1) - Matrix3d(Eigen::Matrix3d{{1, 0, 0}, {0, 7, 7}, {0, 7, 7}})).norm() < 1e-14);
+  // Fastest: 1 m/s; in sqrt(J) that of the limit, 2, which are 1 m/s at its weight and more at the other.
   CHECK(state.approach_tolerance(0) == Approx(1e-2));
   CHECK(state.approach_tolerance(1) == Approx(1e-2));
-  // A slower limit of the same island: 0.2 m/s are 0.4 sqrt(J), less than the contact's 1/sqrt(3), and 1/sqrt(12) m/s.
-  p.v_minus[0] = -0.2;
-  REQUIRE(state.start(p, {.approach = 1e-2, .rounding = 0}, reason) == Status::ok);
-  CHECK(state.approach_tolerance(0) == Approx(1e-2 / std::sqrt(12)));
-  CHECK(state.approach_tolerance(1) == Approx(1e-2));
+  // A slower limit: 0.02 m/s are 0.04 sqrt(J), the contact's 0.1 m/s are 0.1 / sqrt(5), and half as many m/s at the
+  // limit.
+  p.v_minus = {-0.02, -0.1, 0};
+  REQUIRE(state.start(p, {.approach = 1e-2, .rounding = 1e-4}, reason) == Status::ok);
+  CHECK(state.approach_tolerance(0) == Approx(1e-3 / std::sqrt(20)));
+  CHECK(state.approach_tolerance(1) == Approx(1e-3));
+  CHECK(state.slip_rounding(0) == Approx(1e-5));
 }
 
 TEST_CASE("a state that starts anew knows nothing of the event before") {
