@@ -879,6 +879,14 @@ TEST_CASE("newton: an impulse where nothing approaches counts from 1e-9 of the c
     p.v_minus[1] = 1;
     for (const double part : {below, above}) CHECK(held(p, newton_law(), {part * accepted * mass, 0, 0}) == (part < 1));
   }
+  // The impulse is that of the contact which parts, and no other's.
+  ContactProblem p = points({2, 3, 5}, {0, 1, 2});
+  p.v_minus[13] = 1;
+  CHECK(held(p, newton_law(), {2, 0, 0, 3, 0, 0, 0, 0, 0}));
+  CHECK_FALSE(held(p, newton_law(), {2, 0, 0, 3, 0, 0, 1, 0, 0}));
+  p.v_minus[1] = p.v_minus[7] = 1;
+  CHECK(held(p, newton_law(), {0, 0, 0, 0, 0, 0, 0, 0, 0}));
+  CHECK_FALSE(held(p, newton_law(), {0, 0, 0, 0, 0, 0, 1, 0, 0}));
 }
 
 TEST_CASE("a work is a fraction of what the island has, not of what its contact has") {
