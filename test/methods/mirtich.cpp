@@ -606,6 +606,25 @@ TEST_CASE("works of a contact that is hit more than once are those of all of its
   CHECK(solution.size == 6);
 }
 
+TEST_CASE("each contact has its own friction and its own restitution") {
+  // Balls that slide fast: r = (1 + e) m v_n (1, -mu d), d the direction of the slip.
+  const double mu[] = {0.1, 0.4, 0.2}, e[] = {0.2, 0.9, 0.5}, m = 2, v_n = 3;
+  ContactProblem p;
+  for (int b = 0; b < 3; ++b) {
+    test::add_body(p, m, Vector3d::Constant(0.4 * m), {60, -v_n, 0});
+    test::add_contact(p, b, {0, -1, 0}, -1, {}, test::ground_axes(), mu[b], e[b]);
+  }
+  const ContactSolution solution = solve(p);
+  REQUIRE(solution.status == Status::ok);
+  for (int b = 0; b < 3; ++b) {
+    const double r = (1 + e[b]) * m * v_n;
+    CHECK(solution.impulse[3 * b] == Approx(r).epsilon(1e-12));
+    CHECK(solution.impulse[3 * b + 1] == Approx(-mu[b] * r).epsilon(1e-12));
+    CHECK(std::abs(solution.impulse[3 * b + 2]) < 1e-12);
+    CHECK(solution.as<WorkWitness>().restitution[b] == Approx(0.5 * e[b] * e[b] * m * v_n * v_n).epsilon(1e-12));
+  }
+}
+
 TEST_CASE("an impact without an end is told from one that takes too many steps; neither leaves an impulse of its own") {
   // Rows n and t1 are one: where the contact sticks no normal impulse moves it.
   ContactProblem p;
@@ -617,6 +636,7 @@ TEST_CASE("an impact without an end is told from one that takes too many steps; 
   CHECK(endless.status == Status::singular);
   CHECK(endless.reason == "an impact without end: the contact's inertia is singular");
   CHECK(endless.impulse == std::vector<double>(3, 0.0));
+  CHECK(endless.iterations == 1);
 
   MirtichOptions options;
   options.impact.step_limit = 0;
@@ -624,6 +644,7 @@ TEST_CASE("an impact without an end is told from one that takes too many steps; 
   CHECK(cut.status == Status::nonconverged);
   CHECK(cut.reason == "one impact took more steps than the limit");
   CHECK(cut.impulse == std::vector<double>(3, 0.0));
+  CHECK(cut.iterations == 1);
   CHECK(cut.claimed_residual == 1);
 }
 
