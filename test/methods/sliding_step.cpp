@@ -186,7 +186,10 @@ TEST_CASE("a step of sliding half as long misses by a sixty-fourth, or by a sixt
         const ImpactPoint from = exact;
         by.explicit_step(sliding.start + sliding.K * from.r, length / parts, from, exact);
       }
-      stiff ? by.stiff_step(sliding.start, length, {}, y) : by.explicit_step(sliding.start, length, {}, y);
+      if (stiff)
+        by.stiff_step(sliding.start, length, {}, y);
+      else
+        by.explicit_step(sliding.start, length, {}, y);
       return (numbers(y) - numbers(exact)).norm();
     };
     // Of order 3 and of order 5 at the least.
