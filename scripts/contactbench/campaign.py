@@ -263,10 +263,10 @@ def run_all(todo, known, record, count):
             print("interrupted; the same command goes on", file=sys.stderr)
 
 
-def reduce_all(rows, jobs, out):
-    """One reduced scene for each label, family and method, the first of its rows."""
+def reduce_all(done, out):
+    """One reduced scene for each label, family and method, the first of its (row, job)."""
     first = {}
-    for row, job in zip(rows, jobs):
+    for row, job in done:
         if row["verdict"] not in ("ok", "model") and label(row) not in ("pruning", "time_limit"):
             first.setdefault((label(row), row["family"], row["method"]), (row, job))
     for (kind, _, method), (row, job) in first.items():
@@ -306,14 +306,15 @@ def main(options):
     print(f"{len(some)} scenes, {len(jobs)} runs, {len(jobs) - len(todo)} of them done before", file=sys.stderr,
           flush=True)
     run_all(todo, known, record, options.jobs)
-    rows = [known[job["key"]] for job in jobs if job["key"] in known]
+    done = [(known[job["key"]], job) for job in jobs if job["key"] in known]  # not all, where one interrupts
+    rows = [row for row, _ in done]
     disagreements(rows)
     version = next((row["git"] for row in rows if row.get("git")), "a program that said nothing of itself")
     first = (" --shapes" if options.shapes else "") + (f" --first {options.first}" if options.first else "")
     command = f"scripts/stress.py --random {options.random} --seed {options.seed}{first}"
     write_tables(rows, out, {"git": version, "command": command, "runs": len(jobs)})
     if options.reduce:
-        reduce_all(rows, jobs, out)
+        reduce_all(done, out)
     count = collections.Counter(row["verdict"] for row in rows)
     print(f"{len(rows)} runs: {count['ok']} ok, {count['model']} as their law allows, {count['typed']} typed, "
           f"{count['defect']} defects; {out}/random.md")

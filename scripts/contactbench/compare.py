@@ -38,7 +38,8 @@ def show(results):
 def main():
     parser = program.flags(__doc__)
     parser.add_argument("scene", help="a scene's file, or the name of one that comes with the program")
-    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="a parameter of the scene")
+    parser.add_argument("--set", action="append", default=[], type=program.setting, metavar="NAME=VALUE",
+                        help="a parameter of the scene")
     parser.add_argument("--duration", type=float, help="simulated time, s [the scene's]")
     parser.add_argument("--limit", type=float, default=20, help="seconds for one run [20]")
     parser.add_argument("--program", default=program.DEFAULT)
@@ -57,6 +58,8 @@ def main():
     show(results)
     report.draw(results)
     report.write(results)
+    same = [options.scene, *program.settings(options.set)]
+    same += [] if options.duration is None else ["--duration", f"{options.duration:g}"]
     print(f"report: {options.out / 'report.html'}    motion: {options.out / 'motion.html'}    "
-          f"which to use: scripts/recommend.py {options.scene} --error E --out {options.out}")
+          f"which to use: scripts/recommend.py {' '.join(same)} --error E --out {options.out}")
     return 0

@@ -56,7 +56,7 @@ def own_steps(results, scene, parameters, until=math.inf, sweep=precision.SWEEP)
     """{run: how far a setting is, up to a time, from the finest step of its method (that one from the next), m}."""
     groups, far = {}, {}
     for cell in finished(results, scene, parameters, sweep):
-        groups.setdefault((cell.key, cell["variant"], cell["k"], cell["epsilon"]), []).append(cell)
+        groups.setdefault((cell.key, cell.setting), []).append(cell)
     for cells in groups.values():
         cells = sorted(cells, key=lambda c: float(c["step"]))
         for cell in cells if len(cells) > 1 else ():

@@ -68,7 +68,8 @@ def main():
     parser = program.flags(__doc__)
     parser.add_argument("scene", help="a scene's file, or the name of one that comes with the program")
     parser.add_argument("--method", action="append", default=[], help="may be repeated [newton, mirtich, ap, convex]")
-    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="a parameter of the scene")
+    parser.add_argument("--set", action="append", default=[], type=program.setting, metavar="NAME=VALUE",
+                        help="a parameter of the scene")
     parser.add_argument("--duration", type=float, help="simulated time, s [the scene's]")
     parser.add_argument("--limit", type=float, default=10,
                         help="seconds that a run may take; what is done by then is drawn [10]")

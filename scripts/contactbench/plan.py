@@ -125,9 +125,10 @@ class Run:
 
 
 def text(value):
+    """A value as a flag has it: without blanks, which mean nothing there and would part it in a table."""
     if isinstance(value, bool):
         return "on" if value else "off"
-    return str(value)
+    return "".join(str(value).split())
 
 
 def values(value):
@@ -276,5 +277,8 @@ def plan(paths, profile, listed):
                 for repeat in range(1, repeats + 1):
                     this = dataclasses.replace(run, repeat=repeat)
                     before = merged.get(this.name)
+                    if before and before.file != file:
+                        both = " and ".join(of or "the one of this build" for of in (file, before.file))
+                        raise SweepError(f"{path}: two scenes are called {scene}, and runs are: {both}; rename one")
                     merged[this.name] = merge(before, this) if before else this
     return sorted(merged.values(), key=lambda run: run.repeat), missing

@@ -90,6 +90,11 @@ def run_words(program, scene, flags: list, out) -> list[str]:
     return [str(w) for w in (program, "run", scene, *flags, "--out", out, "--quiet")]
 
 
+def setting(pair: str) -> str:
+    """NAME=VALUE without blanks, which mean nothing in a value and would part it in a table."""
+    return "".join(pair.split())
+
+
 def settings(pairs: list[str]) -> list[str]:
     """Flags of scene parameters given as NAME=VALUE."""
     return [word for pair in pairs for word in ("--set", pair)]

@@ -239,7 +239,7 @@ def against(best, points, options, results):
 
 def verify(best, cheaper, options, results):
     """Whether new runs say the same: the chosen one meets the error, and none of the cheaper ones does."""
-    faults, runs = [], []
+    faults, runs, unfit = [], [], 0
     for point in [best, *cheaper]:
         status, error, took = again(point, options, results)
         meets = status == "ok" and error is not None and error + point["uncertainty"] <= options.error
@@ -248,9 +248,11 @@ def verify(best, cheaper, options, results):
         if point is best and not meets:
             faults.append(f"{point['run']} does not meet the error: {status}, {error}")
         missed = point["error"] + point["uncertainty"] > options.error  # and not only in a member of its ensemble
-        if point is not best and meets and missed and not late and point["cell"]["false_claims"] == "0":
+        judged = missed and not late and point["cell"]["false_claims"] == "0"
+        unfit += point is not best and not judged
+        if point is not best and meets and judged:
             faults.append(f"{point['run']} is cheaper in the table and meets the error: {error}")
-    return {"runs": runs, "faults": faults}
+    return {"runs": runs, "faults": faults, "missed": len(cheaper) - unfit, "unfit": unfit}
 
 
 def answer(options):
@@ -322,7 +324,10 @@ def show_all(made):
           ("as this machine has" if on["this_machine"] else
            "not of this machine: --verify runs the answer here, scripts/reproduce.sh measures all of it here"))
     if made["best"] is None:
-        print("none did" if made["nearest"] else f"no run of it came to the end; furthest: {made.get('furthest')}")
+        nobody = "none ended ok"
+        if "furthest" in made:
+            nobody = f"no run of it came to the end; furthest: {made['furthest']}"
+        print("none did" if made["nearest"] else nobody)
         if made["nearest"]:
             show("least error", made["nearest"], made["measure"])
         if "against" in made:
@@ -339,9 +344,10 @@ def show_all(made):
         for fault in made["verified"]["faults"]:
             print(f"not confirmed: {fault}")
         if not made["verified"]["faults"]:
-            missed = made["cheaper_that_missed"]
-            others = f"the {missed} cheaper in the table do not, run again"
-            others = others if missed else "nothing in the table is cheaper"
+            missed, unfit = made["verified"]["missed"], made["verified"]["unfit"]
+            others = [f"the {missed} cheaper in the table do not, run again"] * (missed > 0)
+            others += [f"{unfit} cheaper are no answer by their step, their ensemble or a refuted claim"] * (unfit > 0)
+            others = "; ".join(others) or "nothing in the table is cheaper"
             print(f"confirmed: run again, it meets the error; {others}")
     if "against" in made:
         show_against(made["against"])
@@ -370,7 +376,8 @@ def main():
         "--measure",
         help="which error (`contactbench list references`; certified_linf_m) [the scene's largest of position]")
     parser.add_argument("--time-per-step", type=float, metavar="S", help="processing time that a step may take, s")
-    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="a parameter of the scene")
+    parser.add_argument("--set", action="append", default=[], type=program.setting, metavar="NAME=VALUE",
+                        help="a parameter of the scene")
     parser.add_argument("--verify", action="store_true", help="run the answer and all that is cheaper again")
     parser.add_argument("--against", action="append", default=[], metavar="ENGINE",
                         help="an engine to run beside the answer (`contactbench list engines`); more by more of these")

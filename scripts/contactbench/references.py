@@ -126,9 +126,11 @@ class Maker:
         summary = json.loads((out / "summary.json").read_text())
         motion = None
         if summary["finished"]:
+            motion = places(out / "trajectory.csv")
+            end = max((t for t, _ in motion), default=0)  # which need not be one of the moments
             motion = {
-                key: place for key, place in places(out / "trajectory.csv").items()
-                if abs(key[0] - INTERVAL * round(key[0] / INTERVAL)) < 1e-6 * INTERVAL}
+                key: place for key, place in motion.items()
+                if key[0] == end or abs(key[0] - INTERVAL * round(key[0] / INTERVAL)) < 1e-6 * INTERVAL}
         return summary, motion, " ".join(["contactbench", "run", Path(self.file).name, *words[2:]])
 
 
@@ -214,7 +216,8 @@ def main():
     parser = program.flags(__doc__)
     parser.add_argument("scene", nargs="?",
                         help="a scene's file, or the name of one that comes with the program [all of the project's]")
-    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="a parameter of the scene")
+    parser.add_argument("--set", action="append", default=[], type=program.setting, metavar="NAME=VALUE",
+                        help="a parameter of the scene")
     parser.add_argument("--duration", type=float, help="simulated time, s [the scene's]")
     parser.add_argument("--program", default=program.DEFAULT)
     parser.add_argument("--out", type=Path, default=program.ROOT / "results/references",

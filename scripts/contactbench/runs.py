@@ -116,6 +116,12 @@ class Cell:
         return self.name + (f", k = {self['k']}" if self["k"] else "")
 
     @property
+    def setting(self):
+        """The method with all its knobs but how long its steps are, which stands in a column of its own."""
+        others = [word for word in self["knobs"].split() if word.partition("=")[0] not in ("step", "accuracy")]
+        return ", ".join([self.with_k, *others])
+
+    @property
     def label(self):
         """The method with all its knobs."""
         return self.with_k + (f", {self['knobs']}" if self["knobs"] else "")

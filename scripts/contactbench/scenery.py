@@ -64,7 +64,7 @@ def apart(results, scene, parameters):
     steps = {}
     for cell in results.cells(scene, None, parameters=parameters):
         if cell.finished and cell["step"]:
-            steps.setdefault(cell["step"], {})[cell.with_k] = cell
+            steps.setdefault(cell["step"], {})[cell.setting] = cell
     if not steps:
         return None
     most = max(map(len, steps.values()))
@@ -83,7 +83,7 @@ def table(results, scene, parameters):
         error = cell.error(name) if name else steps.get(cell["run"], math.nan)
         time = cell.seconds / float(cell["duration"]) if cell.finished and cell.times else math.nan
         rows.append({
-            "method": cell.with_k, "step": cell.step_or_accuracy, "ended": cell.how_it_ended or "ok", "error": error,
+            "method": cell.setting, "step": cell.step_or_accuracy, "ended": cell.how_it_ended or "ok", "error": error,
             "time": time, "residual": cell["residual_max"], "gain": cell["max_gain_relative"], "command": cell.command,
             "run": cell.unrepeated})
     return {"measure": name, "reference": precision.reference_of(results, scene, parameters, name), "rows": rows}

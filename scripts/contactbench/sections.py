@@ -67,9 +67,14 @@ def figure(results, name, sweep="paper", made_by=None):
     title, _, rest = text.partition(": ")
     image = results.folder / "figures" / f"{name}.png"
     cells = results.cells(scene) if scene else []
-    made = [
-        made_by or f"scripts/sweep.py scenarios/sweeps/{sweep}.toml --profile {results.profile}",
-        f"scripts/plots/{name}.py --results results --runs results/runs/{results.profile}"]
+    profile = "" if results.profile == "default" else results.profile
+    if (results.folder / f"{sweep}.toml").exists():  # of one scene, as compare.py and recommend.py make it
+        folder = results.folder.name
+        made = [f"scripts/sweep.py {folder}/{sweep}.toml --runs {folder}/runs --out {folder}"]
+        made += [f"scripts/plots/{name}.py --results {folder} --runs {folder}/runs"]
+    else:
+        made = [made_by or f"scripts/sweep.py scenarios/sweeps/{sweep}.toml" + (profile and f" --profile {profile}")]
+        made += [f"scripts/plots/{name}.py --results results --runs results/runs" + (profile and f"/{profile}")]
     runs = [cell.command for cell in cells]
     shown = {
         "name": name, "title": title, "rest": rest[:1].upper() + rest[1:], "scene": scene, "made": made, "runs": runs,

@@ -43,12 +43,13 @@ def table(path):
 def merged(rows, fixed):
     """{t: contacts} of the steps that end at column `end`: those of a step's events at one point of a pair as one, with
     the sum of the impulses and the mode of the largest; the impulse is that on what moves, of two on the upper one."""
-    arrow = rows[IMPULSE].to_numpy(float)
-    on_b = rows["a"].isin(fixed).to_numpy() | ~rows["b"].isin(fixed).to_numpy() & (arrow[:, 1] < 0)
-    rows = rows.assign(size=np.linalg.norm(arrow, axis=1), **dict(zip(IMPULSE, np.where(on_b, -1, 1) * arrow.T)))
+    rows = rows.assign(size=np.linalg.norm(rows[IMPULSE].to_numpy(float), axis=1))
     keys = ["end", "a", "b", *(rows[p].round(3) for p in PLACE)]
     some = rows.sort_values("size", kind="stable").groupby(keys, sort=False)
-    of = some[[*PLACE, "mode"]].last().assign(**some[IMPULSE].sum())
+    of = some[[*PLACE, "mode"]].last().assign(**some[IMPULSE].sum())  # on a
+    a, b = of.index.get_level_values("a"), of.index.get_level_values("b")
+    on_b = a.isin(fixed) | ~b.isin(fixed) & (of["ry"].to_numpy(float) < 0)
+    of[IMPULSE] = np.where(on_b, -1, 1)[:, None] * of[IMPULSE].to_numpy(float)
     return dict(tuple(of.groupby(level=0)))
 
 

@@ -287,7 +287,8 @@ class Tables(Folder):
 
         def run_all(todo, known, record, count):
             for job, verdict in itertools.islice(zip(todo, verdicts), len(verdicts)):
-                known[job["key"]] = row(job["key"], verdict=verdict, git="34cd")
+                if verdict is not None:  # it was interrupted
+                    known[job["key"]] = row(job["key"], verdict=verdict, git="34cd")
 
         tables, reduced = [], []
         with mock.patch.object(campaign, "jobs_of", jobs_of), mock.patch.object(campaign, "run_all", run_all), \
@@ -302,14 +303,19 @@ class Tables(Folder):
         self.assertEqual((code, said), (3, f"5 runs: 2 ok, 1 as their law allows, 1 typed, 1 defects; {out}/random.md\n"))
         self.assertEqual(manifest, {"git": "34cd", "command": "scripts/stress.py --random 5 --seed 5", "runs": 5})
         self.assertEqual([r["scene"] for r in rows], [f"r5_{n}" for n in range(5)])
-        self.assertEqual((options.time_limit, reduced[0][0], len(reduced[0][1]), reduced[0][2]),
-                         (10.0, rows, 5, self.top / "out"))
+        (pairs, where), = reduced
+        self.assertEqual((options.time_limit, [row for row, _ in pairs], where), (10.0, rows, self.top / "out"))
+        self.assertEqual([job["key"] for _, job in pairs], [f"r5_{n}" for n in range(5)])
         self.assertEqual(self.main("ok", "typed", "model")[0], 0)
         code, _, ((_, _, manifest), ), reduced, options = self.main("defect", left=1, first=2, time_limit=3.0)
         self.assertEqual((code, manifest["runs"], manifest["command"], reduced, options.time_limit),
                          (1, 2, "scripts/stress.py --random 2 --seed 5 --first 2", [], 3.0))
         (_, _, manifest), = self.main("ok", shapes=True)[2]
         self.assertEqual(manifest["command"], "scripts/stress.py --random 1 --seed 5 --shapes")
+
+    def test_after_an_interruption_a_defect_is_reduced_as_its_own_run(self):
+        code, _, _, ((pairs, _), ), _ = self.main("ok", None, "defect", reduces=True)
+        self.assertEqual((code, [(row["scene"], job["key"]) for row, job in pairs]), (1, [("r5_0", "r5_0"), ("r5_2", "r5_2")]))
 
     def test_scenes_of_a_family_or_a_kind_alone_are_run_or_written(self):
         count = len(scenes.FAMILIES)
@@ -404,7 +410,7 @@ class Reducing(Folder):
                     mock.patch.object(look, "initial_penetration", lambda _: said["penetrates"]), \
                     mock.patch.object(campaign, "examine", examine), \
                     contextlib.redirect_stdout(io.StringIO()):
-                campaign.reduce_all(rows, jobs, self.top)
+                campaign.reduce_all(list(zip(rows, jobs)), self.top)
             self.assertEqual(answers, wanted)
         names = ("r1_1__ap-lemke__energy", "r1_3__ap-lemke__ray", "r1_4__mirtich__ray", "r1_5__ap-lemke__ray")
         self.assertEqual(done, [(f"{name.split('__')[0]}.xml", self.top / f"reduced/{name}.xml") for name in names])

@@ -137,6 +137,11 @@ class Ladder(Results):
         fine = next(c for c in results.cells(sweep="error_time") if c["run"] == runs["ap", "0.001"])
         self.assertIsNone(ladder.spread(results, "box", "", fine))
 
+    def test_steps_of_another_kind_have_a_finest_of_their_own(self):
+        rows = [(self.row("lemke", step, knobs=f"step={step}{kind}"), {0: 0, 1: x})
+                for kind, step, x in (("", "0.01", 5.0), ("", "0.001", 1.0), (" stepping=steps", "0.1", 7.5), (" stepping=steps", "0.01", 2.0))]
+        self.assertEqual(sorted(ladder.own_steps(self.results(rows), "box", "").values()), [4, 4, 5.5, 5.5])
+
     def test_what_solves_its_problems_comes_in_the_order_of_what_is_worse(self):
         some = [("refuted", "lemke", {"false_claims": 1, "processing_s": 1}),
                 ("late", "path", {"finished": "false", "status": "ray"}),
@@ -242,6 +247,16 @@ class Ladder(Results):
                 self.assertEqual(compare.main(), 2)
         self.assertEqual(said.getvalue(), "compare: no such scene\n")
         self.assertEqual((str(wrong.call_args.args[0].out), wrong.call_args.args[0].limit), ("box", 20))
+
+    def test_the_way_on_is_that_of_the_same_scene(self):
+        for words, way in ((["stack"], "stack --error E --out stack"),
+                           (["stack", "--set", "boxes = 4", "--set", "mu=1", "--duration", "0.5", "--out", "four"],
+                            "stack --set boxes=4 --set mu=1 --duration 0.5 --error E --out four")):
+            with mock.patch.object(sys, "argv", ["compare.py", *words]), contextlib.redirect_stdout(io.StringIO()) as said, \
+                    mock.patch.object(compare.recommend, "sweep_of", lambda *_, **__: None), \
+                    mock.patch.object(compare, "show"), mock.patch.multiple(compare.report, draw=mock.DEFAULT, write=mock.DEFAULT):
+                self.assertEqual(compare.main(), 0)
+            self.assertTrue(said.getvalue().endswith(f"which to use: scripts/recommend.py {way}\n"), said.getvalue())
 
     def test_without_a_reference_settings_are_printed_by_how_far_they_move(self):
         results = self.results([

@@ -119,6 +119,17 @@ class Motion(Made):
                          sorted([[3, 7, 2, "slip"], [0, 8, 0, "open"], [0, 16, 0, "stick"]]))
         self.assertEqual(found[0.3][["rx", "ry", "rz", "mode"]].values.tolist(), [[0, 32, 0, "stick"]])
 
+    def test_of_two_that_move_impulses_add_up_before_it_is_said_on_which_they_are_drawn(self):
+        up, down = (5, 1e-17, 0), (5, -1e-17, 0)
+        rows = [contact(2, "a", "b", (1, 0, 0), up, "stick"), contact(2, "a", "b", (1, 0, 0), down, "stick"),
+                contact(3, "a", "b", (1, 0, 0), (0, 3, 0), "stick"), contact(3, "a", "b", (1, 0, 0), (1, -1, 0), "slip"),
+                contact(4, "a", "b", (1, 0, 0), (1, 3, 0), "stick"), contact(4, "a", "b", (1, 0, 0), (1, -4, 0), "slip"),
+                contact(5, "ground", "b", (1, 0, 0), (0, -3, 0), "stick"), contact(5, "ground", "b", (1, 0, 0), (1, 1, 0), "slip")]
+        table = pd.DataFrame(rows, columns=CONTACTS.split(","))
+        found = view.merged(table.assign(end=table["step"]), ["ground"])
+        self.assertEqual({end: of[["rx", "ry", "rz"]].values.tolist() for end, of in found.items()},
+                         {2: [[10, 0, 0]], 3: [[1, 2, 0]], 4: [[-2, 1, 0]], 5: [[-1, 2, 0]]})
+
     def test_hulls_have_the_corners_of_their_faces(self):
         ground, one, two, rest = view.Motion(self.run_of()).surfaces()
         self.assertEqual(two["faces"], [[[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 0, 0], [0, 0, 1], [0, 1, 0]]])

@@ -321,6 +321,8 @@ class Motions(Made):
         self.assertLess(points(energy[0][0])[-1, 1], points(energy[0][0])[0, 1])  # more is higher
         self.assertGreater(points(residual[0][0])[-1, 1], points(residual[0][0])[0, 1])
         self.assertEqual((overlap[0], overlap[1][-1]), ([""], "zero throughout"))
+        nothing = self.ask(self.CURVE + "return read('residual')[1];", self.moving("free", steps=[(1, 0.1, "", 0, 1, 0)]))
+        self.assertEqual(nothing[-1], "nothing recorded")
         self.assertAlmostEqual(across[1], (across[0] + across[2]) / 2)
         np.testing.assert_allclose(back, [0.25, 0, 0.5])
 

@@ -2,6 +2,7 @@
 import dataclasses
 import math
 import unittest
+from pathlib import Path
 
 from contactbench import plan
 from contactbench.plan import Run
@@ -110,6 +111,22 @@ class Files(Folder):
             self.plan("[profiles.a]\n[profiles.c]\n[[runs]]\nscene = 'stack'", profile="b")
         with self.assertRaisesRegex(plan.SweepError, "none.toml: No such file"):
             plan.plan([self.top / "none.toml"], "", LISTED)
+
+    def test_two_scenes_of_one_name_are_refused_and_one_that_two_blocks_name_is_not(self):
+        for folder in ("a", "b"):
+            (self.top / folder).mkdir()
+            (self.top / folder / "box.xml").write_text("<scenario/>")
+        (self.top / "stack.xml").write_text("<scenario/>")
+        one = "[[runs]]\nscene = '{}'\nmethods = ['ap']\n".format
+        for first, second in (("a/box.xml", "b/box.xml"), ("stack", "stack.xml"), ("stack.xml", "stack")):
+            with self.assertRaisesRegex(plan.SweepError, f"two scenes are called {Path(first).stem}, .*rename one"):
+                self.plan(one(first) + one(second))
+        self.assertEqual(self.runs(one("a/box.xml") + one("a/box.xml")), self.runs(one("a/box.xml")))
+
+    def test_values_lose_their_blanks_which_would_part_them_in_a_table(self):
+        run, = self.runs("[[runs]]\nscene = 'stack'\nset.mu = '0.5 * 2'\nmethods = ['ap/lemke']\nk = 4\n")
+        self.assertEqual(dict(run.sets)["mu"], "0.5*2")
+        self.assertEqual(plan.Run.of(run.asked()).sets, run.sets)
 
     def test_a_method_is_asked_for_by_its_whole_name_or_what_stands_before_the_slash(self):
         for patterns, wanted in ((None, True), ([], True), (["ap"], True), (["ap/lemke"], True), (["ap/lem"], False), ([

@@ -87,9 +87,11 @@ class Words(unittest.TestCase):
         self.assertEqual(lines[-1], "runner-up: no other method or solver met it")
 
     def test_what_was_confirmed_is_said_and_what_was_not(self):
-        for missed, words in ((2, "the 2 cheaper in the table do not, run again"), (0, "nothing in the table is cheaper")):
+        do_not, unfit = "the 2 cheaper in the table do not, run again", "3 cheaper are no answer by their step, their ensemble or a refuted claim"
+        for missed, others, words in ((2, 0, do_not), (0, 0, "nothing in the table is cheaper"), (0, 3, unfit), (2, 3, f"{do_not}; {unfit}")):
+            verified = {"faults": [], "missed": missed, "unfit": others}
             self.assertEqual(
-                printed(recommend.show_all, self.made(verified={"faults": []}, cheaper_that_missed=missed))[-1],
+                printed(recommend.show_all, self.made(verified=verified))[-1],
                 f"confirmed: run again, it meets the error; {words}")
         self.assertEqual(
             printed(recommend.show_all, self.made(verified={"faults": ["a", "b"]}))[-2:],
@@ -103,6 +105,7 @@ class Words(unittest.TestCase):
         self.assertEqual(
             printed(recommend.show_all, self.made(best=None, nearest=None, furthest="ap at 0.5 s"))[3:],
             ["no run of it came to the end; furthest: ap at 0.5 s"])
+        self.assertEqual(printed(recommend.show_all, self.made(best=None, nearest=None))[3:], ["none ended ok"])
 
     def test_steps_above_the_one_that_answers_are_said_with_their_least_error(self):
         steps = [{"basis": "alike", "trust": "t1", "nearest": SAID}, {
@@ -293,7 +296,7 @@ class Once(unittest.TestCase):
         made = self.verify(("ok", 0.0169, 1.5), ("ok", 0.05, 0.5), cheaper=[missed])
         self.assertEqual(
             made, {
-                "faults": [], "runs": [{"run": "best", "status": "ok", "error": 0.0169, "time_per_simulated_second": 1.5}, {
+                "faults": [], "missed": 1, "unfit": 0, "runs": [{"run": "best", "status": "ok", "error": 0.0169, "time_per_simulated_second": 1.5}, {
                     "run": "cheap", "status": "ok", "error": 0.05, "time_per_simulated_second": 0.5}]})
         for end in (("ok", 0.0171, 1), ("ray", 0.001, 1), ("ok", None, None)):
             self.assertEqual(self.verify(end)["faults"], [f"best does not meet the error: {end[0]}, {end[1]}"])
@@ -303,8 +306,8 @@ class Once(unittest.TestCase):
         for more, late in (({"error": 0.01, "worst": 0.5}, None), ({
                 "cell": point()["cell"] | {"false_claims": "1"}, "error": 0.05}, None), ({"error": 0.05,
                                                                                           "time_per_step": 0.2}, 0.1)):
-            faults = self.verify(("ok", 0.01, 1), ("ok", 0.01, 1), cheaper=[point("cheap", **more)], time_per_step=late)["faults"]
-            self.assertEqual(faults, [], more)
+            made = self.verify(("ok", 0.01, 1), ("ok", 0.01, 1), cheaper=[point("cheap", **more)], time_per_step=late)
+            self.assertEqual((made["faults"], made["missed"], made["unfit"]), ([], 0, 1), more)
         self.assertEqual(
             self.verify(("ok", 0.01, 1), ("ok", 0.01, 1), cheaper=[missed | {"time_per_step": 0.05}],
                         time_per_step=0.1)["faults"], [met])

@@ -65,7 +65,7 @@ class Motions(Scratch):
 
 
 class Making(Scratch):
-    def run_one(self, *of, code=0, finished=True, stderr=""):
+    def run_one(self, *of, code=0, finished=True, stderr="", steps=10):
         """What Maker.run returns, and the words of the program."""
         asked = []
 
@@ -75,7 +75,7 @@ class Making(Scratch):
             out.mkdir(exist_ok=True)
             (out / "summary.json").write_text(json.dumps({"finished": finished}))
             # A step of 0.04 s meets the moments of a tenth of a second at every fifth of one.
-            times = [0.04 * n for n in range(11)]
+            times = [0.04 * n for n in range(steps + 1)]
             (out / "trajectory.csv").write_text("t,body,px,py,pz\n" + "".join(f"{t!r},a,{t!r},0,0\n" for t in times))
             return types.SimpleNamespace(returncode=code, stderr=stderr)
 
@@ -95,6 +95,10 @@ class Making(Scratch):
         self.assertEqual(command, " ".join(["contactbench run scene.xml", *flags]))
         self.assertEqual([t for t, _ in motion], [0.0, 0.2, 0.4])
         self.assertEqual(summary, {"finished": True})
+
+    def test_the_end_of_a_run_is_kept_though_it_is_no_such_moment(self):
+        (_, motion, _), _ = self.run_one(("--method", "ap"), 1e-8, 0.32, steps=8)
+        self.assertEqual([t for t, _ in motion], [0.0, 0.2, 0.32])
 
     def test_a_run_at_the_scene_s_own_step_and_length_names_neither(self):
         (_, motion, _), words = self.run_one(("--method", "convex"), None, None, code=3, finished=False)

@@ -96,6 +96,20 @@ class Scenery(Folder):
         self.assertTrue(math.isnan(other))  # no moment in common
         self.assertIsNone(scenery.apart(self.results(early), "box", ""))
 
+    def test_settings_that_differ_in_another_knob_are_others(self):
+        def run(way, step, knobs=""):
+            return {"k": "8", "step": step, "knobs": f"step={step}{knobs}", "files": {"trajectory.csv": moves(0, way, way / 2)}}
+
+        steps = " stepping=steps warm_start=on"
+        made = self.results(run(1, "0.01"), run(3, "0.01", steps), run(1.5, "0.001"), run(2, "0.001", steps))
+        name = "A-P Lemke, k = 8"
+        self.assertEqual(scenery.apart(made, "box", ""), {
+            "step": "0.001", "rows": {name: [0, 0.5], f"{name}, stepping=steps, warm_start=on": [0.5, 0]}})
+        rows = scenery.table(made, "box", "")["rows"]
+        self.assertEqual([(row["method"], row["error"]) for row in rows],
+                         [(name, 0.5), (f"{name}, stepping=steps, warm_start=on", 1), (name, 0.5),
+                          (f"{name}, stepping=steps, warm_start=on", 1)])  # each from its own finest step
+
     def test_the_table_has_the_error_where_a_reference_is_and_else_the_way_to_the_finest_step(self):
         numbers = {
             "duration": "4", "processing_s": "2", "residual_max": "1e-9", "max_gain_relative": "1e-3", "step": "0.01", "k": "8"}

@@ -41,6 +41,16 @@ class Figures(Folder):
         self.assertEqual(sections.figure(results, "performance", "orders", "scripts/sweep.py")[0]["made"][0], "scripts/sweep.py")
         self.assertEqual(sections.figure(results, "figure10")[0]["missing"], "no run of it is in this profile")
 
+    def test_commands_are_those_of_the_results_that_are_shown(self):
+        results = made.results(self.top, [made.row(sweeps="error_time")])
+        self.assertEqual(sections.figure(results, "error_time", "error_time")[0]["made"], [
+            "scripts/sweep.py scenarios/sweeps/error_time.toml", "scripts/plots/error_time.py --results results --runs results/runs"])
+        (self.top / "error_time.toml").write_text("")  # a small sweep's own
+        here = self.top.name
+        self.assertEqual(sections.figure(results, "error_time", "error_time")[0]["made"], [
+            f"scripts/sweep.py {here}/error_time.toml --runs {here}/runs --out {here}",
+            f"scripts/plots/error_time.py --results {here} --runs {here}/runs"])
+
     def test_the_paper_s_come_first_and_those_of_other_sections_stand_there(self):
         section = sections.figures(made.results(self.top, [made.row()]))
         names = [shown["name"] for shown in section.shown["figures"]]

@@ -137,7 +137,7 @@ function chart() {
   const text = (x, y, s, anchor) => `<text x="${x}" y="${y}" text-anchor="${anchor}">${s}</text>`, number = v => String(+(log ? Math.pow(10, v) : v).toPrecision(2));
   let out = `<line class="axis" x1="${left}" x2="${w - 8}" y1="${h - under}" y2="${h - under}"/>` + text(left - 4, Y(high) + 8, number(high), "end") + text(left - 4, Y(low), number(low), "end") +
     text(left, h - 3, "0", "start") + text(w - 8, h - 3, `${end().toPrecision(3)} s`, "end");
-  if (!all.length) out += text(w / 2, h / 2, log ? "zero throughout" : "nothing recorded", "middle");
+  if (!all.length) out += text(w / 2, h / 2, log && current.runs.some(run => run.curves[key] && run.curves[key].v.some(v => v !== null)) ? "zero throughout" : "nothing recorded", "middle");
   lines.forEach((line, i) => { out += `<path class="${i ? "b" : "a"}" d="${line.map((p, n) => (n ? "L" : "M") + X(p[0]).toFixed(1) + " " + Y(p[1]).toFixed(1)).join("")}"/>`; });
   svg.innerHTML = out + `<line class="cursor" id="cursor" y1="2" y2="${h - under}"/>`;
   chart.x = X; chart.back = x => Math.min(end(), Math.max(0, (x - left) / (w - left - 8) * end())); cursor();
