@@ -61,9 +61,9 @@ SCRIPTS = {
     "references": ("references", "recommend"), "recommend": ("recommend_words", "recommend"), "worth": ("worlds", "worth"),
     "stress": ("stress_runs", "stress_solves", "stress"), "campaign": ("campaign_runs", "campaign"), "sweep": ("sweep_jobs", "sweep"),
     "problems": ("stress_solves",), "limits": ("stress_solves",), "figures": ("figures", "figures_of_all"),
-    "robots": ("looks",), "heatmap": ("figures_of_all",), "view": ("motions", "view"), "gltf": ("motions", "view"), "replay": ("replay",),
+    "robots": ("looks",), "heatmap": ("figures_of_all",), "view": ("motions", "pages", "view"), "gltf": ("motions", "view"), "replay": ("replay",),
     "runs": ("tables",), "gather": ("tables",), "table1": ("tables",), "stepping": ("precision",), "ladder": ("choices",),
-    "compare": ("choices",), "report": ("sections", "report"), "picture": ("pictures", "first_day"), "start": ("pictures", "first_day")}
+    "compare": ("choices",), "report": ("sections", "pages", "report"), "picture": ("pictures", "first_day"), "start": ("pictures", "first_day")}
 
 
 def digest_of(*parts):

@@ -380,6 +380,18 @@ class Motions(Made):
         self.assertEqual(found[8][0], "error")
         self.assertEqual(found[9], "mine: 997 J   yours: 997 J")
 
+    def test_a_run_has_one_colour_in_its_name_its_bodies_and_its_curve(self):
+        found = self.ask("""byId('mode').value = 'over'; byId('mode').onchange(); draw(); chart();
+            const of = (value, what) => { const e = document.createElement('i'); e.style[what] = value; document.body.append(e); return getComputedStyle(e)[what]; };
+            const keys = [...document.querySelectorAll('#names .key')].map(k => getComputedStyle(k).backgroundColor);
+            const bodies = current.runs.map(run => of('#' + run.nodes[0].children[0].material.color.getHexString(), 'color'));
+            const curves = [...document.querySelectorAll('#chart path')].map(p => getComputedStyle(p).stroke);
+            return [keys, bodies, curves, ['--a', '--b'].map(name => of(css(name), 'color'))];""",
+                         self.moving(), self.moving("other", shift=0.5))
+        keys, bodies, curves, wanted = found
+        self.assertNotEqual(*wanted)
+        self.assertEqual((keys, bodies, curves), (wanted, wanted, wanted))
+
     def test_a_plane_is_not_drawn_from_below(self):
         found = self.ask("return [5, -5].map(y => { camera.position.set(0, y, 0); draw(); return current.runs[0].planes[0].visible; });")
         self.assertEqual(found, [True, False])

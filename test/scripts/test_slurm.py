@@ -406,6 +406,15 @@ class Tasks(unittest.TestCase):
             refused = "scancel --name=contactbench-1 does not work (not yours); its tasks end by themselves\n"
             self.assertEqual(said.getvalue(), refused if called else "")
 
+    def test_what_is_said_of_a_task_is_the_last_line_of_the_first_that_wrote_one(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for name, text in (("1.out", " \n"), ("2.out", "a banner\nthe error\n\n"), ("3.out", "another\n"), ("4.log", "none\n")):
+                (Path(folder) / name).write_text(text)
+            self.assertEqual(slurm.Submission(Path(folder)).said(), "the error")
+            (Path(folder) / "1.out").write_text("begin\n" + "x" * 400)
+            self.assertEqual(slurm.Submission(Path(folder)).said(), "x" * 300)
+        self.assertEqual(slurm.Submission(Path(folder)).said(), "")
+
     def test_the_largest_array_is_asked_of_slurm(self):
         for stdout, found in (("A = 1\nMaxArraySize            = 1001\nB = 2\n", 1001), ("MaxArraySize = 0\n", 1)):
             with mock.patch.object(slurm, "slurm", lambda *_: types.SimpleNamespace(stdout=stdout, stderr="")):
