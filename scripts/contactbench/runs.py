@@ -117,8 +117,10 @@ class Cell:
 
     @property
     def setting(self):
-        """The method with all its knobs but how long its steps are, which stands in a column of its own."""
-        others = [word for word in self["knobs"].split() if word.partition("=")[0] not in ("step", "accuracy")]
+        """The method with all its knobs but its step or accuracy, which stands in a column of its own, and what says
+        nothing of the method."""
+        beside = ("step", "accuracy", "duration", "record_interval")
+        others = [word for word in self["knobs"].split() if word.partition("=")[0] not in beside]
         return ", ".join([self.with_k, *others])
 
     @property

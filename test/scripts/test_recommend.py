@@ -225,7 +225,8 @@ class Recommend(unittest.TestCase):
         def cell(k, step, place):
             made = types.SimpleNamespace(key=("ap", "lemke"), place=place)
             made.values = {"variant": "", "k": k, "epsilon": "", "step": step, "run": f"k{k} {step}"}
-            return type("Cell", (), {"__getitem__": lambda _, name: made.values[name], "key": made.key, "place": place})()
+            return type("Cell", (), {"__getitem__": lambda _, name: made.values[name], "key": made.key, "place": place,
+                                 "setting": f"A-P Lemke, k = {k}"})()
 
         cells = [cell("4", "1e-2", 5.0), cell("4", "1e-3", 4.0), cell("8", "1e-2", 2.5), cell("8", "5e-3", 2.0), cell("16", "1e-2", 9.0)]
         with mock.patch.object(ladder, "finished", lambda *_: cells), \
