@@ -41,6 +41,8 @@ class ImpactState {
 
   /// The fastest approach before the event, m/s.
   double approach_before() const { return approach_before_; }
+  /// The same of the island of contact c, m/s.
+  double approach_before(int c) const { return approach_[islands_.of_contact[c]]; }
   bool finite() const;
 
   /// Contacts that share a block with c, c included; built on the first call after start().

@@ -77,7 +77,7 @@ class Mirtich {
  private:
   bool impact(const ContactProblem& problem, int c, ContactSolution& solution) {
     integrate_impact(state_.K(c), state_.velocity(c), problem.mu[c], problem.restitution[c], state_.slip_rounding(c),
-                     state_.approach_before(), options_.impact, impact_);
+                     state_.approach_before(c), options_.impact, impact_);
     if (impact_.status != Status::ok) {
       solution.status = impact_.status;
       solution.reason = impact_.status == Status::singular ? "an impact without end: the contact's inertia is singular"
