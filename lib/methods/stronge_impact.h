@@ -7,8 +7,8 @@
 namespace cb {
 
 struct ImpactOptions {
-  /// Local error of a step of the integration, as a fraction of the fastest approach of the event (velocities; works:
-  /// of its energy), -. Looser: slip directions and works are less exact by about that much.
+  /// Local error of a step of the integration, as a fraction of the fastest approach of its island before the event
+  /// (velocities; works: of its energy), -. Looser: slip directions and works are less exact by about that much.
   double integration = 1e-10;
   /// The same as a fraction of the approach of the micro-impact at hand: late ones are slow, and the bound above no
   /// bound.
@@ -31,7 +31,8 @@ struct Impact {
 };
 
 /// Integrates one impact in impulse space. K (3 x 3, 1/kg), u (m/s, u_n < 0), `no_slip`: slip below is none, m/s;
-/// `event_approach`: the fastest approach of the event, m/s, which the errors of the integration are measured against.
+/// `event_approach`: the fastest approach of its island before the event, m/s, which the errors of the integration are
+/// measured against.
 void integrate_impact(const Eigen::Matrix3d& K, const Eigen::Vector3d& u, double mu, double e, double no_slip,
                       double event_approach, const ImpactOptions& options, Impact& impact);
 

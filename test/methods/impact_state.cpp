@@ -49,6 +49,7 @@ TEST_CASE("velocities between impacts are those of the problem and of the impuls
   CHECK(state.velocity(2) == Vector3d(-0.5, 0, 7));
   for (int c = 0; c < 3; ++c) CHECK(state.normal_velocity(c) == state.velocity(c)[0]);
   CHECK(state.approach_before() == 4);
+  for (int c = 0; c < 3; ++c) CHECK(state.approach_before(c) == (c < 2 ? 4 : 0.5));
   CHECK((state.K(0) - 0.25 * Matrix3d::Identity()).norm() < 1e-15);
   CHECK((state.K(1) - 1.25 * Matrix3d::Identity()).norm() < 1e-15);
   state.apply(1, {2, 0, -4});
