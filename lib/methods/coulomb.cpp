@@ -9,10 +9,11 @@
 // Source: G. De Saxce, Z.-Q. Feng, The bipotential method, Math. Comput. Modelling 28 (1998), for (1) in this form; the
 // survey of V. Acary, M. Bremond and O. Huber (2018) for its solvers.
 //
-// Restitution (Poisson): normal impulses of the first phase times 1 + theta e; where a contact still approaches, a
-// second phase, (1) again from the velocity reached. theta <= 1 is the largest by which no island gains energy
-// (restitution.h). Newton's u_n+ = -e u_n- would be one phase, and a law that r alone proves; but with friction or
-// coupled contacts it gains energy (T. R. Kane, 1984) where nothing could scale it, and such an answer cannot be `ok`.
+// Restitution (Poisson): normal impulses of the first phase times 1 + theta e; an island on which a contact still
+// approaches has a second phase, (1) again from the velocity reached. theta <= 1 is the largest by which no island
+// gains energy (restitution.h). Newton's u_n+ = -e u_n- would be one phase, and a law that r alone proves; but with
+// friction or coupled contacts it gains energy (T. R. Kane, 1984) where nothing could scale it, and such an answer
+// cannot be `ok`.
 //
 // With --warm-start the impulses of the previous event are where the solver begins.
 // Fails as the solver does; its ending and reason are passed on, with the best impulses it met. What did not come to
@@ -33,7 +34,7 @@ namespace cb {
 
 namespace {
 
-/// -: normal velocity, over the event's fastest, below which a contact approaches by rounding alone.
+/// -: normal velocity, over its island's fastest, below which a contact approaches by rounding alone.
 constexpr double approaching = 1e-12;
 /// -: natural residual up to which an answer that is not good is one to go on with.
 constexpr double usable = 1e-6;
@@ -66,8 +67,9 @@ class Coulomb {
   void operator()(const ContactProblem& problem, ContactSolution& solution);
 
  private:
-  void solve(const ContactProblem& problem, const std::vector<double>& v0, bool may_start, ContactSolution& solution);
-  bool approaches_again() const;
+  void solve(const ContactProblem& problem, const std::vector<double>& v0, const std::vector<char>& asked,
+             bool may_start, ContactSolution& solution);
+  bool approaches_again();
   bool pulls_by_rounding(double weight, const double* r, const double* u) const;
   NcpProblem island(const ContactProblem& problem, const std::vector<double>& v0, int g);
 
@@ -88,8 +90,8 @@ class Coulomb {
   std::vector<double> previous_, start_;  // 3 nc, N s: of the event before; of the island's
 
   Restitution restitution_;
-  std::vector<char> bounded_;  // per island
-  std::vector<double> first_impulse_;
+  std::vector<char> all_, elastic_, again_;  // per island
+  std::vector<double> first_impulse_, fastest_;
 };
 
 Coulomb::Coulomb(const MethodOptions& options)
@@ -121,25 +123,35 @@ void Coulomb::operator()(const ContactProblem& problem, ContactSolution& solutio
   find_islands(problem, islands_);
   contacts_of_.assign(islands_.of_contact, islands_.count);
   blocks_of_.assign(islands_.of_block, islands_.count);
-  const bool elastic = is_elastic(problem);
-  solve(problem, problem.v_minus, warm_ && !elastic, solution);
+  const bool elastic = find_elastic(problem, islands_, elastic_);
+  all_.assign(islands_.count, 1);
+  solve(problem, problem.v_minus, all_, warm_ && !elastic, solution);
   if (!elastic) return;
 
-  bounded_.assign(islands_.count, 1);
-  solution.restitution_scale = restitution_.give_back(problem, factor_, islands_, bounded_, solution.impulse);
+  solution.restitution_scale = restitution_.give_back(problem, factor_, islands_, all_, solution.impulse);
   if (!approaches_again()) return;
   first_impulse_ = solution.impulse;
-  solve(problem, restitution_.v(), false, solution);
-  for (int i = 0; i < 3 * nc; ++i) solution.impulse[i] += first_impulse_[i];
+  solve(problem, restitution_.v(), again_, false, solution);
+  for (int i = 0; i < 3 * nc; ++i)
+    if (again_[islands_.of_contact[i / 3]]) solution.impulse[i] += first_impulse_[i];
 }
 
-bool Coulomb::approaches_again() const {
-  double fastest = 0, nearest = 0;
+// again_: islands with restitution on which a contact still approaches. Is there any?
+bool Coulomb::approaches_again() {
+  fastest_.assign(islands_.count, 0.0);
   for (std::size_t c = 0; c < weight_.size(); ++c) {
+    double& fastest = fastest_[islands_.of_contact[c]];
     fastest = std::max(fastest, std::abs(restitution_.u()[3 * c]));
-    nearest = std::max(nearest, -restitution_.u()[3 * c]);
   }
-  return nearest > approaching * fastest;
+  again_.assign(islands_.count, 0);
+  bool any = false;
+  for (std::size_t c = 0; c < weight_.size(); ++c) {
+    const int g = islands_.of_contact[c];
+    if (!elastic_[g] || !(-restitution_.u()[3 * c] > approaching * fastest_[g])) continue;
+    again_[g] = 1;
+    any = true;
+  }
+  return any;
 }
 
 // Does a contact pull by no more than what an answer is solved to? It slips, and would be driven. One that sticks by
@@ -148,12 +160,13 @@ bool Coulomb::pulls_by_rounding(double weight, const double* r, const double* u)
   return r[0] < 0 && weight * std::hypot(r[0], r[1], r[2]) <= tolerance_ * std::hypot(u[0], u[1], u[2]);
 }
 
-// One phase (restitution has two), from v0, island by island.
-void Coulomb::solve(const ContactProblem& problem, const std::vector<double>& v0, bool may_start,
-                    ContactSolution& solution) {
+// One phase (restitution has two), from v0, of the islands that are asked for, one by one.
+void Coulomb::solve(const ContactProblem& problem, const std::vector<double>& v0, const std::vector<char>& asked,
+                    bool may_start, ContactSolution& solution) {
   const bool start = may_start && previous_.size() == solution.impulse.size();
   bool accepted = start;
   for (int g = 0; g < islands_.count; ++g) {
+    if (!asked[g]) continue;
     NcpProblem part = island(problem, v0, g);
     const std::size_t nc = part.mu.size();
     if (start) {

@@ -67,3 +67,20 @@ TEST_CASE("where nothing approaches again there is one phase, and friction is th
   CHECK(answer("coulomb", falling(1, 3, 0.25)).solution.size == 12);
   CHECK(answer("coulomb", falling(1, 3, 0)).solution.size == 6);
 }
+
+// A ball that lands at 400 m/s; one between two walls is thrown by the first against the second at 1e-10 m/s.
+TEST_CASE("what approaches again is stopped, however fast other islands are, and theirs is one phase") {
+  ContactProblem p;
+  add_body(p, 1, Vector3d::Constant(0.4), {0, -400, 0});
+  add_body(p, 1, Vector3d::Constant(0.4), {-2e-10, 0, 0});
+  add_contact(p, 0, {0, -1, 0}, -1, {}, ground_axes(), 0, 0.5);
+  for (const double side : {1.0, -1.0}) {
+    Matrix3d axes;
+    axes << side, 0, 0, 0, 1, 0, 0, 0, side;
+    add_contact(p, 1, {-side, 0, 0}, -1, {}, axes, 0, 0.5);
+  }
+  const Answer got = answer("coulomb", p);
+  CHECK(got.v_plus[1] == Approx(200));
+  CHECK(std::abs(got.v_plus[6]) < 1e-19);  // 1e-10, and refused, where all islands have one measure
+  CHECK(got.solution.size == 9 + 6);
+}
