@@ -78,15 +78,19 @@ class Talking {
   /// answer STATUS ITERATIONS COUNT [reason], then COUNT numbers.
   void read_answer(const ContactProblem& problem, ContactSolution& solution) {
     std::string_view line = line_;
+    Status said = Status::ok;
+    int taken = 0;
     long count = 0;
     const std::string_view answer = next_word(line), status = next_word(line), iterations = next_word(line),
                            numbers = next_word(line);
-    if (answer != "answer" || !find_status(status, solution.status) || !read_number(iterations, solution.iterations) ||
+    if (answer != "answer" || !find_status(status, said) || !read_number(iterations, taken) ||
         !read_number(numbers, count) || count < 0)
       return misread("\"" + shown(line_) + "\" is no line \"answer STATUS ITERATIONS COUNT\"", solution);
+    solution.status = said;
+    solution.iterations = taken;
     const std::size_t from = line.find_first_not_of(' ');
     if (from != std::string_view::npos) solution.reason = line.substr(from);
-    if (count != 3L * problem.nc() && !(count == 0 && solution.status != Status::ok)) {
+    if (count != 3L * problem.nc() && !(count == 0 && said > Status::inaccurate)) {
       process_.reset();  // what comes next is not where it should be
       return solution.fail(Status::input_error,
                            fmt::format("the answer holds {} impulses; {} contacts need {} (n, t1, t2 of each)", count,
@@ -127,14 +131,18 @@ class Talking {
     return text;
   }
   void lose(const char* what, ContactSolution& solution) {
-    solution.impulse.clear();
-    solution.fail(Status::crash, fmt::format("the program {} {}{}", what, process_->ending(),
-                                             number_ > 0 ? fmt::format(", at problem {} that it got", number_) : ""));
-    process_.reset();
+    crash(fmt::format("the program {} {}{}", what, process_->ending(),
+                      number_ > 0 ? fmt::format(", at problem {} that it got", number_) : ""),
+          solution);
   }
-  void misread(std::string why, ContactSolution& solution) {
+  void misread(const std::string& why, ContactSolution& solution) {
+    crash("the program does not keep to the protocol: " + why, solution);
+  }
+  /// Whatever it said of itself before.
+  void crash(std::string why, ContactSolution& solution) {
     solution.impulse.clear();
-    solution.fail(Status::crash, "the program does not keep to the protocol: " + why);
+    solution.status = Status::crash;
+    solution.reason = std::move(why);
     process_.reset();
   }
 

@@ -87,14 +87,16 @@ class Outside {
              size, solution);
     else if (!all_finite(solution.impulse))
       refuse(Status::not_finite, "the answer holds NaN or infinity", size, solution);
-    else if (std::string why = witness_(problem, solution); !why.empty() && solution.status == Status::ok)
+    else if (std::string why = witness_(problem, solution); !why.empty() && !gave_up(solution))
       refuse(Status::unsupported, std::move(why), size, solution);
   }
 
  private:
+  /// An answer that its solver doubts is one.
+  static bool gave_up(const ContactSolution& solution) { return solution.status > Status::inaccurate; }
   static void refuse(Status status, std::string reason, std::size_t size, ContactSolution& solution) {
     solution.impulse.assign(size, 0.0);
-    if (solution.status != Status::ok) return;  // it said itself what went wrong
+    if (gave_up(solution)) return;  // it said itself what went wrong
     solution.status = status;
     solution.reason = std::move(reason);
   }

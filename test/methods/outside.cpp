@@ -2,7 +2,11 @@
 
 #include "methods/outside.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
 
 #include "contact/referee.h"
 #include "problems.h"
@@ -47,5 +51,64 @@ TEST_CASE("impulses alone are answers of mirtich where its own are, with their w
     std::vector<double> v_plus;
     CHECK(Referee::holds(Referee().check(p, own, mirtich.law, v_plus), 1e-9));
     CHECK(Referee::holds(Referee().check(p, answer, mirtich.law, v_plus), 1e-9));
+  }
+}
+
+TEST_CASE("what is no answer is refused though its solver says only that it doubts, and what gave up says why",
+          "[outside]") {
+  ContactProblem p = box(0.3, {1, -0.5, 0.2});
+  std::fill(p.restitution.begin(), p.restitution.end(), 0.5);  // whose two phases ap cannot tell from their sum
+  const std::vector<double> zeros(12, 0.0);
+  std::vector<double> no_number = zeros;
+  no_number[4] = std::nan("");
+  struct Case {
+    const char* method;
+    std::vector<double> impulse;
+    Status status;
+  };
+  for (const Case& known :
+       {Case{"coulomb", no_number, Status::not_finite}, Case{"coulomb", {1, 0, 0}, Status::input_error},
+        Case{"ap", std::vector<double>(12, 0.1), Status::unsupported}})
+    for (const Status said : {Status::inaccurate, Status::nonconverged}) {
+      const Law law = find_method(known.method)->law;
+      const MethodRow row = outside_row("says", "", law, [&](const MethodOptions&) -> OutsideSolver {
+        return [&](const ContactProblem&, ContactSolution& solution) {
+          solution.impulse = known.impulse;
+          solution.status = said;
+          solution.reason = "as it says";
+        };
+      });
+      ContactSolution answer;
+      row.make({})(p, answer);
+      INFO(known.method << ": " << name(answer.status) << ", " << answer.reason);
+      const bool doubts = said == Status::inaccurate;
+      CHECK(answer.status == (doubts ? known.status : said));
+      CHECK((answer.reason == "as it says") == !doubts);
+      if (doubts) CHECK(answer.impulse == zeros);
+    }
+}
+
+TEST_CASE("a program has crashed where it breaks off what it says, whatever status stands in it", "[outside]") {
+  const ContactProblem p = sphere({0, -1, 0}, {0, 0, 0});
+  struct Case {
+    std::string says, then;
+    Status status;
+    std::string reason;
+  };
+  const std::string listens = "cat > /dev/null", leaves = "read greeting; read problem";
+  for (const Case& known :
+       {Case{"answer input_error x 3", listens, Status::crash, "\"answer input_error x 3\" is no line"},
+        Case{"answer unsupported 1 3 too hard\nr 1 2", listens, Status::crash, "is not r and 3 numbers"},
+        Case{"answer input_error 1 3 too hard", leaves, Status::crash, "broke off its answer"},
+        Case{"answer inaccurate 1 0 doubts\nr", listens, Status::input_error, "holds 0 impulses"},
+        Case{"answer nonconverged 1 0 too hard\nr", listens, Status::nonconverged, "too hard"}}) {
+    MethodOptions options;
+    options.command = "printf 'ready text\n" + known.says + "\n'; " + known.then;
+    ContactSolution answer;
+    external_row(coulomb_law()).make(options)(p, answer);
+    INFO(known.says << ": " << name(answer.status) << ", " << answer.reason);
+    CHECK(answer.status == known.status);
+    CHECK(answer.reason.find(known.reason) != std::string::npos);
+    CHECK(answer.impulse == std::vector<double>(3, 0.0));
   }
 }
