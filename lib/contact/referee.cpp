@@ -135,9 +135,11 @@ bool Referee::holds(const Residuals& residuals, double tolerance) {
 
 std::string Referee::refusal(const Residuals& residuals, double tolerance) {
   if (!residuals.finite) return "impulses, or what comes of them, are not finite, or their squares are not";
-  const std::string where = residuals.worst_contact < 0 ? ""
-                                                        : fmt::format(", at contact {} of island {}",
-                                                                      residuals.worst_contact, residuals.worst_island);
+  std::string where;
+  if (residuals.worst_contact >= 0)
+    where = fmt::format(", at contact {} of island {}", residuals.worst_contact, residuals.worst_island);
+  else if (residuals.worst_island >= 0)
+    where = fmt::format(", on island {}", residuals.worst_island);
   if (!residuals.gap) return fmt::format("checked residual {:.3g}, beyond {:g}{}", residuals.model, tolerance, where);
   if (!std::isfinite(residuals.island_gap) || !std::isfinite(residuals.allowed_gap))
     return "energies beyond the largest number: nothing can be said of the gap";

@@ -218,6 +218,14 @@ TEST_CASE("a refusal names the contact and its island, each by its own number") 
   CHECK(why.find("at contact 2 of island 1") != std::string::npos);
 }
 
+TEST_CASE("a refusal of an error that is an island's names it, and one of neither no place") {
+  Residuals out;
+  out.model = 0.5;
+  CHECK(Referee::refusal(out, accepted) == "checked residual 0.5, beyond 1e-09");
+  out.worst_island = 2;
+  CHECK(Referee::refusal(out, accepted) == "checked residual 0.5, beyond 1e-09, on island 2");
+}
+
 TEST_CASE("a gap that is refused is that of its island, and of no contact") {
   // Smooth bodies that part at 1 m/s: eta u_n is the gap, and the pull of the first is what rounding makes.
   ContactProblem p = points({2, 2}, {0, 1}, 0);
@@ -232,6 +240,7 @@ TEST_CASE("a gap that is refused is that of its island, and of no contact") {
   const std::string why = Referee::refusal(out, accepted);
   CHECK(why.find("checked gap 0.002 J (allowed: ") == 0);
   CHECK(why.find("contact") == std::string::npos);
+  CHECK(why.ends_with(", on island 1"));
 }
 
 TEST_CASE("where the law is broken is said, and not where that gains energy") {
