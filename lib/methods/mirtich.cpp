@@ -62,7 +62,7 @@ class Mirtich {
     }
     if (!fresh) state_.restart(solution.impulse);
 
-    if (!state_.finite() || !finite(work)) {
+    if (solution.status == Status::not_finite || !state_.finite() || !finite(work)) {
       solution.status = Status::not_finite;
       solution.reason = "the impulses grew beyond all bounds";
       solution.impulse.assign(3 * nc, 0.0);
@@ -80,8 +80,10 @@ class Mirtich {
                      state_.approach_before(c), options_.impact, impact_);
     if (impact_.status != Status::ok) {
       solution.status = impact_.status;
-      solution.reason = impact_.status == Status::singular ? "an impact without end: the contact's inertia is singular"
-                                                           : "one impact took more steps than the limit";
+      if (impact_.status == Status::singular)
+        solution.reason = "an impact without end: the contact's inertia is singular";
+      else if (impact_.status == Status::nonconverged)
+        solution.reason = "one impact took more steps than the limit";
       return false;
     }
     state_.apply(c, impact_.r);

@@ -32,7 +32,8 @@
 // Differences: 1. the variable sigma in place of u_n (compression) and W (restitution); 2. the diverging ray from (2)
 // rather than from a quartic; 3. repeated compression stores again.
 //
-// Fails: step_limit reached, or a K that holds the impact for ever -> nonconverged or singular with the impulse so far.
+// Fails: step_limit reached, a K that holds the impact for ever, or an end beyond the largest number -> nonconverged,
+// singular or not_finite with the impulse so far.
 
 #include "methods/stronge_impact.h"
 
@@ -183,14 +184,16 @@ class Path {
       const double d = un * un + 2 * a[0] * left;
       end = d >= 0 && un + std::sqrt(d) > 0;
       if (end)
-        p = 2 * left / (un + std::sqrt(d));
+        p = d < infinite ? 2 * left / (un + std::sqrt(d)) : infinite;
       else
         p = -un / a[0];
     }
     const bool stops = stop < p;
     if (stops) p = stop;
     if (!std::isfinite(p)) {
-      fail(Status::singular);
+      // It has no end, or one beyond the largest number.
+      const bool endless = !end && a[0] <= 0 && std::isfinite(u[0]);
+      fail(endless ? Status::singular : Status::not_finite);
       return true;
     }
     y_.r += p * xi;

@@ -21,7 +21,7 @@ struct ImpactOptions {
 
 /// One impact at one contact: what came of it.
 struct Impact {
-  Status status = Status::ok;                   ///< ok, nonconverged (step limit) or singular (K)
+  Status status = Status::ok;                   ///< ok, nonconverged (step limit), singular (K) or not_finite
   Eigen::Vector3d r = Eigen::Vector3d::Zero();  ///< N s: n, t1, t2
   double compression_work = 0;                  ///< J, <= 0: of the normal impulse while u_n < 0
   double restitution_work = 0;                  ///< J, >= 0: of the normal impulse while u_n > 0

@@ -691,8 +691,8 @@ TEST_CASE("impulses or works beyond the range of doubles are no answer, and none
   for (const double e : {0.0, 1.0})
     for (const double v_n : {-1e200, -1.7e308}) {
       const ContactSolution solution = solve(test::sphere({0, v_n, 0}, Vector3d::Zero(), 0, e));
-      CHECK(solution.status != Status::ok);
-      CHECK_FALSE(solution.reason.empty());
+      CHECK(solution.status == Status::not_finite);
+      CHECK(solution.reason == "the impulses grew beyond all bounds");
       CHECK(solution.impulse == std::vector<double>(3, 0.0));
       const WorkWitness& work = solution.as<WorkWitness>();
       for (const auto* of : {&work.compression, &work.restitution, &work.friction})

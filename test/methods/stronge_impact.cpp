@@ -156,6 +156,16 @@ TEST_CASE("an impact that never ends says so, with the impulse until nothing mov
   CHECK((impact.r - Vector3d(3, -6, 0)).norm() < 1e-14);
 }
 
+TEST_CASE("an impact whose impulse, work or square of a velocity overflows is not finite, and not without end") {
+  CHECK(impact_of(1e-3 * Matrix3d::Identity(), {-1.7e308, 0, 0}, 0, 0).status == Status::not_finite);
+  // Stored are 1e400 / 4 J, of a finite impulse.
+  const Impact stored = impact_of(planar(), {-1e200, 0, 0}, 0, 1);
+  CHECK(stored.status == Status::not_finite);
+  CHECK(stored.r == Vector3d(5e199, 0, 0));
+  // Stored are 5e299 J, at a velocity whose square is 1e310.
+  CHECK(impact_of(1e10 * Matrix3d::Identity(), {-1e155, 0, 0}, 0, 1).status == Status::not_finite);
+}
+
 TEST_CASE("an impact may take as many steps as the limit says and not one more") {
   Drawn turning{planar(), {-1, 2, 1}, 0.4, 0.6};
   turning.K(0, 2) = turning.K(2, 0) = -0.3;
