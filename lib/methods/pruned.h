@@ -38,7 +38,7 @@ std::vector<LeftOutItem> items(const LeftOut& left_out);
 ///  3. ap gets no unknowns for the friction of contacts with mu = 0 (convex has none in any case, but tries its
 ///     frictionless answer first).
 ///  4. with `repeats`, what the method answered in the event before it is not asked again.
-/// Events with restitution: 1 and 4 only.
+/// Islands with restitution: 1 and 4 only.
 /// The answer is one of the whole problem, to the same tolerances, and the referee checks it there. Where nothing can
 /// be left out the method sees the problem itself: its answer is the same to the last bit.
 /// `left_out` receives the counts.
