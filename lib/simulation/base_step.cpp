@@ -426,6 +426,7 @@ void BaseStep::find_contacts() {
     if (depth <= overlap_ratio_ * closed) continue;
     overlap_ratio_ = depth / closed;
     deepest_ = {i, j};
+    deepest_depth_ = depth;
   }
   record_.penetration_inside = std::max(record_.penetration_inside, depth_);
 }
@@ -542,7 +543,7 @@ void BaseStep::remove_overlap() {
   find_contacts();
   const auto [i, j] = deepest_;
   const double size = std::min(tolerance_[i], tolerance_[j]) / options_.closed_gap;
-  if (overlap_ratio_ > 1 && depth_ > options_.penetration_bound * size) fail_overlap(i, j, depth_);
+  if (overlap_ratio_ > 1 && deepest_depth_ > options_.penetration_bound * size) fail_overlap(i, j, deepest_depth_);
 }
 
 // Fisher and Yates.

@@ -255,6 +255,7 @@ class BaseStep {
   double depth_ = 0;             // m, of the deepest of them
   double overlap_ratio_ = 0;     // -, the deepest in gaps that count as closed
   std::pair<int, int> deepest_;  // shapes of that one
+  double deepest_depth_ = 0;     // m, of these; another pair's may be more
 
   StepLeftOut left_out_;
   std::vector<std::pair<int, int>> patches_;  // first contact of those that stand for more, and how many more

@@ -201,6 +201,25 @@ TEST_CASE("what cannot be taken away ends the run from a millionth of the smalle
   }
 }
 
+TEST_CASE("each pair that stays wedged in is held to its own size, and its own depth is what is told", "[overlap]") {
+  // Beside it a ball a hundred times as large is wedged in by 5e-5 m, half of what it may be.
+  for (const double overlap : {0.9e-6, 2e-6}) {
+    Scenario s = without_gravity();
+    test::add_sphere(s, 0.5, 1, {0, 0, 0});
+    test::add_sphere(s, 50, 1, {0, 1000, 0});
+    for (const double side : {-1.0, 1.0}) {
+      fix_box(s, {1, 1, 1}, {{side * (1 - overlap), 0, 0}, Quat::Identity()});
+      fix_box(s, {100, 100, 100}, {{side * (100 - 5e-5), 1000, 0}, Quat::Identity()});
+    }
+    test::collide_all(s, 0);
+    const Seen seen = look(s);
+    INFO(overlap << " m: " << seen.reason);
+    CHECK(seen.inside == Approx(5e-5));
+    CHECK((seen.status == Status::penetration) == (overlap > 1e-6));
+    CHECK((seen.reason.find("body0 and fixed interpenetrate by 2e-06 m") == 0) == (overlap > 1e-6));
+  }
+}
+
 TEST_CASE("a box that slides and tips over the rim of another never overlaps it at the end of a step", "[overlap]") {
   for (const double angle : {0.0, 0.3, M_PI / 4}) {
     INFO(angle);
