@@ -43,6 +43,7 @@ std::optional<OnPlane> body_on_plane(const Scenario& scenario, ShapeKind kind) {
   out.law = *law;
   out.n = scenario.shapes[plane].local.q * Vec3(0, 1, 0);
   contact_tangents(out.n, 0, out.t1, out.t2);
+  out.cone_sign = out.shape < plane ? -1 : 1;
   const Shape& shape = scenario.shapes[out.shape];
   const Pose pose{scenario.initial.pose[0].p, scenario.initial.pose[0].q * shape.local.q};
   out.gap = separation(shape, pose, scenario.shapes[plane], scenario.shapes[plane].local);

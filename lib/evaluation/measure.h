@@ -42,6 +42,9 @@ class Distance {
 struct OnPlane {
   int shape = -1;  ///< the body's
   Vec3 n, t1, t2;  ///< normal of the plane, in-plane axes at cone angle 0
+  /// Times rotate_cone: the angle about n by which events turn t1, t2 (about the normal away from what is listed
+  /// first).
+  double cone_sign = 1;
   double gap = 0;  ///< of the shape at the start, m
   PairLaw law;
 };

@@ -108,7 +108,7 @@ class SlidingErrors : public Measure {
     if (!driven_.steady_weight || !(weight > 0) || !stays_flat(scenario, on, weight, most)) return;
     const SliderState at_start{Vec2::Zero(), in_plane(plane_, v)};
     exact_ = coulomb_slider(driven_.drive, friction, at_start);
-    if (k >= 3) polygon_ = PolygonSlider(driven_.drive, friction, k, scenario.rotate_cone, at_start);
+    if (k >= 3) polygon_ = PolygonSlider(driven_.drive, friction, k, on.cone_sign * scenario.rotate_cone, at_start);
   }
   void observe_start(const State& state) override { p0_ = p_ = state.pose[0].p; }
   void observe_step(const State& state, const StepRecord& record) override;

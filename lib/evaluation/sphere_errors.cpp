@@ -50,7 +50,7 @@ SphereErrors::SphereErrors(const Scenario& scenario, const SimulationOptions& op
       sphere_{scenario.model.bodies[0].mass, scenario.model.bodies[0].inertia.x(), scenario.shapes[on.shape].radius},
       duration_(options.duration),
       step_(options.step),
-      rotate_cone_(scenario.rotate_cone),
+      rotate_cone_(on.cone_sign * scenario.rotate_cone),
       k_(edges) {
   const Vec3& g = scenario.gravity.constant;
   const bool straight_down =

@@ -26,8 +26,8 @@ struct SphereImpact {
 /// SphereImpact of a sphere on a plane with normal n (unit, away from the plane): restitution e, Coulomb friction mu.
 SphereImpact sphere_impact(const SphereBody& sphere, const Vec3& v, const Vec3& w, const Vec3& n, double mu, double e);
 
-/// The same with the friction polygon of k vertices at `rotate_cone` from t1 (contact_tangents), as A-P has it for e =
-/// 0.
+/// The same with the friction polygon of k vertices at `rotate_cone` about n from t1 (contact_tangents of n), as A-P
+/// has it for e = 0.
 SphereImpact sphere_impact_polygon(const SphereBody& sphere, const Vec3& v, const Vec3& w, const Vec3& n, double mu,
                                    int k, double rotate_cone);
 

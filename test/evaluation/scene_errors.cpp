@@ -214,6 +214,33 @@ TEST_CASE("A turned polygon is measured against its own answer as well") {
   CHECK(same.at("x_final_relative") == Approx(errors.at("x_final_relative")).epsilon(1e-12));
 }
 
+TEST_CASE("The reference's polygon is turned as the events' is, whichever of body and plane is listed first") {
+  for (const bool body_first : {false, true}) {
+    INFO((body_first ? "body first" : "plane first"));
+    Scenario scenario = sliding_box();
+    if (body_first) std::swap(scenario.shapes[0], scenario.shapes[1]);
+    scenario.rotate_cone = 0.2;
+    const auto pose = [&](const Shape& shape) { return shape.body < 0 ? shape.local : scenario.initial.pose[0]; };
+    const Shape &first = scenario.shapes[0], &second = scenario.shapes[1];
+    std::vector<ContactPoint> contacts;
+    contact_points(first, pose(first), 0, second, pose(second), 1, 1e-9, contacts);
+    REQUIRE(!contacts.empty());
+    Vec3 t1, t2;
+    contact_tangents(contacts[0], scenario.rotate_cone, t1, t2);
+    const double angle = std::atan2(-t1.z(), t1.x());  // about y, from x towards -z
+    CHECK(angle == Approx(body_first ? -0.2 : 0.2));
+    Drive drive;
+    drive.pushes.push_back({Vec2(1, 0), 1, 5});
+    PolygonSlider slider(drive, 0.98, 8, angle, {});
+    const Errors errors = errors_of(scenario, 8, 1e-2, 8, 8, [&](double t) {
+      const Vec2 p = slider.at(t).p;
+      return moved(scenario, Vec3(p.x(), 0, -p.y()));
+    });
+    CHECK(errors.at("lateral_drift_m") > 0.1);
+    CHECK(errors.at("polygon_position_linf_m") < 1e-10);
+  }
+}
+
 TEST_CASE("A box that creeps down its slope reports how far, how fast and since when") {
   const double slope = pi / 6;
   const Scenario scenario = on_plane("sticking_box", ShapeKind::box, 0.7, slope);
@@ -423,6 +450,28 @@ TEST_CASE("A sphere's exact impact has no error, and what is added to it comes o
     CHECK(out.at("energy_rise_linf_j") == 2.5);
     CHECK(out.at("energy_rise_relative") == Approx(2.5 / event.residuals.energy_before));
     CHECK(out.count("rolling_start_error_s") == 0);  // it never rolls
+  }
+}
+
+TEST_CASE("A sphere's polygon is turned about the normal away from what is listed first") {
+  for (const bool body_first : {false, true}) {
+    Scenario scenario = sphere_scene(Vec3(20, -3, 0), 0);
+    if (body_first) std::swap(scenario.shapes[0], scenario.shapes[1]);
+    scenario.rotate_cone = 0.2;
+    SceneErrors errors(scenario, SimulationOptions(), 8);
+    errors.observe_start(scenario.initial);
+    const SphereBody sphere{4.1887902047863905, 0.4 * 4.1887902047863905, 1};
+    const Vec3 before(20, -3, 0), up(0, 1, 0);
+    const auto turned = [&](double angle) {
+      return sphere_impact_polygon(sphere, before, Vec3::Zero(), up, 0.60581, 8, angle);
+    };
+    const SphereImpact impact = turned(body_first ? -0.2 : 0.2), other = turned(body_first ? 0.2 : -0.2);
+    CHECK((impact.v - other.v).norm() > 0.1);
+    Event(0, before, Vec3::Zero(), impact.v, impact.w).show(errors);
+    State state = scenario.initial;
+    state.t = 1e-3;
+    errors.observe_step(state, StepRecord());
+    CHECK(named(errors).at("polygon_velocity_after_impact_m_per_s") < 1e-12);
   }
 }
 
