@@ -101,10 +101,14 @@ RobotDescription::Joint read_joint(Reading& in, const XmlElement& element) {
   return joint;
 }
 
-void declare_robot(Reading& in, const RobotDescription& robot, const SourceText& source) {
+/// `source`: what the robot's places are in: the scene; or a URDF file, whose shapes are declared where the scene has
+/// the robot's name.
+void declare_robot(Reading& in, const RobotDescription& robot, const SourceText& source, const XmlAttribute& name) {
+  const bool in_scene = &source == &in.source;
   for (const Tree& tree : in.scenario.model.trees)
     if (tree.name == robot.name) source.fail(robot.at, fmt::format("a second robot named {}; rename one", robot.name));
-  for (auto& [shape, at] : add_robot(robot, source, in.scenario)) in.declare_shape(std::move(shape), at, -1);
+  for (auto& [shape, at] : add_robot(robot, source, in.scenario))
+    in.declare_shape(std::move(shape), in_scene ? at : name.value_at, -1);
 
   // Where the links are while all joints are at 0.
   State zero = in.scenario.initial;
@@ -171,7 +175,7 @@ void read_urdf_robot(Reading& in, const XmlElement& element) {
   robot.pose.q = in.orientation(element);
   std::set<std::string> started;  // joints
   for (const XmlElement& child : element.children) read_start(in, child, robot, started);
-  declare_robot(in, robot, source);
+  declare_robot(in, robot, source, name);
   for (auto& [shape, at] : urdf.fixed) {
     shape.local = {robot.pose * shape.local.p, (robot.pose.q * shape.local.q).normalized()};
     in.declare_shape(std::move(shape), name.value_at, -1);
@@ -197,7 +201,7 @@ void read_robot(Reading& in, const XmlElement& element) {
     else
       in.fail_child(child, "<robot>", {"link", "joint"});
   }
-  declare_robot(in, robot, in.source);
+  declare_robot(in, robot, in.source, *element.find("name"));
 }
 
 }  // namespace cb

@@ -6,7 +6,7 @@
 //      is an error.
 //   3. A mesh of a collision counts as its convex hull where its file is an OBJ or STL file beside the URDF file; else
 //      it is left out and reported, as all that a simulation does not use.
-//   4. A collision may be a <capsule radius length>, along z like a cylinder, which newer readers know, and Debian's
+//   4. A geometry may be a <capsule radius length>, along z like a cylinder, which newer readers know, and Debian's
 //      liburdfdom does not: it is told of a cylinder.
 // liburdfdom knows no places. Elements are found again in the text by their names, with pugixml, which also says what
 // is not well formed.
@@ -217,14 +217,19 @@ class Reader {
 
   void parse() {
     check_joints();
-    std::ostringstream renamed;
+    bool renamed = false;
     for (const pugi::xml_node& link : document_.child("robot").children("link"))
-      for (pugi::xml_node collision : link.children("collision"))
-        if (pugi::xml_node capsule = collision.child("geometry").child("capsule")) capsule.set_name("cylinder");
-    if (!capsules_.empty()) document_.save(renamed, "", pugi::format_raw);
+      for (const char* kind : {"collision", "visual"})  // those of a visual are read, too
+        for (const pugi::xml_node& element : link.children(kind))
+          if (pugi::xml_node capsule = element.child("geometry").child("capsule")) {
+            capsule.set_name("cylinder");
+            renamed = true;
+          }
+    std::ostringstream copy;
+    if (renamed) document_.save(copy, "", pugi::format_raw);
     const Messages messages;
     try {
-      model_ = urdf::parseURDF(capsules_.empty() ? source_.text : renamed.str());
+      model_ = urdf::parseURDF(renamed ? copy.str() : source_.text);
     } catch (const std::exception& error) {
       source_.fail(place_of(error.what()), fmt::format("liburdfdom: {}", error.what()));
     }
@@ -407,10 +412,9 @@ class Reader {
         // Along z there, along y here.
         shape.local.q = (shape.local.q * Quat(std::sqrt(0.5), std::sqrt(0.5), 0, 0)).normalized();
       }
-      const double least = shape.kind == ShapeKind::sphere || shape.kind == ShapeKind::capsule
-                               ? shape.radius + std::min(0.0, shape.half_extents.y())
-                               : shape.half_extents.minCoeff();
-      if (!(least > 0) || !std::isfinite(shape.size()))
+      const bool round = shape.kind == ShapeKind::sphere || shape.kind == ShapeKind::capsule;
+      const double least = round ? shape.radius : shape.half_extents.minCoeff();
+      if (!(least > 0) || shape.half_extents.y() < 0 || !std::isfinite(shape.size()))
         source_.fail(at, fmt::format("a <collision> of {} has no size; all lengths have to be more than 0", from.name));
       if (carrier == "world") {
         out_.fixed.emplace_back(std::move(shape), at);

@@ -176,6 +176,24 @@ TEST_CASE("A capsule of a URDF file lies along z, and a mesh beside it counts as
              Catch::Contains("all points are in one plane"));
 }
 
+TEST_CASE("A capsule that is only seen is left out as other visuals are, and a collision stays what it is") {
+  const std::string seen = "<visual><geometry><capsule radius=\"0.05\" length=\"0.4\"/></geometry></visual>";
+  const std::string text = replaced(arm, "<visual><geometry><mesh filename=\"arm.stl\"/></geometry></visual>", seen);
+  const Scenario s = load(text);
+  CHECK(s.shapes.size() == load(arm).shapes.size());
+  CHECK(shape(s, "hand").kind == ShapeKind::cylinder);
+  CHECK(s.left_out == load(arm).left_out);
+  const Scenario both =
+      load(replaced(text, "<cylinder radius=\"0.05\" length=\"0.4\"/>", "<capsule radius=\"0.05\" length=\"0.4\"/>"));
+  CHECK(shape(both, "hand").kind == ShapeKind::capsule);
+}
+
+TEST_CASE("A shape of a URDF file whose name is taken is told of at the robot's name in the scene") {
+  const std::string text = message(arm, replaced(scene, "name=\"ground\"", "name=\"hand\""));
+  CHECK_THAT(text, Catch::Contains("written_by_test.xml:7:18: a second body named hand"));
+  CHECK_THAT(text, Catch::Contains("written_by_test.xml:6:23)"));
+}
+
 TEST_CASE("What a simulation does not use of a URDF file is told, each kind with its number and first place") {
   const Scenario s = load(std::string(arm));
   const auto told = [&s](const std::string& what) {
@@ -340,6 +358,8 @@ TEST_CASE("A broken URDF file ends in one line with file and line") {
            Row{"<mass value=\"2\"/>", "", 4, "mass"},
            Row{"izz=\"0.25\"", "izz=\"0.4\"", 4, "at most the sum of the other two"},
            Row{"radius=\"0.05\" length=\"0.4\"", "radius=\"0\" length=\"0.4\"", 10, "no size"},
+           Row{"<cylinder radius=\"0.05\" length=\"0.4\"/>", "<capsule radius=\"0.05\" length=\"-0.04\"/>", 10,
+               "no size"},
            Row{"damping=\"0.4\"", "damping=\"-1\"", 16, "at least 0"},
            Row{"<link name=\"tip\">", "<link name=\"hand\">", 15, "a second link named hand"},
        }) {
