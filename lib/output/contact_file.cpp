@@ -105,6 +105,8 @@ void ContactFile::event(const EventRecord& event) {
   if (r.size() < rows) return;
   contact_velocity(event.problem, event.problem.v_minus, u_before_);
   contact_velocity(event.problem, event.v_plus, u_);
+  for (std::size_t c = 0; c < event.gap_speed.size(); ++c)
+    for (std::vector<double>* u : {&u_before_, &u_}) (*u)[3 * c] -= event.gap_speed[c];
   const double speed = std::max(largest(u_before_, rows), largest(u_, rows)), impulse = largest(r, rows);
   for (std::size_t c = 0; c < event.contacts.size(); ++c) {
     const ContactPoint& contact = event.contacts[c];

@@ -500,8 +500,10 @@ double BaseStep::closing_speed(const ContactPoint& contact, double u_n) const {
 void BaseStep::add_gaps() {
   contact_velocity(problem_, problem_.v_minus, u_plus_);
   const std::vector<ContactPoint>& contacts = event_contacts();
-  for (std::size_t c = 0; c < contacts.size(); ++c)
-    problem_.offset[3 * c] += closing_speed(contacts[c], u_plus_[3 * c]) - u_plus_[3 * c];
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    gap_speed_.push_back(closing_speed(contacts[c], u_plus_[3 * c]) - u_plus_[3 * c]);
+    problem_.offset[3 * c] += gap_speed_[c];
+  }
   const std::vector<LimitContact>& limits = event_limits();
   for (std::size_t l = 0; l < limits.size(); ++l)
     problem_.offset[3 * (contacts.size() + l)] += std::max(0.0, limits[l].gap) / ahead_;
@@ -647,6 +649,7 @@ void BaseStep::solve_event() {
   assembler_.assemble(scenario_.model, state_, scenario_.shapes, contacts, event_limits(), mu_, restitution_,
                       scenario_.rotate_cone, problem_, owners_, driven_,
                       implicit_ && at_start_ ? &implicit_joints_ : nullptr);
+  gap_speed_.clear();
   if (ahead_ > 0) add_gaps();
   lap_.add_to(record_.times.assembly_s);
   solution_.clear();
@@ -678,7 +681,8 @@ bool BaseStep::take_answer() {
   }
   take_over_velocities();
   if (on_event)
-    on_event(EventRecord{state_.t, problem_, solution_, residuals_, v_plus_, event_contacts(), event_limits(), trial_});
+    on_event(EventRecord{state_.t, problem_, solution_, residuals_, v_plus_, event_contacts(), event_limits(), trial_,
+                         gap_speed_});
   return true;
 }
 

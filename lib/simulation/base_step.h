@@ -199,6 +199,7 @@ class BaseStep {
   ContactSolution solution_;
   Residuals residuals_;
   std::vector<double> v_plus_, u_plus_, mu_, restitution_;
+  std::vector<double> gap_speed_;  // per contact of the event that is looked ahead at, m/s: w_n of its gap
   /// What the event is made of; contacts_ itself where it is made of all.
   std::vector<ContactPoint>& event_contacts() { return islands_.all() ? contacts_ : event_contacts_; }
   std::vector<ContactPoint> contacts_, event_contacts_;  // all that touch

@@ -21,6 +21,8 @@ struct EventRecord {
   const std::vector<ContactPoint>& contacts;  ///< the problem's contacts from the first on;
   std::span<const LimitContact> limits = {};  ///< then these
   bool trial = false;  ///< of a base step that is extrapolated from: no event of the motion itself
+  /// Per contact, m/s: what the problem's offset has of its gap over the step, which is no velocity; empty: nothing.
+  std::span<const double> gap_speed = {};
 };
 
 /// Seconds of the wall clock spent in the parts of a step.

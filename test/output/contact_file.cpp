@@ -118,6 +118,29 @@ TEST_CASE("the contacts of a recorded step are rows in world axes", "[output]") 
   CHECK_FALSE(std::filesystem::exists(directory.path() / "shapes.csv"));
 }
 
+TEST_CASE("the velocity of an open contact is without what its gap over the step adds to the problem's", "[output]") {
+  TemporaryDirectory directory;
+  Scene scene;  // comes down at 1 m/s
+  {
+    ContactFile file(directory.path(), scene.scenario, true, 1);
+    // The first point is 0.03 m up in a step of 0.04 s, and lands at its end: w_n = 0.75 m/s.
+    const std::vector<double> gaps = {0.75, 0, 0};
+    scene.problem.offset[0] = 0.75;
+    scene.v_plus = {1e-7, -0.75, 0, 0, 0, 0};
+    scene.solution.impulse = {1, 0, 0, 1, 0, 0, 1, 0, 0};
+    EventRecord event = scene.event(0.25);
+    event.gap_speed = gaps;
+    file.event(event);
+    // Of an event without them the offset is a belt's speed, which is one.
+    file.event(scene.event(0.5));
+  }
+  const auto rows = lines(read_file(directory.path() / "contacts.csv"));
+  REQUIRE(rows.size() == 7);
+  CHECK(rows[1] == "0.25,1,box,\"the ground, flat\",-0.5,0,0,0,1,0,1e-07,-0.75,0,0,1,0,stick");
+  CHECK(rows[2] == "0.25,1,box,\"the ground, flat\",0.5,0,0,0,1,0,1e-07,-0.75,0,0,1,0,stick");
+  CHECK(rows[4] == "0.5,1,box,\"the ground, flat\",-0.5,0,0,0,1,0,1e-07,0,0,0,1,0,stick");
+}
+
 TEST_CASE("contacts whose tangents a scene turns are in world axes as well", "[output]") {
   // Turned by 0.3 rad about the normal from a to b, here -y: t1, t2 of the event are cos 0.3, -sin 0.3 of x and -z.
   TemporaryDirectory directory;

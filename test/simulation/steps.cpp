@@ -64,6 +64,41 @@ TEST_CASE("by steps an open contact closes by its gap and no further, and pulls 
         Approx(-0.98).epsilon(1e-12));
 }
 
+TEST_CASE("by steps an event says what of its problem's offset is gaps over the step, and by events there are none") {
+  // One ball 0.01 m above the ground in a step of 0.1 s, another one on it.
+  Scenario s = falling_sphere(0.1, 0.1, 0, 0);
+  s.initial.pose[0].p.y() = 0.51;
+  add_sphere(s, 0.5, 1, {5, 0.5, 0});
+  collide_all(s, 0);
+  for (const Stepping stepping : {Stepping::steps, Stepping::events}) {
+    SimulationOptions options;
+    options.stepping = stepping;
+    options.step = s.step;
+    options.duration = s.duration;
+    MethodOptions with;
+    with.k = 8;
+    Simulation simulation(s, options, find_method("ap")->make(with), find_method("ap")->law);
+    int seen = 0;
+    simulation.on_event = [&](const EventRecord& event) {
+      if (stepping == Stepping::events) {
+        CHECK(event.gap_speed.empty());
+        return;
+      }
+      REQUIRE(event.gap_speed.size() == event.contacts.size());
+      for (std::size_t c = 0; c < event.contacts.size(); ++c) {
+        ++seen;
+        if (event.contacts[c].gap > 1e-3)
+          CHECK(event.gap_speed[c] == Approx(0.1));
+        else
+          CHECK(event.gap_speed[c] == 0);
+        CHECK(event.problem.offset[3 * c] == event.gap_speed[c]);
+      }
+    };
+    simulation.step();
+    CHECK(seen == (stepping == Stepping::steps ? 2 : 0));
+  }
+}
+
 TEST_CASE("by steps a ball parts with e times the speed it comes with, at most a step early") {
   for (const std::string method : {"ap", "convex"}) {
     double before = 0, after = 0, parted = 0;
