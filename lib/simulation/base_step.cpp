@@ -706,7 +706,7 @@ void BaseStep::take_over_velocities() {
   if (!scenario_.model.trees.empty())  // what is driven does work
     for (std::size_t row = 0; row < problem_.offset.size(); ++row)
       energy_input_ += std::abs(solution_.impulse[row] * problem_.offset[row]);
-  record_.event_energy_gain += residuals_.energy_gain;
+  if (!trial_) record_.event_energy_gain += residuals_.energy_gain;
   if (residuals_.energy_before > 0)
     record_.event_energy_gain_relative =
         std::max(record_.event_energy_gain_relative, residuals_.energy_gain / residuals_.energy_before);

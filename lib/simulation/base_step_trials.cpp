@@ -42,7 +42,6 @@ void BaseStep::forgive() {
   record_.law_residual = before.law_residual;
   record_.gap = before.gap;
   record_.infeasibility = before.infeasibility;
-  record_.event_energy_gain = before.event_energy_gain;
   record_.event_energy_gain_relative = before.event_energy_gain_relative;
   record_.status = before.status;
   record_.unsolved = before.unsolved;

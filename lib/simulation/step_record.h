@@ -49,7 +49,7 @@ struct StepRecord {
   Status status = Status::ok;
   double claimed_residual = 0, residual = 0;
   std::optional<double> law_residual, gap, infeasibility;
-  double event_energy_gain = 0;                     ///< J
+  double event_energy_gain = 0;                     ///< J, of the motion's own events: not of trials
   double event_energy_gain_relative = 0;            ///< worst over the events: gain / energy before
   double max_penetration = 0;                       ///< m, at the end of the step
   double penetration_inside = 0;                    ///< m, at the events and before it was taken away

@@ -499,6 +499,33 @@ TEST_CASE("what an impact's answer was worth stays with its step, whatever is tr
   CHECK(simulation.accuracy()->first_order > 0);
 }
 
+TEST_CASE(
+    "an extrapolated step has the energy that the impact at its start takes, and none of its base steps' events") {
+  // A box of 2 kg slides with mu = 0.5 until it stops; a ball of 3 kg comes down beside it, e = 0.5.
+  Scenario s = empty_scene(1e-3, 0.4);
+  s.gravity.constant = {0, -g, 0};
+  add_ground(s);
+  add_box(s, {1, 0.2, 1}, 2, {{5, 0.1, 0}, Quat::Identity()}, {1.5, 0, 0});
+  add_sphere(s, 0.5, 3, {0, 0.7, 0});
+  collide_all(s, 0.5, 0.5);
+  Simulation simulation(s, accurate(s, 1e-6), precise("convex"), find_method("convex")->law);
+  int sliding = 0, impacts = 0;
+  while (!simulation.done()) {
+    const StepRecord& record = simulation.step();
+    REQUIRE(record.status == Status::ok);
+    if (record.accuracy->kind != AccuracyStep::macro) continue;
+    if (!record.accuracy->impact) {
+      sliding += record.solves > 0;
+      CHECK(record.event_energy_gain == 0);
+    } else if (++impacts == 1) {
+      // It keeps a quarter of the energy that it has from 0.2 m; the box is no part of that event.
+      CHECK(record.event_energy_gain == Approx(-0.75 * 3 * g * 0.2).epsilon(1e-3));
+    }
+  }
+  CHECK(sliding >= 2);
+  CHECK(impacts >= 1);
+}
+
 TEST_CASE("a try that no answer was found in leaves nothing but its cost") {
   const Scenario s = circle(2);
   const ContactMethod right = precise("convex");
