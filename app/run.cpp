@@ -115,7 +115,7 @@ RunSummary provisional_summary(const RunFlags& flags, const RunPlan& plan) {
   describe(plan.scenario, summary);
   describe(*plan.method, plan.options, summary);
   summary.requested = {flags.method, flags.solver.value_or(""), flags.variant.value_or("")};
-  summary.simulation = plan.simulation;
+  summary.simulation = with_closed_gap(plan.simulation, plan.scenario);
   summary.record_every = plan.record_every;
   summary.prune = plan.prune;
   summary.time_limit_s = plan.time_limit_s;

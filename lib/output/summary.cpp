@@ -105,6 +105,16 @@ Json accuracy(const RunSummary& run) {
           {"estimated_error_m", tally.estimated_error}};
 }
 
+/// Two of them are about the one step h, which there is none of to an accuracy.
+Json control(const RunSummary& run) {
+  if (!run.largest_stable_step) return {};
+  const double limit = *run.largest_stable_step;
+  const bool of_a_step = run.simulation.stepping != Stepping::accuracy;
+  return {{"largest_eigenvalue", of_a_step ? maybe(run.control_eigenvalue) : Json()},
+          {"largest_stable_step", limit},
+          {"stable", of_a_step ? Json(run.simulation.step <= limit) : Json()}};
+}
+
 Json engine(const EngineUse& use) {
   Json knobs = Json::object();
   for (const auto& [key, value] : use.knobs) knobs[key] = value;
@@ -218,10 +228,7 @@ std::string to_json(const RunSummary& run) {
       {"errors", errors},
       {"residuals", residuals(tally)},
       {"energy", {{"max_gain_j", maybe(tally.gain_max)}, {"max_gain_relative", maybe(tally.gain_relative_max)}}},
-      {"control", run.largest_stable_step ? Json{{"largest_eigenvalue", maybe(run.control_eigenvalue)},
-                                                 {"largest_stable_step", *run.largest_stable_step},
-                                                 {"stable", run.simulation.step <= *run.largest_stable_step}}
-                                          : Json()},
+      {"control", control(run)},
       {"max_penetration", tally.penetration_max},
       {"penetration",
        {{"inside_steps_m", tally.penetration_inside_max},

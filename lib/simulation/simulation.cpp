@@ -6,9 +6,6 @@
 
 namespace cb {
 
-namespace {
-
-/// Contacts are closed to a tenth of the accuracy, where that is less than what steps ask for otherwise.
 SimulationOptions with_closed_gap(SimulationOptions options, const Scenario& scenario) {
   if (options.stepping != Stepping::accuracy) return options;
   double largest = 0;
@@ -17,8 +14,6 @@ SimulationOptions with_closed_gap(SimulationOptions options, const Scenario& sce
   if (largest > 0) options.closed_gap = std::min(options.closed_gap, 0.1 * options.accuracy / largest);
   return options;
 }
-
-}  // namespace
 
 void take_from(const Scenario& scenario, SimulationOptions& options) {
   options.step = scenario.step;

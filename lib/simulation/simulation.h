@@ -11,6 +11,10 @@ class AccuracyStepping;
 /// What the scene itself asks of a simulation: its step, duration and joint forces, written over those of `options`.
 void take_from(const Scenario& scenario, SimulationOptions& options);
 
+/// `options` with the closed gap that is in force: a tenth of the accuracy, where that is less than what steps ask for
+/// otherwise. A Simulation does so itself.
+SimulationOptions with_closed_gap(SimulationOptions options, const Scenario& scenario);
+
 /// A run, step by step (docs/architecture.md, "The path of a step"; stepping/: the ways of stepping). Is handed a
 /// method and never asks which.
 class Simulation {

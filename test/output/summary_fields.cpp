@@ -200,6 +200,11 @@ TEST_CASE("a step is stable up to the largest that is", "[output]") {
                            {"/control/largest_stable_step", limit},
                            {"/control/stable", limit >= 0.25}});
   }
+  summary.simulation.stepping = Stepping::accuracy;  // whose base steps are of any length
+  check_places(
+      summary,
+      {{"/control/largest_eigenvalue", nullptr}, {"/control/largest_stable_step", 0.5}, {"/control/stable", nullptr}});
+  summary.simulation.stepping = Stepping::events;
   summary.control_eigenvalue.reset();  // springs without a controller
   check_places(summary, {{"/control/largest_eigenvalue", nullptr}});
 }

@@ -21,6 +21,15 @@ TEST_CASE("a wanted accuracy is reached, and the summary says at what cost", "[p
   CHECK(json["options"]["step"].is_null());
 }
 
+TEST_CASE("the summary has the closed gap that is in force", "[program]") {
+  TemporaryDirectory directory;
+  const Result result = run(directory.path(), {"run", "sliding_box", "--method", "convex", "--accuracy", "1e-9",
+                                               "--duration", "0.01", "--quiet", "--out", "out"});
+  INFO(result.err);
+  REQUIRE(result.code == 0);
+  CHECK(summary(directory.path() / "out")["options"]["closed_gap"].get<double>() == Approx(1e-10));
+}
+
 TEST_CASE("methods that answer contact after contact say why they have no accuracy", "[program]") {
   for (const std::string method : {"newton", "mirtich"}) {
     TemporaryDirectory directory;

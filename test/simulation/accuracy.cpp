@@ -578,6 +578,18 @@ TEST_CASE("a step is noisy where its estimate is more than its share of the erro
   CHECK(within > 5);
 }
 
+TEST_CASE("contacts are closed to a tenth of the accuracy of the largest shape, where other steps ask for more") {
+  Scenario s = empty_scene(1e-3, 1);
+  add_ground(s);  // has no size
+  add_sphere(s, 0.5, 1, {0, 1, 0});
+  add_box(s, {1, 4, 2}, 1, {{5, 3, 0}, Quat::Identity()});
+  CHECK(with_closed_gap(accurate(s, 1e-8), s).closed_gap == Approx(1e-9 / 4));
+  CHECK(with_closed_gap(accurate(s, 1e-3), s).closed_gap == 1e-9);
+  SimulationOptions other = accurate(s, 1e-8);
+  other.stepping = Stepping::events;
+  CHECK(with_closed_gap(other, s).closed_gap == 1e-9);
+}
+
 TEST_CASE("the smallest step is the one in which the scene's accelerations move a body by half of the accuracy") {
   // h_s = sqrt(A / a), a: of gravity, its harmonics and the largest push of a body.
   const auto smallest = [](const Scenario& s, double accuracy, double asked = 0) {
