@@ -339,6 +339,15 @@ struct HardProblem {
   double t = 0;                ///< s
   std::string reason;
 };
+/// The one that a run keeps; and that of the step at hand as it is tried.
+struct HardProblems {
+  std::optional<HardProblem> kept, tried;
+  /// The step is over: what has been tried and not forgiven is part of it.
+  void take_tried() {
+    if (tried && !(kept && kept->excess >= tried->excess)) kept = std::move(tried);
+    tried.reset();
+  }
+};
 constexpr const char* hard_problem_file = "hard_problem.hdf5";
 
 /// What `solve` makes of a problem with `--prune`: status of the run's method where it knows of nothing before.
@@ -439,10 +448,9 @@ void keep_last(const Simulation& simulation, const LeftOut& left_out, const Step
   hard->candidates.push_back(simulation.problem());
 }
 
-/// Steps to the end, to a status that ends the run, or to a stop (throws Stopped). `hard`: see HardProblem.
+/// Steps to the end, to a status that ends the run, or to a stop (throws Stopped).
 void go(const RunPlan& plan, Simulation& simulation, RunFiles& files, ContactFile& contacts, Limits& limits,
-        SceneErrors& errors, RunSummary& summary, Progress& progress, const LeftOut& left_out,
-        std::optional<HardProblem>& hard) {
+        SceneErrors& errors, RunSummary& summary, Progress& progress, const LeftOut& left_out, HardProblems& hard) {
   constexpr std::chrono::milliseconds between_flushes{500};
   Clock::time_point now = Clock::now(), flushed = now;
   while (!simulation.done()) {
@@ -450,6 +458,7 @@ void go(const RunPlan& plan, Simulation& simulation, RunFiles& files, ContactFil
     const StepRecord& record = simulation.step();
     const bool last = ends_run(record.status);
     summary.tally.observe_step(record, !last);
+    hard.take_tried();
     if (!last) errors.observe_step(simulation.state(), record);
 
     const Clock::time_point before_writing = Clock::now();
@@ -469,7 +478,7 @@ void go(const RunPlan& plan, Simulation& simulation, RunFiles& files, ContactFil
     if (last) {
       summary.status = record.status;
       summary.reason = simulation.reason();
-      if (record.unsolved) keep_last(simulation, left_out, record, hard);
+      if (record.unsolved) keep_last(simulation, left_out, record, hard.kept);
       break;
     }
     if (!files.ok() || !contacts.ok()) break;
@@ -484,7 +493,7 @@ void simulate(const RunPlan& plan, RunFiles& files, ContactFile& contacts, Limit
   PrunedRun pruned_run(plan.scenario, plan.simulation, *plan.method, plan.options, plan.prune);
   Simulation& simulation = pruned_run.simulation;
   long events = 0;
-  std::optional<HardProblem> hard;
+  HardProblems hard;
   bool stopped = false;
   ConditioningEstimate estimate;
   simulation.on_event = [&](const EventRecord& event) {
@@ -505,7 +514,11 @@ void simulate(const RunPlan& plan, RunFiles& files, ContactFile& contacts, Limit
     }
     const bool holds = Referee::holds(event.residuals, plan.simulation.accepted_residual);
     tally.observe_event(event, holds);
-    if (!holds) keep_worst(plan, event, hard);
+    if (!holds) keep_worst(plan, event, event.trial ? hard.tried : hard.kept);
+  };
+  simulation.on_forgive = [&] {
+    tally.forget_tried();
+    hard.tried.reset();
   };
   Progress progress(!plan.quiet);
   errors.observe_start(simulation.state());
@@ -524,9 +537,9 @@ void simulate(const RunPlan& plan, RunFiles& files, ContactFile& contacts, Limit
   files.flush();
   contacts.flush();
   progress.clear();
-  if (hard) {
-    summary.worst_refusal = fmt::format("{}, at t = {:.9g} s", hard->reason, hard->t);
-    if (fclib_available()) store_hard_problem(plan, *hard, !stopped, summary);
+  if (hard.kept) {
+    summary.worst_refusal = fmt::format("{}, at t = {:.9g} s", hard.kept->reason, hard.kept->t);
+    if (fclib_available()) store_hard_problem(plan, *hard.kept, !stopped, summary);
   }
   for (const LeftOutItem& item : pruned_run.items())
     if (item.count > 0) summary.left_out.emplace_back(item.name, item.count);

@@ -59,16 +59,29 @@ std::optional<double> StreamMedian::median() const {
 }
 
 void RunTally::observe_event(const EventRecord& event, bool holds) {
-  if (!holds) ++inaccurate_events;
-  contacts_max = std::max(contacts_max, event.problem.nc());
   const Residuals& checked = event.residuals;
-  if (std::isfinite(checked.model)) residuals.add(checked.model);
-  raise(gain_max, checked.energy_gain);
-  if (event.solution.restitution_scale < 1) {
+  const Seen seen{event.problem.nc(),
+                  checked.model,
+                  checked.energy_gain,
+                  checked.energy_before,
+                  event.solution.restitution_scale,
+                  holds};
+  if (event.trial)
+    tried_.push_back(seen);
+  else
+    count(seen);
+}
+
+void RunTally::count(const Seen& event) {
+  if (!event.holds) ++inaccurate_events;
+  contacts_max = std::max(contacts_max, event.contacts);
+  if (std::isfinite(event.residual)) residuals.add(event.residual);
+  raise(gain_max, event.gain);
+  if (event.restitution_scale < 1) {
     ++scaled_events;
-    restitution_scale_min = std::min(restitution_scale_min.value_or(1), event.solution.restitution_scale);
+    restitution_scale_min = std::min(restitution_scale_min.value_or(1), event.restitution_scale);
   }
-  if (checked.energy_before > 0) raise(gain_relative_max, checked.energy_gain / checked.energy_before);
+  if (event.energy_before > 0) raise(gain_relative_max, event.gain / event.energy_before);
 }
 
 void RunTally::observe_conditioning(const EventRecord& event, ConditioningEstimate& estimate) {
@@ -89,6 +102,8 @@ void RunTally::observe_conditioning(const EventRecord& event, ConditioningEstima
 }
 
 void RunTally::observe_step(const StepRecord& record, bool completed) {
+  for (const Seen& event : tried_) count(event);
+  tried_.clear();
   if (completed) {
     ++steps;
     t_reached = record.t;

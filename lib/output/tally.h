@@ -59,13 +59,26 @@ struct RunTally {
   long seen_events = 0, measured_events = 0, too_large = 0;  ///< problems measured; those beyond the estimate's limit
   int measured_contacts = -1, measured_freedoms = -1;
 
-  /// An event that was solved; `holds`: did the referee accept it?
+  /// An event that was solved; `holds`: did the referee accept it? One of a try counts once a step is observed, which
+  /// has taken it, unless it is forgotten before.
   void observe_event(const EventRecord& event, bool holds);
+  /// What has been tried is not taken.
+  void forget_tried() { tried_.clear(); }
   /// Measures the problem of an event whose numbers of contacts or freedoms differ from the last measured one's, and of
   /// every hundredth event.
   void observe_conditioning(const EventRecord& event, ConditioningEstimate& estimate);
   /// Every step, the one that ends the run (`completed` = false) included.
   void observe_step(const StepRecord& record, bool completed);
+
+ private:
+  /// What counts of an event.
+  struct Seen {
+    int contacts;
+    double residual, gain, energy_before, restitution_scale;
+    bool holds;
+  };
+  void count(const Seen& event);
+  std::vector<Seen> tried_;
 };
 
 }  // namespace cb

@@ -119,6 +119,8 @@ class BaseStep {
   const State& state() const { return state_; }
   /// Called after each event, in time order; may be empty.
   std::function<void(const EventRecord&)> on_event;
+  /// Called by forgive(): events since set_trial(true) are none of the step's. May be empty.
+  std::function<void()> on_forgive;
   /// Where status is not ok: one line.
   const std::string& reason() const { return reason_; }
   /// Torques of the motors in the last step, after their limits (N m, N); indexed as State::qd.

@@ -46,6 +46,7 @@ void BaseStep::forgive() {
   record_.status = before.status;
   record_.unsolved = before.unsolved;
   reason_ = reason_before_trial_;
+  if (on_forgive) on_forgive();
 }
 
 // partings_: e times what each contact approaches with. Beside an impact what rests keeps its restitution, too: it

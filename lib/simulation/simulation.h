@@ -21,7 +21,7 @@ class Simulation {
  public:
   Simulation(const Scenario& scenario, const SimulationOptions& options, ContactMethod method, const Law& law);
   ~Simulation();
-  Simulation(const Simulation&) = delete;  // on_event is base_'s
+  Simulation(const Simulation&) = delete;  // on_event and on_forgive are base_'s
 
   /// Advances one step; the record holds until the next call. A status other than ok or inaccurate ends the run. Where
   /// a stop is asked for within it: throws Stopped, and nothing of the step is to be used.
@@ -33,6 +33,8 @@ class Simulation {
   long step_index() const { return step_index_; }
   /// Called after each event, in time order; may be empty.
   std::function<void(const EventRecord&)>& on_event = base_.on_event;
+  /// Called where the step is tried again: its trial events so far are not part of it. May be empty.
+  std::function<void()>& on_forgive = base_.on_forgive;
   /// Where status is not ok: one line.
   const std::string& reason() const { return base_.reason(); }
   /// Torques of the motors in the last step, after their limits (N m, N); indexed as State::qd.

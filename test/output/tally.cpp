@@ -77,6 +77,38 @@ TEST_CASE("events whose restitution was scaled are counted, and the least that w
   CHECK(tally.restitution_scale_min == 0.25);
 }
 
+TEST_CASE("events of a try count once a step takes it, and those of one that is not taken never do", "[output]") {
+  RunTally tally;
+  const auto see = [&](double gain, bool trial) {
+    Event event = with_contacts(2);
+    event.residuals.model = 1e-3;
+    event.residuals.energy_gain = gain;
+    event.residuals.energy_before = 1;
+    event.solution.restitution_scale = 0.5;
+    EventRecord record = event.record();
+    record.trial = trial;
+    tally.observe_event(record, false);
+  };
+  see(1, false);  // an impact
+  see(8, true);
+  see(9, true);
+  CHECK(tally.inaccurate_events == 1);
+  CHECK(tally.gain_max == 1);
+  CHECK(tally.scaled_events == 1);
+  tally.forget_tried();
+  see(2, true);
+  tally.observe_step(record_at(1, 0.5), true);
+  CHECK(tally.inaccurate_events == 2);
+  CHECK(tally.gain_max == 2);
+  CHECK(tally.gain_relative_max == 2);
+  CHECK(tally.scaled_events == 2);
+  see(3, true);
+  tally.forget_tried();
+  tally.observe_step(record_at(2, 1), true);
+  CHECK(tally.inaccurate_events == 2);
+  CHECK(tally.gain_max == 2);
+}
+
 TEST_CASE("a tally adds up all times and counts, and keeps the worst of each residual with the time of the first",
           "[output]") {
   RunTally tally;

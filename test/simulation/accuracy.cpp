@@ -554,6 +554,34 @@ TEST_CASE("a try that no answer was found in leaves nothing but its cost") {
   CHECK(solves == calls);
 }
 
+TEST_CASE("a step is inaccurate by what its own events are worth, none of them of a try that was not taken") {
+  const Scenario s = circle(2);
+  const ContactMethod right = precise("convex");
+  int calls = 0;
+  const ContactMethod wrong_now_and_then = [&](const ContactProblem& problem, ContactSolution& solution) {
+    right(problem, solution);
+    if (++calls % 37 != 0) return;
+    for (double& r : solution.impulse) r *= 2;  // throws it up
+  };
+  const SimulationOptions options = accurate(s, 1e-6);
+  Simulation simulation(s, options, wrong_now_and_then, find_method("convex")->law);
+  int own = 0, tried = 0, forgiven = 0;
+  simulation.on_event = [&](const EventRecord& event) {
+    if (!Referee::holds(event.residuals, options.accepted_residual)) ++(event.trial ? tried : own);
+  };
+  simulation.on_forgive = [&] {
+    forgiven += tried;
+    tried = 0;
+  };
+  while (!simulation.done()) {
+    own = tried = 0;
+    const Status status = simulation.step().status;
+    CHECK((own + tried > 0) == (status == Status::inaccurate));
+    REQUIRE((status == Status::ok || status == Status::inaccurate));
+  }
+  CHECK(forgiven >= 1);
+}
+
 TEST_CASE("a step is noisy where its estimate is more than its share of the error and no more than noise") {
   const Scenario s = circle(0.25);  // not 1 s, in which a share over the duration is one times it
   const ContactMethod right = precise("convex");

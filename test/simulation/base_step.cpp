@@ -182,7 +182,10 @@ TEST_CASE("a try that is not taken takes back what its answers were worth, not w
   CHECK(base.record().event_energy_gain == Approx(-1));
   CHECK(base.record().event_energy_gain_relative == Approx(3));
   CHECK_FALSE(base.reason().empty());
+  int told = 0;
+  base.on_forgive = [&told] { ++told; };
   base.forgive();
+  CHECK(told == 1);
   const StepRecord& record = base.record();
   CHECK(record.status == Status::ok);
   CHECK(base.reason().empty());
