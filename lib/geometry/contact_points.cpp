@@ -237,6 +237,18 @@ void add_next_corners(const PlacedBox& a, const PlacedBox& b, const RelativeBox&
   add_patch(a, b, patch, reach, sink);
 }
 
+/// The vertex that reaches furthest along `direction`; where an edge or a face does, its vertex next to `other`.
+Vec3 nearest_vertex(const PlacedBox& box, const Vec3& direction, const Vec3& other) {
+  constexpr double level = 1e-6;  // cosine
+  Vec3 vertex = box.c;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 edge = box.R.col(k);
+    const double along = direction.dot(edge);
+    vertex += ((std::abs(along) > level ? along : (other - box.c).dot(edge)) > 0 ? box.h[k] : -box.h[k]) * edge;
+  }
+  return vertex;
+}
+
 void box_on_box(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, const Pose& pose_b, double tolerance,
                 double reach, const Sink& sink) {
   const double furthest = shape_a.half_extents.norm() + shape_b.half_extents.norm() + reach;
@@ -252,10 +264,10 @@ void box_on_box(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, 
     FacePatch patch;
     face_patch(a, b, ab, axis.index, margin, patch);
     if (add_patch(a, b, patch, reach, sink) > 0) return;
-    // Faces that miss each other (corner past corner): the vertex of b that reaches furthest towards a.
-    Vec3 vertex = b.c;
-    for (int k = 0; k < 3; ++k) vertex += (normal.dot(b.R.col(k)) > 0 ? -b.h[k] : b.h[k]) * b.R.col(k);
-    sink.add(vertex + (axis.gap / 2) * normal, normal, axis.gap);
+    // Faces that miss each other (corner past corner): the vertex that reaches furthest to the face.
+    const bool face_of_a = axis.index < 3;
+    const Vec3 vertex = face_of_a ? nearest_vertex(b, normal, a.c) : nearest_vertex(a, -normal, b.c);
+    sink.add(vertex + (face_of_a ? 0.5 : -0.5) * axis.gap * normal, normal, axis.gap);
     return;
   }
   sink.add(a.c + a.R * edge_crossing(a, b, ab, axis), normal, axis.gap);

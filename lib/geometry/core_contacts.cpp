@@ -227,6 +227,23 @@ void add_next_corners(const PlacedCore& a, const PlacedCore& b, const CoreAxis& 
   add_patch(patch, origin, reach, sink);
 }
 
+// As contact_points.cpp's of boxes: the vertex that reaches furthest along `direction`; of several, the one next to
+// `other`.
+Vec3 nearest_vertex(const PlacedCore& core, const Vec3& direction, const Vec3& other) {
+  constexpr double level = 1e-6;  // of the core's size
+  double furthest = -HUGE_VAL, size = 0;
+  for (const Vec3& x : core.x) {
+    furthest = std::max(furthest, direction.dot(x));
+    size = std::max(size, (x - core.x[0]).norm());
+  }
+  const Vec3* vertex = nullptr;
+  for (const Vec3& x : core.x) {
+    if (direction.dot(x) < furthest - level * size) continue;
+    if (vertex == nullptr || (x - other).squaredNorm() < (*vertex - other).squaredNorm()) vertex = &x;
+  }
+  return *vertex;
+}
+
 void solid_on_solid(const Placed& placed, double closed, double reach, double margin, const Sink& sink) {
   const auto& [a, b, origin] = placed;
   CoreAxis axis = separating_axis(a, b, margin, reach);
@@ -248,11 +265,9 @@ void solid_on_solid(const Placed& placed, double closed, double reach, double ma
   const bool of_a = axis.kind == CoreAxis::Kind::face_a;
   if (add_patch(patch_of(a, b, of_a, of_a ? axis.a : axis.b, margin), origin, reach, sink) > 0) return;
   if (seams) return;  // a neighbour carries
-  // Faces that miss each other (corner past corner): the vertex of b that reaches furthest towards a.
-  const Vec3* vertex = &b.x[0];
-  for (const Vec3& x : b.x)
-    if (normal.dot(x) > normal.dot(*vertex)) vertex = &x;
-  sink.add(origin + *vertex + (axis.gap / 2) * normal, normal, axis.gap);
+  // Faces that miss each other (corner past corner): the vertex that reaches furthest to the face.
+  const Vec3 vertex = of_a ? nearest_vertex(b, normal, a.c) : nearest_vertex(a, -normal, b.c);
+  sink.add(origin + vertex + (of_a ? 0.5 : -0.5) * axis.gap * normal, normal, axis.gap);
 }
 
 }  // namespace
