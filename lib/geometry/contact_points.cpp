@@ -234,7 +234,9 @@ void add_next_corners(const PlacedBox& a, const PlacedBox& b, const RelativeBox&
   double lowest = HUGE_VAL;
   for (int k = 0; k < patch.count; ++k) lowest = std::min(lowest, patch.point[k].gap);
   for (int k = 0; k < patch.count; ++k) patch.point[k].gap += axis.gap - lowest;
+  const std::size_t first = sink.out.size();
   add_patch(a, b, patch, reach, sink);
+  leave_out_crossing(sink.out, first, margin);
 }
 
 /// The vertex that reaches furthest along `direction`; where an edge or a face does, its vertex next to `other`.

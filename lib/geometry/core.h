@@ -118,6 +118,10 @@ struct Sink {
     out.push_back({position, sign * normal, gap, index_a, index_b});
   }
 };
+/// The points from `first` on are corners of a patch, that before them is where two edges cross: leaves out the lowest
+/// corner where that is the crossing once more: within `margin` (m) of it, and its gap, by which at most a face that
+/// nearly lies on the other sees it aside.
+void leave_out_crossing(std::vector<ContactPoint>& points, std::size_t first, double margin);
 
 /// contact_points of two shapes one of which is a capsule or a hull; and of one of these on a half-space.
 void core_points(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double tolerance, double reach,

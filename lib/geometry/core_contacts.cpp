@@ -70,6 +70,14 @@ void PlacedCore::place(const Shape& shape, const Pose& pose, const Vec3& origin,
   }
 }
 
+void leave_out_crossing(std::vector<ContactPoint>& points, std::size_t first, double margin) {
+  const auto lowest = std::min_element(points.begin() + static_cast<std::ptrdiff_t>(first), points.end(),
+                                       [](const ContactPoint& p, const ContactPoint& q) { return p.gap < q.gap; });
+  if (lowest == points.end()) return;
+  const ContactPoint& crossing = points[first - 1];
+  if ((lowest->position - crossing.position).norm() <= margin + std::abs(crossing.gap)) points.erase(lowest);
+}
+
 namespace {
 
 /// Two cores, placed about the first one's origin.
@@ -224,7 +232,9 @@ void add_next_corners(const PlacedCore& a, const PlacedCore& b, const CoreAxis& 
   double lowest = HUGE_VAL;
   for (const CorePatchPoint& point : patch.point) lowest = std::min(lowest, point.gap);
   for (CorePatchPoint& point : patch.point) point.gap += axis.gap - lowest;
+  const std::size_t first = sink.out.size();
   add_patch(patch, origin, reach, sink);
+  leave_out_crossing(sink.out, first, margin);
 }
 
 // As contact_points.cpp's of boxes: the vertex that reaches furthest along `direction`; of several, the one next to

@@ -520,3 +520,50 @@ TEST_CASE("corners that pass each other diagonally have one point, halfway from 
     }
   }
 }
+
+namespace {
+
+/// A beam whose lower edge crosses the upper rim of a slab of 2 x 0.1 x 2 m at x = 1, z = 0: it leans out over the rim
+/// by `lean`, turned by `askew` about the vertical, and the slab's face nearly lies on it.
+struct OverRim {
+  double lean, askew, beyond;  // rad; m, of the beam's middle from the rim
+  Quat turned() const { return turn(askew, Vec3::UnitY()) * turn(-lean, Vec3::UnitZ()) * turn(pi / 4, Vec3::UnitX()); }
+  Vec3 along() const { return turned() * Vec3::UnitX(); }
+  /// Across both edges, upwards.
+  Vec3 normal() const { return Vec3(0, 0, 1).cross(along()).normalized(); }
+  /// Of the beam, whose cross section is a square with this side, `gap` above the rim.
+  Pose pose(double side, double gap) const {
+    const Vec3 lower_edge = turned() * Vec3(0, -side / 2, side / 2);  // from its middle
+    return at(Vec3(1, 0.05, 0) + gap * normal() + beyond * along() - lower_edge, turned());
+  }
+};
+
+}  // namespace
+
+TEST_CASE("edges that cross where a face nearly lies on another are listed once, along the normal of both") {
+  const double side = 0.1;
+  for (const OverRim& rim : {OverRim{0.12, 0, 0}, OverRim{0.05, 1, 0}})
+    for (const double gap : {0.0, 5e-4})
+      for (const bool hulls : {false, true})
+        for (const bool swapped : {false, true}) {
+          INFO((hulls ? "hulls" : "boxes") << ", leaning by " << rim.lean << ", askew by " << rim.askew << ", middle "
+                                           << rim.beyond << " m out, " << gap << " m above");
+          Pose frame_of_beam, frame_of_slab;
+          const auto made = [&](double x, double y, double z, Pose& frame) {
+            std::vector<Vec3> corners;
+            for (int k = 0; k < 8; ++k) corners.push_back(Vec3(k & 1 ? x : -x, k & 2 ? y : -y, k & 4 ? z : -z) / 2);
+            return hulls ? hull(corners, &frame) : box(x, y, z);
+          };
+          const Shape beam = made(3, side, side, frame_of_beam), slab = made(2, 0.1, 2, frame_of_slab);
+          const Pose above = rim.pose(side, gap) * frame_of_beam, below = frame_of_slab;
+          std::vector<ContactPoint> found;
+          if (swapped)
+            contact_points(beam, above, 0, slab, below, 1, 1e-9, found, false, 1e-3);
+          else
+            contact_points(slab, below, 0, beam, above, 1, 1e-9, found, false, 1e-3);
+          REQUIRE(found.size() == 1);
+          CHECK((found[0].normal - (swapped ? 1 : -1) * rim.normal()).norm() < 1e-12);
+          CHECK((found[0].position - (Vec3(1, 0.05, 0) + gap / 2 * rim.normal())).norm() < 1e-12);
+          CHECK(found[0].gap == Approx(gap).margin(1e-14));
+        }
+}

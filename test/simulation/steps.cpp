@@ -159,3 +159,20 @@ TEST_CASE("by steps a box that falls on a corner is never deeper than a closed g
   for (const std::string method : {"ap", "convex"})
     run(s, method, [](const State&, const StepRecord& record) { CHECK(record.max_penetration <= 1e-9); });
 }
+
+TEST_CASE("by steps a beam that leans out over a rim slides off along its own edge where there is no friction") {
+  const double lean = 0.12, half_diagonal = 0.05 * std::sqrt(2.0);
+  Scenario s = empty_scene(1e-3, 0.05);
+  s.gravity.constant = {0, -g, 0};
+  s.shapes.push_back(box_shape({2, 0.1, 2}));
+  const Quat tilt(Eigen::AngleAxisd(-lean, Vec3::UnitZ()));
+  const Quat on_edge(Eigen::AngleAxisd(M_PI / 4, Vec3::UnitX()));
+  const Vec3 middle = Vec3(1, 0.05, 0) + tilt * Vec3(0, half_diagonal, 0);
+  add_box(s, {3, 0.1, 0.1}, 1, {middle, tilt * on_edge});
+  collide_all(s, 0);
+  for (const std::string method : {"ap", "convex"}) {
+    INFO(method);
+    const State end = run(s, method, [](const State&, const StepRecord&) {});
+    CHECK(end.v[0] == Approx(g * std::sin(lean) * std::cos(lean) * s.duration).epsilon(0.02));
+  }
+}
