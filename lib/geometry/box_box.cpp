@@ -127,8 +127,8 @@ void clip(const Clipped& in, int p, double bound, double slack, Clipped& out) {
 
 }  // namespace
 
-void face_patch(const PlacedBox& a, const PlacedBox& b, const RelativeBox& ab, int axis, double slack,
-                FacePatch& patch) {
+void face_patch(const PlacedBox& a, const PlacedBox& b, const RelativeBox& ab, int axis, double slack, FacePatch& patch,
+                double side) {
   patch.reference_is_a = axis < 3;
   const PlacedBox& reference = patch.reference_is_a ? a : b;
   const PlacedBox& other = patch.reference_is_a ? b : a;
@@ -140,7 +140,7 @@ void face_patch(const PlacedBox& a, const PlacedBox& b, const RelativeBox& ab, i
     t = -(C * ab.t);
   }
   patch.axis = i;
-  patch.sign = t[i] < 0 ? -1 : 1;
+  patch.sign = side != 0 ? side : t[i] < 0 ? -1 : 1;
   patch.n = patch.sign * reference.R.col(i);
 
   // Incident face: the one that looks most against the reference face; the first of equals.

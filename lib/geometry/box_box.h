@@ -56,9 +56,10 @@ struct FacePatch {
 };
 
 /// Patch of the reference face `axis` (0..2 of a, 3..5 of b). Points within `slack` (m) outside a side count as inside,
-/// and points closer than `slack` to their neighbour are merged.
-void face_patch(const PlacedBox& a, const PlacedBox& b, const RelativeBox& ab, int axis, double slack,
-                FacePatch& patch);
+/// and points closer than `slack` to their neighbour are merged. `side`, +1 or -1: which of the two faces; 0: the one
+/// that the other box's centre is beyond, as where the axis separates.
+void face_patch(const PlacedBox& a, const PlacedBox& b, const RelativeBox& ab, int axis, double slack, FacePatch& patch,
+                double side = 0);
 
 /// Where the two edges of an edge axis come closest, in the frame of a.
 Vec3 edge_crossing(const PlacedBox& a, const PlacedBox& b, const RelativeBox& ab, const SeparatingAxis& axis);

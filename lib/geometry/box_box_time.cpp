@@ -63,14 +63,14 @@ Approach of_corner(const FacePatch& patch, const PatchPoint& point, const Moving
   return edge_over_edge(q, distance, goal);
 }
 
-// Closed: follows the corners of the common patch that are open.
-double patch_to_flat(const BoxPair& pair, int axis, const Goal& goal) {
+// Closed: follows the corners of the common patch that are open; axis and side of the face as face_patch's.
+double patch_to_flat(const BoxPair& pair, int axis, double side, const Goal& goal) {
   constexpr double steepest = 0.5;  // cosine between the two normals; steeper faces do not come together in a step
   std::uint32_t open = 0;           // features seen open, a bit each
   return advance_until(goal.horizon, [&](double t, double rest, bool) {
     const Boxes now(pair, t);
     FacePatch patch;
-    face_patch(now.a, now.b, now.ab, axis, pair.margin, patch);
+    face_patch(now.a, now.b, now.ab, axis, pair.margin, patch, side);
     const MovingBox& reference = patch.reference_is_a ? now.a : now.b;
     const MovingBox& other = patch.reference_is_a ? now.b : now.a;
     const Vec3 m = reference.R * patch.incident;  // normal of the incident face, out of the other box
@@ -194,8 +194,12 @@ double time_to_depth(const BoxPair& pair, double gap_now, const Goal& goal) {
 double time_while_closed(const BoxPair& pair, const SeparatingAxis& axis, const Goal& goal) {
   // The face that separates best, of both boxes; for edges the face of a that looks most along their normal.
   int face = axis.index;
-  if (face >= 6) axis.normal_A.cwiseAbs().maxCoeff(&face);
-  return time_to_depth(pair, axis.gap, {goal.closed, goal.target, patch_to_flat(pair, face, goal)});
+  double side = 0;
+  if (face >= 6) {
+    axis.normal_A.cwiseAbs().maxCoeff(&face);
+    side = axis.normal_A[face] < 0 ? -1 : 1;
+  }
+  return time_to_depth(pair, axis.gap, {goal.closed, goal.target, patch_to_flat(pair, face, side, goal)});
 }
 
 }  // namespace

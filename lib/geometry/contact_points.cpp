@@ -225,12 +225,16 @@ int add_patch(const PlacedBox& a, const PlacedBox& b, const FacePatch& patch, do
 void add_next_corners(const PlacedBox& a, const PlacedBox& b, const RelativeBox& ab, const SeparatingAxis& axis,
                       double margin, double reach, const Sink& sink) {
   constexpr double nearly = 0.99;  // cosine
-  const Vec3 along_a = axis.normal_A.cwiseAbs(), along_b = (ab.C.transpose() * axis.normal_A).cwiseAbs();
+  const Vec3 &normal_A = axis.normal_A, normal_B = ab.C.transpose() * normal_A;
   int i = 0, j = 0;
-  const double cosine_a = along_a.maxCoeff(&i), cosine_b = along_b.maxCoeff(&j);
+  const double cosine_a = normal_A.cwiseAbs().maxCoeff(&i), cosine_b = normal_B.cwiseAbs().maxCoeff(&j);
   if (std::max(cosine_a, cosine_b) < nearly) return;
   FacePatch patch;
-  face_patch(a, b, ab, cosine_a >= cosine_b ? i : 3 + j, margin, patch);
+  // The other box's centre may be on the far side of the face.
+  if (cosine_a >= cosine_b)
+    face_patch(a, b, ab, i, margin, patch, normal_A[i] < 0 ? -1 : 1);
+  else
+    face_patch(a, b, ab, 3 + j, margin, patch, normal_B[j] > 0 ? -1 : 1);
   double lowest = HUGE_VAL;
   for (int k = 0; k < patch.count; ++k) lowest = std::min(lowest, patch.point[k].gap);
   for (int k = 0; k < patch.count; ++k) patch.point[k].gap += axis.gap - lowest;

@@ -542,7 +542,8 @@ struct OverRim {
 
 TEST_CASE("edges that cross where a face nearly lies on another are listed once, along the normal of both") {
   const double side = 0.1;
-  for (const OverRim& rim : {OverRim{0.12, 0, 0}, OverRim{0.05, 1, 0}})
+  // The last one's middle is below the slab's.
+  for (const OverRim& rim : {OverRim{0.12, 0, 0}, OverRim{0.05, 1, 0}, OverRim{0.12, 0, 1.2}})
     for (const double gap : {0.0, 5e-4})
       for (const bool hulls : {false, true})
         for (const bool swapped : {false, true}) {
@@ -566,4 +567,23 @@ TEST_CASE("edges that cross where a face nearly lies on another are listed once,
           CHECK((found[0].position - (Vec3(1, 0.05, 0) + gap / 2 * rim.normal())).norm() < 1e-12);
           CHECK(found[0].gap == Approx(gap).margin(1e-14));
         }
+}
+
+TEST_CASE(
+    "the corner that comes next is above the face that carries, also where the other's middle is below the first "
+    "one's") {
+  const double lean = 0.12, side = 0.1, inside = 0.3;
+  const Pose beam = OverRim{lean, 0, 1.5 - inside}.pose(side, 0);
+  const double end = inside * std::sin(lean);  // 0.036: of the lower edge, above the face; other corners are 0.07 up
+  for (const bool swapped : {false, true}) {
+    std::vector<ContactPoint> found;
+    if (swapped)
+      contact_points(box(3, side, side), beam, 0, box(2, 0.1, 2), at(0, 0, 0), 1, 1e-9, found, false, 0.04);
+    else
+      contact_points(box(2, 0.1, 2), at(0, 0, 0), 0, box(3, side, side), beam, 1, 1e-9, found, false, 0.04);
+    REQUIRE(found.size() == 2);
+    CHECK(found[1].gap == Approx(end).epsilon(1e-9));
+    CHECK((found[1].position - Vec3(1 - inside * std::cos(lean), 0.05 + end / 2, 0)).norm() < 1e-9);
+    CHECK((found[1].normal - Vec3(0, swapped ? 1 : -1, 0)).norm() < 1e-12);
+  }
 }

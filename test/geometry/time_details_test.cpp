@@ -260,3 +260,24 @@ TEST_CASE("Whatever meets does so at the time that bisection on their separation
   CHECK(met > 300);
   CHECK(passed > 100);
 }
+
+TEST_CASE("A beam that touches a slab's rim, its middle below the slab's, is found to lay its other end on the slab") {
+  // It leans out over the rim of a slab and turns about it at first; then its middle goes straight on.
+  const double lean = 0.12, inside = 0.3, side = 0.1, spin = 10, half_diagonal = std::sqrt(0.5) * side;
+  const Vec3 arm = turn(-lean, Vec3::UnitZ()) * Vec3(1.5 - inside, half_diagonal, 0), w(0, 0, spin);  // from the rim
+  const Quat on_edge = turn(-lean, Vec3::UnitZ()) * turn(pi / 4, Vec3::UnitX());
+  const Motion beam = moving(at(Vec3(1, 0.05, 0) + arm, on_edge), w.cross(arm), w);
+  REQUIRE(beam.pose.p.y() < 0);
+  const auto height = [&](double t) {  // of the lower corner of its inner end above the face
+    const double angle = spin * t - lean;
+    return arm.y() + beam.v.y() * t - 1.5 * std::sin(angle) - half_diagonal * std::cos(angle);
+  };
+  const double horizon = 1.5 * lean / spin;
+  double open = 0, closed = horizon;
+  for (int k = 0; k < 60; ++k) {
+    const double middle = 0.5 * (open + closed);
+    (height(middle) > 0 ? open : closed) = middle;
+  }
+  const double t = time_of_contact(box(2, 0.1, 2), moving(at(0, 0, 0)), box(3, side, side), beam, tol, horizon);
+  CHECK(t == Approx(closed).epsilon(1e-6));
+}
