@@ -270,7 +270,9 @@ void box_on_box(const Shape& shape_a, const Pose& pose_a, const Shape& shape_b, 
     FacePatch patch;
     face_patch(a, b, ab, axis.index, margin, patch);
     if (add_patch(a, b, patch, reach, sink) > 0) return;
-    // Faces that miss each other (corner past corner): the vertex that reaches furthest to the face.
+    // Faces that miss each other (corner past corner): the vertex that reaches furthest to the face. Corners that are
+    // further apart may pass.
+    if (axis.gap > tolerance) return;
     const bool face_of_a = axis.index < 3;
     const Vec3 vertex = face_of_a ? nearest_vertex(b, normal, a.c) : nearest_vertex(a, -normal, b.c);
     sink.add(vertex + (face_of_a ? 0.5 : -0.5) * axis.gap * normal, normal, axis.gap);

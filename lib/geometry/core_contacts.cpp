@@ -275,7 +275,8 @@ void solid_on_solid(const Placed& placed, double closed, double reach, double ma
   const bool of_a = axis.kind == CoreAxis::Kind::face_a;
   if (add_patch(patch_of(a, b, of_a, of_a ? axis.a : axis.b, margin), origin, reach, sink) > 0) return;
   if (seams) return;  // a neighbour carries
-  // Faces that miss each other (corner past corner): the vertex that reaches furthest to the face.
+  // As contact_points.cpp's of boxes, where faces miss each other (corner past corner).
+  if (axis.gap > closed) return;
   const Vec3 vertex = of_a ? nearest_vertex(b, normal, a.c) : nearest_vertex(a, -normal, b.c);
   sink.add(origin + vertex + (of_a ? 0.5 : -0.5) * axis.gap * normal, normal, axis.gap);
 }

@@ -486,35 +486,48 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("corners that pass each other diagonally have one point, halfway from the corner to the face") {
-  // Apart by 2 mm along x, and by less along y and z, all of which is looked at. The edges are parallel to the face,
-  // or the one body is turned a little, so that two of its corners come closest.
-  const double apart[] = {2e-3, 1.5e-3, 1.2e-3};
+TEST_CASE("corners that pass each other diagonally have one point where they touch, halfway to the face, else none") {
+  // Nearest along the axis of the first face of the first shape that looks at the other: of axes that tie within the
+  // tolerance that one counts. The edges are parallel to the face, or the one body is turned a little, so that two of
+  // its corners come closest.
+  const double tolerance = 2e-3, touching = 1.5e-3, passing = 2.3e-3;
   for (const Shape& cube : {box(1, 1, 1), box_hull(1, 1, 1)}) {
     for (const Vec3& way : {Vec3(1, 1, 1), Vec3(-1, 1, -1), Vec3(1, -1, -1), Vec3(-1, -1, 1)}) {
-      const Vec3 centre = (Vec3::Ones() + Vec3(apart[0], apart[1], apart[2])).cwiseProduct(way);
       for (const bool turned_is_first : {true, false}) {
+        const double sign = turned_is_first ? 1 : -1;
+        int first = 0;
+        if (cube.kind == ShapeKind::hull)
+          for (const Polytope::Face& face : cube.hull->polytope.faces) {
+            face.normal.cwiseAbs().maxCoeff(&first);
+            if (face.normal[first] * sign * way[first] < 0) break;
+          }
         for (const double angle : {0.0, 3e-4}) {
           INFO((cube.kind == ShapeKind::box ? "box" : "hull")
                << ", way " << way.transpose() << ", turned " << (turned_is_first ? "first" : "second") << " by "
                << angle);
-          const Quat turn(Eigen::AngleAxisd(-angle * way.x() * way.y(), Vec3::UnitZ()));
-          const Pose above = at(centre, turn), origin = at(0, 0, 0);
-          std::vector<ContactPoint> found;
-          if (turned_is_first)
-            contact_points(cube, above, 0, cube, origin, 1, 1e-9, found, false, 0.01);
-          else
-            contact_points(cube, origin, 0, cube, above, 1, 1e-9, found, false, 0.01);
+          const double about_z = sign * (first == 1 ? -1 : 1) * way.x() * way.y() * angle;
+          const Quat turn(Eigen::AngleAxisd(about_z, Vec3::UnitZ()));
+          const auto found_at = [&](double along_first) {
+            Vec3 apart(2.7e-3, 2.7e-3, 2.7e-3);
+            apart[first] = along_first;
+            const Pose above = at((Vec3::Ones() + apart).cwiseProduct(way), turn), origin = at(0, 0, 0);
+            std::vector<ContactPoint> found;
+            if (turned_is_first)
+              contact_points(cube, above, 0, cube, origin, 1, tolerance, found, false, 0.01);
+            else
+              contact_points(cube, origin, 0, cube, above, 1, tolerance, found, false, 0.01);
+            return found;
+          };
+          CHECK(found_at(passing).empty());
+          const std::vector<ContactPoint> found = found_at(touching);
           REQUIRE(found.size() == 1);
           const ContactPoint& point = found[0];
-          const double sign = turned_is_first ? 1 : -1;
           // A face's normal: of the one or the other, which differ by the angle.
-          CHECK((point.normal - sign * Vec3(way.x(), 0, 0)).norm() < 1.5 * angle + 1e-12);
-          CHECK(point.gap < 2e-3 + angle + 1e-12);
-          CHECK(point.gap > 2e-3 - angle - 1e-12);
+          CHECK((point.normal - sign * way[first] * Vec3(Vec3::Unit(first))).norm() < 1.5 * angle + 1e-12);
+          CHECK(std::abs(point.gap - touching) < angle + 1e-12);
           // Where both corners are, to what they are apart and what the angle moves them.
-          for (int k = 0; k < 3; ++k) CHECK(std::abs(point.position[k] - 0.5 * way[k]) < 2.5e-3);
-          CHECK(point.position.x() == Approx((0.5 + 0.5 * point.gap) * way.x()).margin(2 * angle));
+          for (int k = 0; k < 3; ++k) CHECK(std::abs(point.position[k] - 0.5 * way[k]) < 3.5e-3);
+          CHECK(point.position[first] == Approx((0.5 + 0.5 * point.gap) * way[first]).margin(2 * angle));
         }
       }
     }

@@ -176,3 +176,15 @@ TEST_CASE("by steps a beam that leans out over a rim slides off along its own ed
     CHECK(end.v[0] == Approx(g * std::sin(lean) * std::cos(lean) * s.duration).epsilon(0.02));
   }
 }
+
+TEST_CASE("by steps a cube that will miss another one, corner past corner, goes on as it was") {
+  // Within a millimetre of each other along x, 0.4 mm, as along y, 0.8 mm, of which a step takes it 1 mm.
+  Scenario s = empty_scene(1e-3, 0.01);
+  s.gravity.constant = Vec3::Zero();
+  s.shapes.push_back(box_shape({1, 1, 1}));
+  add_box(s, {1, 1, 1}, 1, {{1.0004, 1.0008, 0}, Quat::Identity()}, {0, -1, 0});
+  collide_all(s, 0.5);
+  const State end = run(s, "ap", [](const State&, const StepRecord& record) { CHECK(record.solves == 0); });
+  CHECK(end.v[1] == -1);
+  CHECK(end.pose[0].p.y() == Approx(0.9908).epsilon(1e-12));
+}
