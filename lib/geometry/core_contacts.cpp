@@ -158,7 +158,7 @@ bool ThinOnCore::along_edges(const NearestCore& near) const {
   if (s.x.size() < 2) return false;
   const Vec3 u = s.x[1] - s.x[0];
   const double length2 = u.squaredNorm(), limit = near.distance + (closed > reach ? closed : reach);
-  bool side_by_side = false;
+  bool listed = false;  // ends may be beyond reach where what is between them is not
   for (int e = 0; e < x.edges(); ++e) {
     const Vec3 &q = x.x[x.form->edges[e].from], v = x.along(e);
     if (!edge_carries(x, e, near.n)) continue;
@@ -181,12 +181,17 @@ bool ThinOnCore::along_edges(const NearestCore& near) const {
       touch = touch && gap[k] <= near.distance - radius + closed;
     }
     if (!touch && reach <= closed) continue;
-    if (!touch && !side_by_side) add(near.on_x, near.n, near.distance - radius);
-    for (int k = 0; k < 2; ++k)
-      if (gap[k] <= reach && (touch || (foot[k] - near.on_x).norm() > margin)) add(foot[k], n[k], gap[k]);
-    side_by_side = true;
+    if (!touch && !listed) {
+      add(near.on_x, near.n, near.distance - radius);
+      listed = true;
+    }
+    for (int k = 0; k < 2; ++k) {
+      if (gap[k] > reach || (!touch && (foot[k] - near.on_x).norm() <= margin)) continue;
+      add(foot[k], n[k], gap[k]);
+      listed = true;
+    }
   }
-  return side_by_side;
+  return listed;
 }
 
 void ThinOnCore::points() const {

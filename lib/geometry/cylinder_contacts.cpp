@@ -331,9 +331,13 @@ void Curved::points() const {
   const Outermost a = outermost(c, axis.n, margin), b = outermost(x, axis.n, margin);
   if (!a.point() && !b.point()) {
     const Ends ends = ends_of(a, b);
-    for (std::size_t k = 0; ends.touch && k < 2; ++k)
-      if (ends.gap[k] <= reach) add(ends.on_c[k], ends.n[k], ends.gap[k]);
-    if (ends.touch) return;
+    bool listed = false;  // ends may be beyond reach where what is between them is not
+    for (std::size_t k = 0; ends.touch && k < 2; ++k) {
+      if (ends.gap[k] > reach) continue;
+      add(ends.on_c[k], ends.n[k], ends.gap[k]);
+      listed = true;
+    }
+    if (listed) return;
   }
   const Vec3 first = point(a, b);
   if (reach <= closed) return;

@@ -600,3 +600,19 @@ TEST_CASE(
     CHECK((found[1].normal - Vec3(0, swapped ? 1 : -1, 0)).norm() < 1e-12);
   }
 }
+
+TEST_CASE(
+    "of two that cross at a small angle the point between their ends is there where the ends are not near enough") {
+  // Their ends are further apart than their middles by sine^2 / (2 * 0.2009 m), 0.49 mm: beyond the tolerance.
+  const double tolerance = 1e-3, gap = 0.9e-3, angle = std::sqrt(2 * 0.2009 * 0.5e-3);
+  for (const Shape& one : {capsule(0.1, 2), cylinder(0.1, 2)})
+    for (const Shape& other : {capsule(0.1, 2), cylinder(0.1, 2)}) {
+      INFO(name(one.kind) << " beside " << name(other.kind));
+      std::vector<ContactPoint> found =
+          points(one, at(0, 0, 0), other, at(Vec3(0.2 + gap, 0, 0), turn(angle, Vec3(1, 0, 0))), tolerance);
+      REQUIRE(found.size() == 1);
+      CHECK(found[0].gap == Approx(gap).epsilon(1e-6));
+      CHECK((found[0].normal - Vec3(-1, 0, 0)).norm() < 1e-6);
+      CHECK((found[0].position - Vec3(0.1 + gap / 2, 0, 0)).norm() < 1e-6);
+    }
+}
