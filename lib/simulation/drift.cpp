@@ -161,8 +161,8 @@ void Drift::find_points(const Scenario& scenario, const std::vector<Motion>& mot
     const double closed = std::min(tolerance[i], tolerance[j]), delta = window_[k];
     if (delta == 0) continue;
     found_.clear();
-    contact_points(scenario.shapes[i], motions[i].pose, i, scenario.shapes[j], motions[j].pose, j,
-                   delta_[k] > 0 ? delta : closed, found_);
+    contact_points(scenario.shapes[i], motions[i].pose, i, scenario.shapes[j], motions[j].pose, j, closed, found_,
+                   false, delta_[k] > 0 ? delta : closed);
     for (const ContactPoint& point : found_) {
       if (point.gap < -delta || (delta_[k] < 0 && point.gap > -closed)) continue;
       points_.push_back(point);

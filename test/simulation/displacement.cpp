@@ -188,6 +188,25 @@ TEST_CASE("a gap that only a turn by more than arcs can have made would close is
   }
 }
 
+// A cube lies on half a millimetre of another one's upper face: within the window it overlaps it beside that, too.
+TEST_CASE("a gap over the edge of a face is closed along the axis along which the two are apart", "[drift]") {
+  const double overhang = 5e-4, off = 5e-6, reach = 1e-3;
+  Scenario s = without_gravity();
+  test::add_box(s, {1, 1, 1}, 1, {{1 - overhang, 1 + off, 0}, Quat::Identity()});
+  Shape fixed = s.shapes[0];
+  fixed.body = -1;
+  s.shapes.push_back(fixed);
+  test::collide_all(s, 0);
+  State state = s.initial;
+  std::vector<Motion> motions = motions_at(s, state);
+  std::vector<ContactPoint> touching;
+  contact_points(s.shapes[0], motions[0].pose, 0, s.shapes[1], motions[1].pose, 1, 1e-9, touching, false, reach);
+  REQUIRE(touching.size() == 4);
+  Drift().close(s, motions, touching, {1e-9, 1e-9}, 1e-9, {{0, 1}}, {}, reach, state);
+  CHECK(state.pose[0].p.x() == Approx(1 - overhang).margin(1e-8));
+  CHECK(state.pose[0].p.y() == Approx(1).margin(1e-8));
+}
+
 TEST_CASE("a link that met a body askew is put back to where it touches, not to where a straight line says",
           "[drift]") {
   // The ball does not budge; the link slides along x, and their line of centres is 0.6 off it: a first correction of
