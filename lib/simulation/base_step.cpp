@@ -35,7 +35,8 @@ BaseStep::BaseStep(const Scenario& scenario, const SimulationOptions& options, C
     if (shape.body >= 0) reach_[shape.body] = std::max(reach_[shape.body], radius_.back());
     smallest_ = std::min(smallest_, shape.size());
   }
-  margin_ = std::isfinite(smallest_) ? 1e-6 * smallest_ : 1e-6;
+  // What is within a closed gap is among the pairs, also beside what is a thousand times smaller.
+  margin_ = std::max(std::isfinite(smallest_) ? 1e-6 * smallest_ : 1e-6, 2 * largest_pair_tolerance());
   motions_.resize(scenario_.shapes.size());
   travel_.assign(scenario_.shapes.size(), 0.0);
   external_.resize(scenario_.model.bodies.size());
@@ -54,6 +55,21 @@ BaseStep::BaseStep(const Scenario& scenario, const SimulationOptions& options, C
   // What springs hold is there too.
   energy_input_ = kinetic_energy(scenario_.model, state_) + potential_energy(scenario_.model, state_, Vec3::Zero());
   update_motions();
+}
+
+// m: of two shapes one of which moves.
+double BaseStep::largest_pair_tolerance() const {
+  double moving = 0, other = 0;  // the largest of those that move, and of all others
+  for (std::size_t i = 0; i < tolerance_.size(); ++i) {
+    const double tolerance = tolerance_[i];
+    if (scenario_.shapes[i].body >= 0 && tolerance > moving) {
+      other = std::max(other, moving);
+      moving = tolerance;
+    } else {
+      other = std::max(other, tolerance);
+    }
+  }
+  return std::min(moving, other);
 }
 
 void BaseStep::begin(long step) {

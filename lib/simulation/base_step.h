@@ -137,6 +137,7 @@ class BaseStep {
   double bending_of_links() const;     // m/s^2
   double bending_of_contacts() const;  // 1/s^2
   Vec3 shape_velocity(int shape, const Vec3& position) const;
+  double largest_pair_tolerance() const;
   bool keeps_pairs() const;
   void find_pairs(double horizon, double margin);
   void remove_overlap();
