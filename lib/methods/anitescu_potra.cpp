@@ -283,6 +283,7 @@ void AnitescuPotra::decompress(const ContactProblem& problem, ContactSolution& s
   compression_ = solution;
   sizes_ = form_.sizes();
   do {
+    compression_.iterations = solution.iterations;  // of second phases that are given up, too
     solution = compression_;
     form_.sizes() = sizes_;
     give_back(problem, solution);

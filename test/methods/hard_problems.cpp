@@ -361,6 +361,29 @@ TEST_CASE("an island that Poisson's restitution would give energy is left with w
   }
 }
 
+// Asked for no more restitution than that, it has the same two phases at once.
+TEST_CASE("pivots of a second phase that gained energy, and was given up, count", "[ap]") {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problem is not read");
+    return;
+  }
+  StoredProblem stored = read_contact_problem(std::string(SOURCE_ROOT) + "/test/data/events/ap_energy_gain.hdf5");
+  const auto solved = [&] {
+    MethodOptions options;
+    options.k = 8;
+    ContactSolution solution;
+    find_method("ap")->make(options)(stored.problem, solution);
+    CHECK(solution.status == Status::ok);
+    return solution;
+  };
+  const ContactSolution scaled = solved();
+  REQUIRE(scaled.restitution_scale < 1);
+  for (double& e : stored.problem.restitution) e *= scaled.restitution_scale;
+  const ContactSolution at_once = solved();
+  REQUIRE(at_once.restitution_scale == 1);
+  CHECK(scaled.iterations > at_once.iterations);  // equal where only the last second phase counts
+}
+
 // A wall at rest but for 1e-13 m/s, in whose event a brick elsewhere moves at 1 m/s: what parts by less than that
 // rounds by touches, and the proof of the bound is about it.
 TEST_CASE("what parts by rounding alone is part of the bound's proof", "[convex][pruned]") {
