@@ -82,13 +82,15 @@ class Stick {
   }
 
  private:
-  // The largest velocity left, scaled, and what of it is rounding.
+  // The largest velocity left that is to stop, scaled, and what of it is rounding.
   double find_velocities(double& rounding) {
     s_.velocities.evaluate(program_, s_.r, {});
     double residual = 0, impulses = 0;
     for (int c = 0; c < island_.nc(); ++c) {
+      const int rows = island_.mu[c] > 0 ? 3 : 1;
       for (int i = 0; i < 3; ++i) {
-        residual = std::max(residual, std::abs(s_.velocities.u[3 * c + i]) / std::sqrt(island_.weight[c]));
+        if (i < rows)
+          residual = std::max(residual, std::abs(s_.velocities.u[3 * c + i]) / std::sqrt(island_.weight[c]));
         s_.step[3 * c + i] = -s_.G[9 * c + 4 * i] * s_.velocities.u[3 * c + i];
       }
       impulses += island_.weight[c] * vec3(&s_.r[3 * c]).squaredNorm();

@@ -1,5 +1,6 @@
 // Who answers which kind of event, where a method tries several ways: what a summary counts.
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
 
@@ -43,6 +44,13 @@ TEST_CASE("convex is answered by the first way that serves: no friction, all sti
   CHECK(answers({stack(3, 0.4, {0.5, -1, 0}, 0.5)}) == Counts{{"interior point", 1}});
   // Bodies that are one tree, as a robot's links.
   CHECK(answers({one_block(stack(2, 0.5, {1e-3, -0.0098, 0}))}) == Counts{{"stopping", 1}});
+}
+
+TEST_CASE("convex: what slides on without friction does not keep others on its island from sticking", "[convex]") {
+  // A box that stops on the ground, and one that goes on across it.
+  ContactProblem p = stack(2, 0.5, {1e-3, -0.0098, 0});
+  std::fill(p.mu.begin() + 4, p.mu.end(), 0.0);
+  for (const bool bound : {true, false}) CHECK(answers({p}, false, bound) == Counts{{"sticking", 1}});
 }
 
 TEST_CASE("with a warm start what slides on is answered from before, and what rests rests again", "[convex]") {
