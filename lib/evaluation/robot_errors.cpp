@@ -2,9 +2,9 @@
 //
 // Slip of a wheel is the velocity of its lowest point, whether it is loaded or not; along is the robot's heading,
 // across the level direction at right angles to it. Its load is the sum of the normal impulses of its contacts in a
-// step. Creep of what is grasped is the root sum of squares of its displacement in both fingers' frames since the
-// start. It counts as dropped once its centre is further than half its size from where it began, in both fingers'
-// frames.
+// step; steps to an accuracy, which are extrapolated, have none. Creep of what is grasped is the root sum of squares of
+// its displacement in both fingers' frames since the start. It counts as dropped once its centre is further than half
+// its size from where it began, in both fingers' frames.
 #include "evaluation/robot_errors.h"
 
 #include <algorithm>
@@ -36,7 +36,8 @@ DriveErrors::DriveErrors(const Scenario& scenario, const SimulationOptions& opti
       track_(robot.law),
       no_slip_track_(robot.law),
       duration_(options.duration),
-      step_(options.step) {
+      step_(options.step),
+      loads_known_(options.stepping != Stepping::accuracy) {
   for (const Shape& shape : scenario.shapes) body_of_shape_.push_back(shape.body);
 }
 
@@ -105,6 +106,7 @@ void DriveErrors::report(Values& out) const {
     out.emplace_back(slip + "_across_rms_m_per_s", across_[side].rms());
     out.emplace_back(slip + "_across_linf_m_per_s", across_[side].largest);
   }
+  if (!loads_known_) return;
   if (loaded_steps_ > 0) {
     out.emplace_back("load_asymmetry_mean_relative", asymmetry_sum_ / static_cast<double>(loaded_steps_));
     out.emplace_back("load_asymmetry_linf_relative", asymmetry_largest_);

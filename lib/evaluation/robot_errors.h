@@ -32,7 +32,8 @@ class DriveErrors : public Measure {
   std::vector<int> body_of_shape_;
   double duration_, step_, t_ = 0, last_distance_ = 0;
   Mean cross_, no_slip_cross_, from_no_slip_, along_[2], across_[2];  ///< m, m, m, m/s, m/s
-  double load_[2] = {0, 0};                                           ///< N s, of this step: left, right
+  bool loads_known_;         ///< has each step its events? Extrapolated ones have none
+  double load_[2] = {0, 0};  ///< N s, of this step: left, right
   double asymmetry_sum_ = 0, asymmetry_largest_ = 0;
   long steps_ = 0, loaded_steps_ = 0, unloaded_[2] = {0, 0};
 };

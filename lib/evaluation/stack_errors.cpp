@@ -1,4 +1,5 @@
-// Errors of a stack at rest: nothing moves, and the normal impulses at an interface carry what is above it.
+// Errors of a stack at rest: nothing moves, and the normal impulses at an interface carry what is above it. Steps to an
+// accuracy, which are extrapolated, have no impulses of their own.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -51,7 +52,8 @@ StackErrors::StackErrors(const Scenario& scenario, const SimulationOptions& opti
     total_ += weight;
   }
   for (const Shape& shape : scenario.shapes) body_of_shape_.push_back(shape.body);
-  at_rest_ = !scenario.gravity.varies() && scenario.forces.empty() && weight > 0 &&
+  at_rest_ = options.stepping != Stepping::accuracy && !scenario.gravity.varies() && scenario.forces.empty() &&
+             weight > 0 &&
              std::all_of(scenario.initial.v.begin(), scenario.initial.v.end(), [](double x) { return x == 0; });
   for (const PairLaw& law : scenario.pairs.laws) at_rest_ &= law.restitution == 0;
 }

@@ -343,6 +343,29 @@ TEST_CASE("A robot that moves as the one that never slips has no error, and shar
   CHECK(found.at("unloaded_right_relative") == Approx(1. / 6));
 }
 
+TEST_CASE("To an accuracy a robot has no loads, and all other errors") {
+  const Scenario scenario = two_wheels(0.05);
+  SimulationOptions options;
+  options.duration = 10;
+  std::map<std::string, double> all;
+  for (const Stepping stepping : {Stepping::steps, Stepping::accuracy}) {
+    options.stepping = stepping;
+    SceneErrors errors(scenario, options, 0);
+    const WheeledRobot robot = *wheeled_robot(scenario);
+    errors.observe_step(placed(scenario, robot, {0, 0, 0.7, 0.4, 0.1}, 6), StepRecord());
+    const auto found = named(errors, "mobile_robot");
+    if (stepping == Stepping::steps) {
+      all = found;
+      CHECK(found.at("unloaded_left_relative") == 1);
+      continue;
+    }
+    for (const auto& [name, value] : all) {
+      INFO(name);
+      CHECK(found.count(name) == (name.starts_with("unloaded_") || name.starts_with("load_") ? 0 : 1));
+    }
+  }
+}
+
 TEST_CASE("A wheel that spins on the spot slips along, one that is pushed sideways slips across") {
   const Scenario scenario = two_wheels(0.05);
   const WheeledRobot robot = *wheeled_robot(scenario);

@@ -575,6 +575,13 @@ TEST_CASE("A stack's interfaces carry what is above them, and what moves is meas
   CHECK(faulty.at("displacement_final_m") == 0);
   CHECK(faulty.at("tilt_linf_rad") == Approx(2e-6));
   CHECK(faulty.at("penetration_linf_m") == Approx(1e-6));
+  // To an accuracy steps are extrapolated, and have no impulses.
+  options.stepping = Stepping::accuracy;
+  const Errors extrapolated = run(0, 2e-6);
+  CHECK(extrapolated.size() == 4);
+  CHECK(extrapolated.count("interface_sum_relative") == 0);
+  CHECK(extrapolated.count("interface_total_relative") == 0);
+  CHECK(extrapolated.at("displacement_linf_m") == Approx(2e-6));
 }
 
 TEST_CASE("Every error that a run can report is in the table of references, with its unit") {

@@ -445,6 +445,25 @@ TEST_CASE("the loads of a robot's shapes add up over a step, friction in world a
   REQUIRE(of_every_second.size() == 3);
   CHECK(of_every_second[1] == "1,wheel,ground,2,0,0,0");
   CHECK(of_every_second[2] == "2,wheel,ground,4,0,0,0");
+  {
+    // To an accuracy: of steps of first order, not of what an impact before an extrapolated one does; nor is that kept.
+    RunFiles files(directory.path(), model, 1, {ground, wheel}, 0, true);
+    files.start(state_at(0));
+    for (int step = 1; step <= 3; ++step) {
+      solution.impulse = {1.0 * step, 0, 0, 0, 0, 0};
+      files.event(EventRecord{0.5 * step, problem, solution, residuals, v_plus, contacts});
+      StepRecord record = record_at(step, 0.5 * step);
+      record.accuracy = AccuracyStep{};
+      record.accuracy->kind = step == 1   ? AccuracyStep::macro
+                              : step == 2 ? AccuracyStep::switched
+                                          : AccuracyStep::first_order;
+      files.step(state_at(0.5 * step), record);
+    }
+  }
+  const auto to_an_accuracy = lines(read_file(directory.path() / "loads.csv"));
+  REQUIRE(to_an_accuracy.size() == 3);
+  CHECK(to_an_accuracy[1] == "1,wheel,ground,2,0,0,0");
+  CHECK(to_an_accuracy[2] == "1.5,wheel,ground,3,0,0,0");
   { RunFiles files(directory.path(), two_bodies(), 1, {ground, wheel}, 0); }
   CHECK_FALSE(std::filesystem::exists(directory.path() / "loads.csv"));
 }
