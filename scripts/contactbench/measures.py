@@ -239,7 +239,7 @@ def bounces(run, case):
 
 
 def cradle(run, case):
-    v = [rows[-1][8:11] for _, rows in sorted(run.bodies.items())]
+    v = [rows[-1][8:11] for rows in run.bodies.values()]
     momentum = norm([sum(x[i] for x in v) - (1, 0, 0)[i] for i in range(3)])
     energy = sum(norm(x)**2 for x in v) - 1
     return max(momentum, abs(energy)), "leave with " + " ".join(f"{x[0]:.3g}" for x in v)

@@ -257,6 +257,12 @@ class Cradle(Files):
             self.assertAlmostEqual(found, error, delta=1e-15)
             self.assertEqual(note, f"leave with {speeds[0][0]:.3g} {speeds[1][0]:.3g}")
 
+    def test_balls_are_listed_as_they_stand(self):
+        rows = {
+            name: [[0.0, 9, 9, 9, 1, 0, 0, 0, 5, 5, 5, 5, 5, 5], [1.0, 9, 9, 9, 1, 0, 0, 0, x, 0, 0, 5, 5, 5]]
+            for name, x in (("first", 0.25), ("ball_2", 0.5), ("ball_10", 1))}
+        self.assertEqual(measures.cradle(self.run_of(rows), {})[1], "leave with 0.25 0.5 1")
+
 
 class Painleve(Files):
     """A rod of half length 1 m and half thickness 0.5 mm, whose end slides on the ground."""
