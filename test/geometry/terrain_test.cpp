@@ -2,6 +2,7 @@
 
 #include "geometry/terrain.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
@@ -101,6 +102,42 @@ TEST_CASE("a prism under a triangle is as deep as asked for, and is about its mi
   const Triangle level{Vec3(0, 0, 2), Vec3(0, 0, 4), Vec3(3, 0, 3)};
   const double xx = (1 + 1 + 4) / 12.0, zz = (1 + 1 + 0) / 12.0, yy = depth * depth / 12;
   CHECK((ground_prisms({level}, depth)[0]->inertia_per_mass - Vec3(yy + zz, xx + zz, xx + yy)).norm() < 1e-14);
+}
+
+TEST_CASE("at a corner the ground goes on along every edge there, on its rim as within") {
+  // Nine points, two triangles a cell, cut the same way; heights that no two share.
+  const auto point = [](int i, int j) { return Vec3(i, 0.1 * i * i + 0.03 * j + 0.07 * i * j, 1.5 * j); };
+  std::vector<Triangle> triangles;
+  for (int i = 0; i < 2; ++i)
+    for (int j = 0; j < 2; ++j) {
+      triangles.push_back({point(i, j), point(i, j + 1), point(i + 1, j + 1)});
+      triangles.push_back({point(i, j), point(i + 1, j + 1), point(i + 1, j)});
+    }
+  std::vector<std::pair<Vec3, Vec3>> edges;
+  for (const Triangle& t : triangles)
+    for (int k = 0; k < 3; ++k)
+      for (int way = 0; way < 2; ++way) edges.emplace_back(t[(k + way) % 3], t[(k + 1 - way) % 3]);
+  const auto prisms = ground_prisms(triangles, 1);
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const Polytope& prism = prisms[t]->polytope;
+    REQUIRE(prism.seams->beyond_vertex.size() == 6);
+    for (std::size_t v = 0; v < 6; ++v) {
+      const Vec3 corner = triangles[t][v % 3];
+      const std::vector<Vec3>& beyond = *prism.seams->beyond_vertex[v];
+      const auto is_beyond = [&](const Vec3& way) {
+        return std::count_if(beyond.begin(), beyond.end(), [&](const Vec3& b) { return (b - way).norm() < 1e-12; });
+      };
+      INFO("triangle " << t << ", corner " << corner.transpose());
+      std::vector<Vec3> ways;
+      for (const auto& [from, to] : edges) {
+        const Vec3 way = (to - from).normalized();
+        const auto same = [&](const Vec3& other) { return (other - way).norm() < 1e-12; };
+        if ((from - corner).norm() < 1e-12 && std::none_of(ways.begin(), ways.end(), same)) ways.push_back(way);
+      }
+      CHECK(beyond.size() == ways.size());
+      for (const Vec3& way : ways) CHECK(is_beyond(way) == 1);
+    }
+  }
 }
 
 TEST_CASE("a triangle looks up where it is less steep than a wall, with its corners counted from above") {

@@ -260,3 +260,26 @@ TEST_CASE("an error that is no number is no answer, whichever pair it is of") {
     CHECK(found.status != LcpStatus::solved);
   }
 }
+
+TEST_CASE("a residual is a fraction of the q that the free unknowns leave, in either form") {
+  // w = 2 z + 1, of which x brings -999: q is 1000 in the expanded form. At z = 0.5 the map leaves 0.5 sqrt(2).
+  LcpProblem expanded, dense;
+  expanded.expanded = true;
+  const auto one = [](double x) {
+    SparseMatrix m(1, 1);
+    m.insert(0, 0) = x;
+    m.makeCompressed();
+    return m;
+  };
+  expanded.A = one(4), expanded.B = one(0), expanded.C = one(-1), expanded.D = one(2);
+  expanded.a = Eigen::VectorXd::Constant(1, -4 * 999.0);
+  expanded.q = Eigen::VectorXd::Constant(1, 1000);
+  REQUIRE(condense(expanded, dense));
+  CHECK(dense.q[0] == Approx(1));
+  const Eigen::VectorXd z = Eigen::VectorXd::Constant(1, 0.5);
+  const double of_the_map = 0.5 * std::sqrt(2), size = 1 / std::sqrt(2);
+  CHECK(natural_residual(dense, z) == Approx(of_the_map / size));
+  CHECK(natural_residual(expanded, z) == Approx(of_the_map / size));
+  expanded.size = 10;  // what the problem is about, where that is larger
+  CHECK(natural_residual(expanded, z) == Approx(of_the_map / 10));
+}
