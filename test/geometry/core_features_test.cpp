@@ -285,3 +285,17 @@ TEST_CASE("An earlier axis is kept unless a later one separates by more than the
     CHECK((axis.index < 3) == (margin > 0));
   }
 }
+
+TEST_CASE("what coordinates resolve is of their size, on whichever side of the origin") {
+  const Vec3 near(1, -2, 0.5);
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double far : {1e9, -1e9}) {
+      Vec3 at = near;
+      at[axis] = far;
+      CHECK(largest_coordinate(at, near) == 1e9);
+      CHECK(largest_coordinate(near, at) == 1e9);
+      CHECK(resolved_tolerance(1e-9, at, near) == resolved_tolerance(1e-9, near, at));
+      CHECK(resolved_tolerance(1e-9, at, near) > 1e-7);
+    }
+  CHECK(resolved_tolerance(1e-9, near, near) == 1e-9);
+}

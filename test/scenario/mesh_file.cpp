@@ -101,6 +101,10 @@ TEST_CASE("A mesh that is cut off anywhere, or holds what is no number, is refus
   CHECK_THAT(message("f 1 2 3\n", "a.obj"), Catch::Contains("has no v line"));
   CHECK_THAT(message(std::string(text).insert(text.find("      vertex"), "vertex 0 0 0\n"), "a.stl"),
              Catch::Contains("a facet of 4 points"));
+  std::string two = text;
+  const std::size_t vertex = two.find("      vertex");
+  CHECK_THAT(message(two.erase(vertex, two.find('\n', vertex) + 1 - vertex), "a.stl"),
+             Catch::Contains("a facet of 2 points"));
   std::string infinite = binary;
   infinite[84 + 50 + 12 + 2] = '\x80';
   infinite[84 + 50 + 12 + 3] = '\x7F';

@@ -249,3 +249,22 @@ TEST_CASE("A free joint takes no coordinate, and the joints below it begin after
   CHECK((angular(s, 0) - Vec3(4, 5, 6)).norm() < 1e-15);
   CHECK((angular(s, 1) - Vec3(4, 5, 15)).norm() < 1e-14);
 }
+
+TEST_CASE("A link's hull stands where its points are said to be, though its frame is that of its own moments") {
+  const Scenario s = load_text(scene(R"(<robot name="r"><link name="l" mass="5" position="1 2 3" inertia="1 1 1">
+<hull name="h" points="0 0 0  2 0 0  0 3 0  0 0 4" position="5 6 7" axis="0 0 1" angle="${pi/2}"/></link>
+<joint name="rail" kind="prismatic" parent="world" child="l" axis="1 0 0"/></robot>)"));
+  REQUIRE(s.shapes.size() == 1);
+  const Shape& shape = s.shapes[0];
+  const Pose& link = s.initial.pose[0];
+  // A quarter turn about z: (x, y, z) to (-y, x, z), then on by (5, 6, 7).
+  for (const Vec3& corner : {Vec3(5, 6, 7), Vec3(5, 8, 7), Vec3(2, 6, 7), Vec3(5, 6, 11)}) {
+    double nearest = HUGE_VAL;
+    for (const Vec3& x : shape.hull->polytope.vertices) {
+      const Vec3 in_link = shape.local.p + shape.local.q * x;
+      nearest = std::min(nearest, (link.p + link.q * in_link - corner).norm());
+    }
+    INFO(corner.transpose());
+    CHECK(nearest < 1e-12);
+  }
+}

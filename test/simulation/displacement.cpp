@@ -72,6 +72,31 @@ std::vector<ContactPoint> one_contact(const Scenario& s, const std::vector<Motio
 
 }  // namespace
 
+TEST_CASE("a shape that is turned in its body turns and moves with it, one of no body stays") {
+  const Quat a(Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized())),
+      b(Eigen::AngleAxisd(-1.9, Vec3(0.3, -1, 2).normalized()));
+  State state;
+  state.pose = {{Vec3(9, 9, 9), Quat::Identity()}, {Vec3(1, 2, 3), a}};
+  state.v = {9, 9, 9, 9, 9, 9, 4, 5, 6, 0.1, -0.2, 0.3};
+  Shape shape;
+  shape.body = 1;
+  shape.local = {Vec3(0.5, -1, 2), b};
+  Motion motion;
+  shape_motion(shape, state, motion);
+  const Mat3 A = a.toRotationMatrix(), B = b.toRotationMatrix();
+  const Vec3 arm = A * shape.local.p, w(0.1, -0.2, 0.3);
+  CHECK((motion.pose.p - (Vec3(1, 2, 3) + arm)).norm() < 1e-14);
+  CHECK((motion.pose.q.toRotationMatrix() - A * B).norm() < 1e-14);
+  CHECK((motion.v - (Vec3(4, 5, 6) + w.cross(arm))).norm() < 1e-14);
+  CHECK(motion.w == w);
+  shape.body = -1;
+  Motion still;
+  shape_motion(shape, state, still);
+  CHECK(still.pose.p == shape.local.p);
+  CHECK(still.pose.q.isApprox(b));
+  CHECK(still.v.isZero(0));
+}
+
 TEST_CASE("what overlaps a link whose joint is at its limit is pushed out alone", "[overlap]") {
   const double depth = 1e-3;
   for (const double stop : {0.0, depth / 10}) {

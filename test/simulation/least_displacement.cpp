@@ -196,3 +196,22 @@ TEST_CASE("where masses are none, nothing is moved") {
   CHECK_FALSE(LeastDisplacement().solve(island.problem, island.points, island.blocks, island.wanted, island.scale, d));
   CHECK((d.array() == 7).all());
 }
+
+TEST_CASE("what was solved before, limits of joints among it, leaves nothing behind") {
+  Island limits = chain(3, 2, 11);
+  for (const int c : limits.points) {
+    limits.problem.mu[static_cast<std::size_t>(c)] = 0;
+    for (int e = 0; e < 2; ++e) limits.problem.J.entry(2 * c + e).bottomRows<2>().setZero();
+    REQUIRE(is_limit(limits.problem, c));
+  }
+  const Island points = chain(3, 4, 12);
+  REQUIRE_FALSE(is_limit(points.problem, 0));
+  const auto solve = [](LeastDisplacement& least, const Island& island) {
+    Eigen::VectorXd d = Eigen::VectorXd::Zero(island.N.cols());
+    REQUIRE(least.solve(island.problem, island.points, island.blocks, island.wanted, island.scale, d));
+    return d;
+  };
+  LeastDisplacement used, fresh;
+  solve(used, limits);
+  CHECK(solve(used, points) == solve(fresh, points));
+}
