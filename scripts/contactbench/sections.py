@@ -69,7 +69,7 @@ def figure(results, name, sweep="paper", made_by=None):
     cells = results.cells(scene) if scene else []
     profile = "" if results.profile == "default" else results.profile
     if (results.folder / f"{sweep}.toml").exists():  # of one scene, as compare.py and recommend.py make it
-        folder = results.folder.name
+        folder = results.folder.resolve().name
         made = [f"scripts/sweep.py {folder}/{sweep}.toml --runs {folder}/runs --out {folder}"]
         made += [f"scripts/plots/{name}.py --results {folder} --runs {folder}/runs"]
     else:

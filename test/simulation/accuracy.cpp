@@ -233,14 +233,9 @@ TEST_CASE("a state is what its vector says, seen from another one") {
   CHECK(speed_difference({1, 1, 1}, again, later) < 1e-13);
 }
 
-TEST_CASE("on the steady circle macro steps of p sequences are of order p") {
-  const Scenario s = circle(3.2);
-  check_orders(s, 0.1, off_circle);
-}
-
-TEST_CASE("a sphere that rolls down a fixed one is stepped with order p") {
-  // Gaps between round surfaces are of second order in a base step: what keeps them closed has to be smooth in it too.
-  Scenario s = empty_scene(1e-3, 0.8);
+/// A sphere that has begun to roll down a fixed one.
+Scenario rolling_down(double duration) {
+  Scenario s = empty_scene(1e-3, duration);
   s.gravity.constant = {0, -g, 0};
   Shape fixed = sphere_shape(2);
   fixed.name = "fixed";
@@ -248,6 +243,17 @@ TEST_CASE("a sphere that rolls down a fixed one is stepped with order p") {
   add_sphere(s, 0.5, 2, {2.5 * std::sin(0.2), 2.5 * std::cos(0.2), 0}, {0, 0, 0.3},
              {0.6 * std::cos(0.2), -0.6 * std::sin(0.2), 0});
   collide_all(s, 3);
+  return s;
+}
+
+TEST_CASE("on the steady circle macro steps of p sequences are of order p") {
+  const Scenario s = circle(3.2);
+  check_orders(s, 0.1, off_circle);
+}
+
+TEST_CASE("a sphere that rolls down a fixed one is stepped with order p") {
+  // Gaps between round surfaces are of second order in a base step: what keeps them closed has to be smooth in it too.
+  const Scenario s = rolling_down(0.8);
   check_orders(s, 0.05, from_fine(s, 0.005));
 }
 
@@ -752,14 +758,7 @@ TEST_CASE("an approach slower than what the smallest step's acceleration gives d
 }
 
 TEST_CASE("after a macro step what touched touches, far more closely than the step is exact") {
-  Scenario s = empty_scene(1e-3, 0.6);
-  s.gravity.constant = {0, -g, 0};
-  Shape fixed = sphere_shape(2);
-  fixed.name = "fixed";
-  s.shapes.push_back(fixed);
-  add_sphere(s, 0.5, 2, {2.5 * std::sin(0.2), 2.5 * std::cos(0.2), 0}, {0, 0, 0.3},
-             {0.6 * std::cos(0.2), -0.6 * std::sin(0.2), 0});
-  collide_all(s, 3);
+  const Scenario s = rolling_down(0.6);
   SimulationOptions options = accurate(s, 1e6, 2);
   options.longest = 0.05;
   options.smallest = 0.0125;
