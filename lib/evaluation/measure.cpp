@@ -28,6 +28,16 @@ void Distance::report(const std::string& prefix, bool ended, Values& out) const 
   if (horizon_) out.emplace_back(prefix + "horizon_s", *horizon_);
 }
 
+Halfway::Halfway(const SimulationOptions& options)
+    : half_(options.duration / 2), slack_(options.stepping == Stepping::accuracy ? 0 : options.step / 2) {}
+
+std::optional<double> Halfway::reached(double t) {
+  const double before = std::exchange(t_, t);
+  if (past_ || !(t >= half_ - slack_)) return std::nullopt;
+  past_ = true;
+  return slack_ > 0 ? 1.0 : (half_ - before) / (t - before);
+}
+
 std::optional<OnPlane> body_on_plane(const Scenario& scenario, ShapeKind kind) {
   if (scenario.model.bodies.size() != 1 || scenario.shapes.size() != 2) return std::nullopt;
   OnPlane out;

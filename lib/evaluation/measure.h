@@ -38,6 +38,20 @@ class Distance {
   std::optional<double> horizon_;
 };
 
+/// When a run is half over. Of equal steps the end of one counts; one to an accuracy may begin long before and end long
+/// after.
+class Halfway {
+ public:
+  Halfway() = default;
+  explicit Halfway(const SimulationOptions& options);
+  /// Of a step that ends at t, s: where in it T/2 is, as a fraction of the step; none but in the first that reaches it.
+  std::optional<double> reached(double t);
+
+ private:
+  double half_ = 0, slack_ = 0, t_ = 0;  // s
+  bool past_ = false;
+};
+
 /// A body on a plane: the one moving body of a scene and the one half-space.
 struct OnPlane {
   int shape = -1;  ///< the body's

@@ -148,6 +148,7 @@ std::optional<GraspErrors> GraspErrors::of(const Scenario& scenario, const Simul
     if (shape.body == out.object_) out.size_ = std::max(out.size_, shape.size());
   out.duration_ = options.duration;
   out.step_ = options.step;
+  out.halfway_ = Halfway(options);
   for (int i = 0; i < 2; ++i) out.start_[i] = out.now_[i] = out.in_finger(scenario.initial, i);
   return out;
 }
@@ -161,13 +162,15 @@ void GraspErrors::observe_step(const State& state, const StepRecord& /*record*/)
   t_ = state.t;
   ++steps_;
   double sum2 = 0, least = size_;
+  const std::optional<double> share = halfway_.reached(t_);
   for (int i = 0; i < 2; ++i) {
+    const Vec3 before = now_[i].p;
     now_[i] = in_finger(state, i);
     const double moved = (now_[i].p - start_[i].p).norm();
     sum2 += moved * moved;
     least = std::min(least, moved);
     rotation_ = std::max(rotation_, turned(start_[i].q, now_[i].q));
-    if (!half_[i] && t_ >= duration_ / 2 - step_ / 2) half_[i] = now_[i];
+    if (share) half_[i] = Vec3(now_[i].p - (1 - *share) * (now_[i].p - before));
   }
   creep_ = std::sqrt(sum2);
   creep_largest_ = std::max(creep_largest_, creep_);
@@ -186,7 +189,7 @@ void GraspErrors::report(Values& out) const {
   out.emplace_back("creep_linf_m", creep_largest_);
   if (ended && half_[0] && half_[1])
     out.emplace_back("creep_rate_m_per_s",
-                     std::hypot((now_[0].p - half_[0]->p).norm(), (now_[1].p - half_[1]->p).norm()) / (duration_ / 2));
+                     std::hypot((now_[0].p - *half_[0]).norm(), (now_[1].p - *half_[1]).norm()) / (duration_ / 2));
   out.emplace_back("rotation_linf_rad", rotation_);
   if (dropped_) out.emplace_back("dropped_s", *dropped_);
   const char* names[] = {"shoulder1", "shoulder2"};

@@ -62,8 +62,9 @@ class GraspErrors : public Measure {
   std::vector<Tracked> tracked_;
   int finger_[2] = {-1, -1}, object_ = -1;  ///< indices into Model::bodies
   double size_ = 0, duration_ = 0, step_ = 0, t_ = 0;
+  Halfway halfway_;
   InFinger start_[2], now_[2];
-  std::optional<InFinger> half_[2];
+  std::optional<Vec3> half_[2];
   double creep_ = 0, creep_largest_ = 0, rotation_ = 0;
   std::optional<double> dropped_;
   long steps_ = 0;

@@ -100,6 +100,7 @@ class SlidingErrors : public Measure {
       : duration_(options.duration),
         step_(options.step),
         size_(scenario.shapes[on.shape].size()),
+        halfway_(options),
         plane_(on),
         driven_(driven(scenario, on)) {
     const Vec3 v = velocity_of(scenario.initial, 0);
@@ -118,6 +119,7 @@ class SlidingErrors : public Measure {
   Vec2 along() const { return in_plane(plane_, p_ - p0_); }
 
   double duration_, step_, size_;
+  Halfway halfway_;
   OnPlane plane_;
   Driven driven_;
   std::optional<Slider> exact_, polygon_;
@@ -194,13 +196,17 @@ class SlopeErrors : public SlidingErrors {
     q0_ = state.pose[0].q;
   }
   void observe_step(const State& state, const StepRecord& record) override {
+    const Vec3 before = p_, way = (state.t - t_) * velocity_of(state, 0);  // way: with the step's last velocity
     SlidingErrors::observe_step(state, record);
     const double distance = (p_ - p0_).norm();
     displacement_ = std::max(displacement_, distance);
     for (std::size_t i = 0; i < std::size(marks); ++i)
       if (!first_past_[i] && distance > marks[i].distance) first_past_[i] = t_;
     tilt_ = std::max(tilt_, turned(q0_, state.pose[0].q));
-    if (!p_half_ && t_ >= duration_ / 2 - step_ / 2) p_half_ = p_;
+    if (const std::optional<double> share = halfway_.reached(t_)) {
+      const double rest = 1 - *share;  // of the step, in which it speeds up evenly
+      p_half_ = Vec3(p_ - rest * way + rest * rest * (way - (p_ - before)));
+    }
   }
   void report(Values& out) const override {
     if (ended()) out.emplace_back("displacement_final_m", (p_ - p0_).norm());

@@ -488,6 +488,18 @@ TEST_CASE("Creep of a grasp is what the held body moves in both fingers' frames,
     CHECK(at_the_end.at("tracking_shoulder1_linf_rad") == Approx(0.07).epsilon(1e-12));
     CHECK(at_the_end.count("dropped_s") == 0);
   }
+  {
+    // By steps to an accuracy, none of which ends at T/2: it slides down by 0.03 m/s.
+    options.stepping = Stepping::accuracy;
+    SceneErrors uneven(scenario, options, 0);
+    for (const double t : {1.0, 3.0, 4.0}) {
+      State state = scenario.initial;
+      state.t = t;
+      state.pose[2].p.y() = -0.03 * t;
+      uneven.observe_step(state, StepRecord());
+    }
+    CHECK(named(uneven, "grasp").at("creep_rate_m_per_s") == Approx(std::sqrt(2) * 0.03).epsilon(1e-12));
+  }
   const auto found = named(errors, "grasp");
   CHECK(found.at("tracking_shoulder1_linf_rad") == Approx(0.04).epsilon(1e-12));
   CHECK(found.at("tracking_shoulder1_rms_rad") == Approx(0.04 / std::sqrt(3)).epsilon(2e-3));
