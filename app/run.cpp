@@ -576,7 +576,6 @@ int execute(const RunPlan& plan) {
                                    plan.save_problems.string(), refused.message()));
     problems_lock.emplace(plan.save_problems);
     if (problems_lock->taken()) refuse_taken("save-problems", plan.save_problems);
-    remove_stored_problems(plan.save_problems);
   }
 
   // The place of the summary first; then the other files, whose failure leaves no half-made run behind.
@@ -601,6 +600,8 @@ int execute(const RunPlan& plan) {
     fs::remove(summary_path, refused);
     refuse_directory(contacts.failed_path(), std::strerror(contacts.error()));
   }
+  // Nothing is refused from here on: what earlier runs left may go.
+  if (!plan.save_problems.empty()) remove_stored_problems(plan.save_problems);
   for (const char* earlier : {hard_problem_file, "trajectory.npz"}) fs::remove(plan.out / earlier, refused);
 
   const bool polygon = std::any_of(plan.method->options.begin(), plan.method->options.end(),

@@ -252,17 +252,17 @@ std::string lines_of(const RunSummary& summary) {
   return out;
 }
 
-/// The folder of stored problems, without those of an earlier run.
-void prepare_problems(const fs::path& folder) {
-  if (folder.empty()) return;
+/// The folder of stored problems is there; returns those of an earlier run.
+std::vector<fs::path> prepare_problems(const fs::path& folder) {
+  std::vector<fs::path> old;
+  if (folder.empty()) return old;
   std::error_code refused;
   fs::create_directories(folder, refused);
-  std::vector<fs::path> old;
   for (const auto& entry : fs::directory_iterator(folder, refused))
     if (entry.path().filename().string().starts_with("step_")) old.push_back(entry.path());
   if (refused)
     throw UsageError(fmt::format("--save-problems: {} cannot be written: {}", folder.string(), refused.message()));
-  for (const fs::path& path : old) fs::remove(path, refused);
+  return old;
 }
 
 }  // namespace
@@ -278,13 +278,14 @@ int run_engine(const EngineRunFlags& flags) {
   if (lock.taken())
     throw UsageError(
         fmt::format("--out {}: another run is writing into this folder; wait for it, or name another", out.string()));
-  prepare_problems(plan.request.save_problems);
+  const std::vector<fs::path> stored = prepare_problems(plan.request.save_problems);
   SummaryFile file(out / "summary.json", to_json(summary));
   if (!file.ok())
     throw UsageError(fmt::format("--out: {} cannot be written: {}", out.string(), std::strerror(file.error())));
   for (const char* earlier : {"hard_problem.hdf5", "trajectory.csv", "trajectory.npz", "steps.csv", "joints.csv",
                               "loads.csv", "stepping.csv", "contacts.csv", "shapes.csv", "hulls.csv"})
     fs::remove(out / earlier, refused);
+  for (const fs::path& earlier : stored) fs::remove(earlier, refused);
   if (plan.chosen.program.empty()) {
     summary.status = Status::unavailable;
     summary.reason = plan.chosen.missing;

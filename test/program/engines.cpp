@@ -162,6 +162,13 @@ TEST_CASE("an engine's run leaves no file of an earlier one, and refuses before 
   const std::string before = read_file(directory.path() / "out/summary.json");
   CHECK(fall(directory.path(), "falls", {"--save-problems", "/proc/nope"}).result.code == 2);
   CHECK(read_file(directory.path() / "out/summary.json") == before);
+  fs::create_directories(directory.path() / "own");
+  std::ofstream(directory.path() / "own/step_000001.hdf5") << "old";
+  CHECK(run(directory.path(), {"run", scenes + "fall.xml", "--engine", "broken", "--variant", "falls", "--save-problems",
+                               "own", "--out", "/proc/nope", "--quiet"},
+            broken_too)
+            .code == 2);
+  CHECK(fs::exists(directory.path() / "own/step_000001.hdf5"));
 }
 
 TEST_CASE("flags of engines that cannot be meant are refused", "[program][engines]") {
