@@ -164,11 +164,23 @@ TEST_CASE("an engine's run leaves no file of an earlier one, and refuses before 
   CHECK(read_file(directory.path() / "out/summary.json") == before);
   fs::create_directories(directory.path() / "own");
   std::ofstream(directory.path() / "own/step_000001.hdf5") << "old";
-  CHECK(run(directory.path(), {"run", scenes + "fall.xml", "--engine", "broken", "--variant", "falls", "--save-problems",
-                               "own", "--out", "/proc/nope", "--quiet"},
-            broken_too)
-            .code == 2);
+  const std::vector<std::string> nowhere = {"run",   scenes + "fall.xml", "--engine", "broken", "--variant", "falls",
+                                            "--out", "/proc/nope",        "--quiet",  "--save-problems", "own"};
+  CHECK(run(directory.path(), nowhere, broken_too).code == 2);
   CHECK(fs::exists(directory.path() / "own/step_000001.hdf5"));
+}
+
+TEST_CASE("an engine takes the steps of a method where the duration is no multiple of one", "[program][engines]") {
+  const TemporaryDirectory directory;
+  const std::vector<std::string> times = {"--step", "0.03", "--duration", "0.1"};
+  const Row row = fall(directory.path(), "falls", times);
+  CHECK(row.result.code == 0);
+  CHECK(row.summary["status"] == "ok");
+  CHECK(row.summary["steps"] == 4);
+  std::vector<std::string> words = {"run", scenes + "fall.xml", "--method", "ap", "--out", "by_method", "--quiet"};
+  words.insert(words.end(), times.begin(), times.end());
+  REQUIRE(run(directory.path(), words).code == 0);
+  CHECK(summary(directory.path() / "by_method")["t_reached"] == row.summary["t_reached"]);
 }
 
 TEST_CASE("flags of engines that cannot be meant are refused", "[program][engines]") {

@@ -75,7 +75,7 @@ struct Run {
 void go(const EngineRequest& request, const Scenario& scenario, const EngineWorld& world, SceneErrors& errors,
         RunFiles& files, OwnProblems& problems, Pulse& pulse, Run& run) {
   const double h = request.step;
-  const long steps = std::max(1L, std::lround(request.duration / h));
+  const long steps = step_at(request.duration, h);  // as many as a method has
   State state = scenario.initial, before = state;
   Acting acting(scenario);
   ObservedImpact impacts(scenario);
