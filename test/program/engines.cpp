@@ -170,6 +170,22 @@ TEST_CASE("an engine's run leaves no file of an earlier one, and refuses before 
   CHECK(fs::exists(directory.path() / "own/step_000001.hdf5"));
 }
 
+TEST_CASE("shapes of one link that a pattern names do not overlap each other in an engine's run", "[program][engines]") {
+  const TemporaryDirectory directory;
+  std::ofstream(directory.path() / "hammer.xml") << R"(<scenario title="A link of two shapes falls">
+<simulation step="1e-3" duration="0.01"/><reference kind="missing"/><gravity constant="0 -9.8 0"/>
+<bodies><robot name="robot">
+<link name="hammer" mass="1" position="0 1 0" inertia="1 1 1">
+<box name="head" size="1 1 1" position="0 1 0"/><box name="handle" size="0.1 2 0.1" position="0 1 0"/></link>
+<joint name="floats" kind="free" parent="world" child="hammer"/></robot></bodies>
+<contacts><pair a="*" b="*" mu="0.5"/></contacts></scenario>)";
+  const Result result = run(directory.path(), {"run", "hammer.xml", "--engine", "broken", "--out", "out", "--quiet"},
+                            broken_too);
+  INFO(result.err);
+  REQUIRE(result.code == 0);
+  CHECK(summary(directory.path() / "out")["max_penetration"] == 0);
+}
+
 TEST_CASE("an engine takes the steps of a method where the duration is no multiple of one", "[program][engines]") {
   const TemporaryDirectory directory;
   const std::vector<std::string> times = {"--step", "0.03", "--duration", "0.1"};

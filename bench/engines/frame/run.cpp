@@ -37,7 +37,7 @@ class Depth {
   explicit Depth(const Scenario& scenario) : scenario_(scenario), motions_(scenario.shapes.size()) {}
   double operator()(const State& state) {
     for (std::size_t i = 0; i < motions_.size(); ++i) motions_[i].pose = shape_pose(state, scenario_.shapes[i]);
-    const auto declared = [&](int i, int j) { return scenario_.pairs.find(i, j) != nullptr; };
+    const auto declared = [&](int i, int j) { return scenario_.can_touch(i, j); };
     double depth = 0;
     for (const auto& [i, j] : broad_phase_.pairs(scenario_.shapes, motions_, 0, 0, declared))
       depth =
