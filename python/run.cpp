@@ -288,7 +288,7 @@ py::dict simulate(const std::string& scene, const py::object& method, const py::
 class Events {
  public:
   Events(const std::string& scene, const py::object& method, const py::dict& options)
-      : plan_(plan_of(scene, method, options)) {
+      : plan_(plan_of(scene, method, options)), left_s_(plan_.time_limit_s) {
     if (!plan_.method.unavailable.empty()) throw ArgumentError(plan_.method.unavailable);
     run_.emplace(plan_.scenario, plan_.simulation, *plan_.method.row, plan_.method.options, plan_.prune);
     run_->simulation.on_event = [this](const EventRecord& event) {
@@ -299,14 +299,17 @@ class Events {
     };
   }
   std::unique_ptr<Problem> next() {
+    if (left_s_ && !(*left_s_ > 0)) ended_ = true;
     if (met_.empty() && !ended_) {
-      Interruptible interruptible(plan_.time_limit_s);
+      const auto start = std::chrono::steady_clock::now();
+      Interruptible interruptible(left_s_);
       try {
         while (met_.empty() && !ended_) ended_ = run_->simulation.done() || !goes_on(run_->simulation.step().status);
       } catch (const Stopped&) {
         interruptible.stopped();
         ended_ = true;
       }
+      if (left_s_) *left_s_ -= std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     }
     if (met_.empty()) throw py::stop_iteration();
     std::unique_ptr<Problem> first = std::move(met_.front());
@@ -316,6 +319,7 @@ class Events {
 
  private:
   Plan plan_;
+  std::optional<double> left_s_;  // of the limit: what whoever takes the problems does in between does not count
   std::optional<PrunedRun> run_;
   std::deque<std::unique_ptr<Problem>> met_;
   bool ended_ = false;

@@ -97,7 +97,8 @@ def run(scene, method, **options):
 
 
 def problems(scene, method="ap", **options):
-    """The problems that a run of the scene meets, one by one as it goes (Problem, with `t` in s); options as run()."""
+    """The problems that a run of the scene meets, one by one as it goes (Problem, with `t` in s); options as run(). Its
+    time_limit is that of the run alone: what is done with the problems does not count."""
     return _core.Events(_find(scene), method, options)
 
 

@@ -345,6 +345,10 @@ class Runs(unittest.TestCase):
         self.assertTrue(all(cb.solve(p, "ap", k=4) for p in events))
         first = next(iter(cb.problems("stack.xml", "ap", duration=1e6)))  # nobody waits for the others
         self.assertGreater(first.nc, 0)
+        before = time.monotonic()
+        some = sum(1 for _ in cb.problems("stack.xml", "ap", set={"boxes": 2}, duration=1e5, time_limit=0.2))
+        self.assertGreater(some, 0)
+        self.assertLess(time.monotonic() - before, 60)  # of 1e8 steps
 
     def test_the_scenes_are_found_by_name(self):
         names = [os.path.basename(path) for path in cb.scenes()]
