@@ -34,7 +34,7 @@ CURVES = {
 def table(path):
     """A CSV file of a run; a row that a killed run left half is none."""
     try:
-        rows = pd.read_csv(path)
+        rows = pd.read_csv(path, keep_default_na=False, na_values=[""])  # a body may be called null
     except (OSError, ValueError):
         return pd.DataFrame()
     return rows[rows[rows.columns[-1]].notna() | (rows.index < len(rows) - 1)]

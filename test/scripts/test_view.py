@@ -90,6 +90,14 @@ class Motions(unittest.TestCase):
         self.assertGreater(picture.count("<polygon"), 2 * 4)
         self.assertTrue(gltf.file_of(motion).startswith(b"glTF"))
 
+    def test_a_body_may_be_called_what_tables_call_a_missing_value(self):
+        (MADE / "null").mkdir(exist_ok=True)
+        for file in (MADE / "rocks").glob("*.csv"):
+            (MADE / "null" / file.name).write_text(re.sub(r"\brod\b", "null", file.read_text()))
+        motion = view.Motion(MADE / "null")
+        self.assertEqual(motion.bodies, ["stone", "null"])
+        self.assertEqual(motion.page()["shapes"][2]["body"], "null")
+
     def test_what_cannot_be_drawn_is_said_with_its_remedy(self):
         (MADE / "none").mkdir(exist_ok=True)
         self.assertIn("--record-contacts", script(MADE / "none", code=1))
