@@ -40,11 +40,17 @@ def table(path):
     return rows[rows[rows.columns[-1]].notna() | (rows.index < len(rows) - 1)]
 
 
-def merged(rows, fixed):
+def decimals(shapes):
+    """Of places (m) that tell the points of contact apart: a millimetre, or less than a tenth of what is smaller."""
+    sizes = shapes.loc[shapes["body"] != "", ["radius", "hx", "hy", "hz"]].to_numpy(float)
+    return int(max([3, *np.ceil(-np.log10(2 * sizes[sizes > 0] / 10))]))
+
+
+def merged(rows, fixed, digits=3):
     """{t: contacts} of the steps that end at column `end`: those of a step's events at one point of a pair as one, with
     the sum of the impulses and the mode of the largest; the impulse is that on what moves, of two on the upper one."""
     rows = rows.assign(size=np.linalg.norm(rows[IMPULSE].to_numpy(float), axis=1))
-    keys = ["end", "a", "b", *(rows[p].round(3) for p in PLACE)]
+    keys = ["end", "a", "b", *(rows[p].round(digits) for p in PLACE)]
     some = rows.sort_values("size", kind="stable").groupby(keys, sort=False)
     of = some[[*PLACE, "mode"]].last().assign(**some[IMPULSE].sum())  # on a
     a, b = of.index.get_level_values("a"), of.index.get_level_values("b")
@@ -73,7 +79,7 @@ class Motion:
             ends = pd.Series(np.round(self.steps["t"], 9).values, index=self.steps["step"])
             contacts["end"] = contacts["step"].map(ends)
             fixed = self.shapes.loc[self.shapes["body"] == "", "shape"]
-            groups = merged(contacts[contacts["end"].isin(np.round(self.t, 9))], fixed)
+            groups = merged(contacts[contacts["end"].isin(np.round(self.t, 9))], fixed, decimals(self.shapes))
         self.contacts = [groups.get(round(t, 9)) for t in self.t]
         self.label = label or self.name
 

@@ -30,6 +30,11 @@ ROCKS = """<scenario title="A stone and a rod"><simulation step="1e-3" duration=
 <hull name="stone" points="0 0 0  1 0 0  0 0 1  0.2 1 0.2" mass="1" position="0 0 0"/>
 <capsule name="rod" radius="0.1" length="1" mass="1" position="3 0.6 0"/></bodies><contacts><pair a="*" b="ground" mu="0.5"/></contacts></scenario>"""
 
+GRAIN = """<scenario title="A grain of a millimetre"><simulation step="1e-3" duration="0.01" k="4"/><reference kind="missing"/>
+<gravity constant="0 -9.81 0"/><bodies><half_space name="ground" point="0 0 0" normal="0 1 0"/>
+<box name="grain" size="1e-3 1e-3 1e-3" mass="1e-6" position="0 5e-4 0"/></bodies>
+<contacts><pair a="grain" b="ground" mu="0.5"/></contacts></scenario>"""
+
 
 def setUpModule():
     global MADE
@@ -37,10 +42,12 @@ def setUpModule():
     unittest.addModuleCleanup(shutil.rmtree, MADE, ignore_errors=True)
     (MADE / "dominoes.xml").write_text(DOMINOES)
     (MADE / "rocks.xml").write_text(ROCKS)
+    (MADE / "grain.xml").write_text(GRAIN)
     for name, scene, *flags in (("stack_ap", "stack", "--method", "ap", "--set", "boxes=16", "--duration", "0.2", "--record-every", "2"),
                                 ("stack_convex", "stack", "--method", "convex", "--set", "boxes=16", "--duration", "0.2"),
                                 ("grasp", "grasp", "--method", "convex", "--duration", "0.2"),
                                 ("rocks", MADE / "rocks.xml", "--method", "convex"),
+                                ("grain", MADE / "grain.xml", "--method", "coulomb"),
                                 ("dominoes", MADE / "dominoes.xml", "--method", "convex", "--record-every", "4")):
         ended = program.call(PROGRAM, "run", scene, *flags, "--record-contacts", "--out", MADE / name, "--quiet", "--time-limit", 60)
         if ended.returncode not in (0, 3):
@@ -89,6 +96,12 @@ class Motions(unittest.TestCase):
         picture = still.svg(motion)
         self.assertGreater(picture.count("<polygon"), 2 * 4)
         self.assertTrue(gltf.file_of(motion).startswith(b"glTF"))
+
+    def test_the_points_of_what_is_small_are_several(self):
+        last = view.Motion(MADE / "grain").contacts[-1]
+        self.assertEqual(len(last), 4)
+        np.testing.assert_allclose(last["ry"].sum(), 1e-6 * 9.81 * 1e-3, rtol=1e-6)
+        self.assertEqual(view.decimals(view.Motion(MADE / "stack_ap").shapes), 3)
 
     def test_a_body_may_be_called_what_tables_call_a_missing_value(self):
         (MADE / "null").mkdir(exist_ok=True)
