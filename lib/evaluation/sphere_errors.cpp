@@ -28,14 +28,18 @@ class SphereErrors : public Measure {
   };
   struct Recorded {
     double t, speed, rolls_after, energy_before;
+    Vec3 v, w;  // before it
+    bool over;
     OutcomeErrors exact;
     std::optional<OutcomeErrors> polygon;
   };
   Recorded first_impact(const EventRecord& event) const;
+  void observe_outcome(const EventRecord& event, Recorded& impact) const;
 
   OnPlane plane_;
   SphereBody sphere_;
   double duration_, step_, rotate_cone_;
+  double gravity_speed_;  // m/s, that a step adds
   int k_;
   std::optional<SphereFlight> flight_;
   Distance from_exact_;
@@ -51,6 +55,7 @@ SphereErrors::SphereErrors(const Scenario& scenario, const SimulationOptions& op
       duration_(options.duration),
       step_(options.step),
       rotate_cone_(on.cone_sign * scenario.rotate_cone),
+      gravity_speed_(scenario.gravity.constant.norm() * options.step),
       k_(edges) {
   const Vec3& g = scenario.gravity.constant;
   const bool straight_down =
@@ -62,25 +67,35 @@ SphereErrors::SphereErrors(const Scenario& scenario, const SimulationOptions& op
 
 SphereErrors::Recorded SphereErrors::first_impact(const EventRecord& event) const {
   const Vec3 v(event.problem.v_minus.data()), w(event.problem.v_minus.data() + 3);
-  const Vec3 v_plus(event.v_plus.data()), w_plus(event.v_plus.data() + 3);
-  const auto errors = [&](const SphereImpact& expected) {
-    return OutcomeErrors{
-        (v_plus - expected.v).norm(), (w_plus - expected.w).norm(),
-        std::abs(sphere_.kinetic_energy(v_plus, w_plus) - sphere_.kinetic_energy(expected.v, expected.w))};
-  };
   Recorded recorded{};
   recorded.t = event.t;
+  recorded.v = v;
+  recorded.w = w;
   recorded.speed = std::max(v.norm(), sphere_.radius * w.norm());
   recorded.energy_before = sphere_.kinetic_energy(v, w);
-  recorded.exact = errors(sphere_impact(sphere_, v, w, plane_.n, plane_.law.mu, plane_.law.restitution));
-  if (k_ >= 3 && plane_.law.restitution == 0)
-    recorded.polygon = errors(sphere_impact_polygon(sphere_, v, w, plane_.n, plane_.law.mu, k_, rotate_cone_));
   // Rolling as it follows from the recorded impact's exact outcome.
   recorded.rolls_after =
       flight_ && std::isfinite(flight_->t_roll)
           ? SphereFlight(sphere_, Pose(), v, w, 0, plane_.n, flight_->gravity(), plane_.law.mu).t_roll
           : std::numeric_limits<double>::infinity();
   return recorded;
+}
+
+// By steps an impact takes two events: the first leaves the speed that closes the gap within its step, the next one
+// takes it.
+void SphereErrors::observe_outcome(const EventRecord& event, Recorded& impact) const {
+  constexpr double rounding = 1e-9;  // of the speed before
+  const Vec3 v_plus(event.v_plus.data()), w_plus(event.v_plus.data() + 3);
+  const auto errors = [&](const SphereImpact& expected) {
+    return OutcomeErrors{
+        (v_plus - expected.v).norm(), (w_plus - expected.w).norm(),
+        std::abs(sphere_.kinetic_energy(v_plus, w_plus) - sphere_.kinetic_energy(expected.v, expected.w))};
+  };
+  const PairLaw& law = plane_.law;
+  impact.exact = errors(sphere_impact(sphere_, impact.v, impact.w, plane_.n, law.mu, law.restitution));
+  if (k_ >= 3 && law.restitution == 0)
+    impact.polygon = errors(sphere_impact_polygon(sphere_, impact.v, impact.w, plane_.n, law.mu, k_, rotate_cone_));
+  impact.over = event.gap_speed.empty() || -plane_.n.dot(v_plus) <= std::max(gravity_speed_, rounding * impact.speed);
 }
 
 void SphereErrors::observe_event(const EventRecord& event) {
@@ -93,13 +108,14 @@ void SphereErrors::observe_event(const EventRecord& event) {
     if (plane_.n.dot(Vec3(event.problem.v_minus.data())) >= 0) return;
     impact_ = first_impact(event);
   }
+  if (!impact_->over) observe_outcome(event, *impact_);
   constexpr double rolling = 1e-6;  // slip over the speed before the impact
   const Vec3 v_plus(event.v_plus.data()), w_plus(event.v_plus.data() + 3);
   if (!t_roll_ && sphere_.slip(v_plus, w_plus, plane_.n).norm() <= rolling * impact_->speed) t_roll_ = event.t;
 }
 
 void SphereErrors::report(Values& out) const {
-  if (impact_) {
+  if (impact_ && impact_->over) {
     out.emplace_back("velocity_after_impact_m_per_s", impact_->exact.velocity);
     out.emplace_back("spin_after_impact_rad_per_s", impact_->exact.spin);
     out.emplace_back("ke_after_impact_j", impact_->exact.energy);

@@ -377,6 +377,7 @@ struct Event {
   Residuals residuals;
   std::vector<double> v_plus;
   std::vector<ContactPoint> contacts;
+  std::vector<double> gap_speed;
   double t;
 
   Event(double time, const Vec3& v, const Vec3& w, const Vec3& v_after, const Vec3& w_after) : t(time) {
@@ -385,7 +386,9 @@ struct Event {
     v_plus = {v_after.x(), v_after.y(), v_after.z(), w_after.x(), w_after.y(), w_after.z()};
     contacts.push_back({Vec3::Zero(), Vec3(0, 1, 0), 0, 1, 0});
   }
-  void show(SceneErrors& errors) const { errors.observe_event({t, problem, solution, residuals, v_plus, contacts}); }
+  void show(SceneErrors& errors) const {
+    errors.observe_event({t, problem, solution, residuals, v_plus, contacts, {}, false, gap_speed});
+  }
 };
 
 Scenario sphere_scene(const Vec3& v, double gap) {
@@ -403,6 +406,32 @@ Errors named(const SceneErrors& errors) {
 }
 
 }  // namespace
+
+TEST_CASE("By steps the outcome of an impact is that of the event that ends it") {
+  const Scenario scenario = sphere_scene(Vec3(1, -10, 0), 0.5);
+  SimulationOptions options;
+  options.stepping = Stepping::steps;
+  options.duration = 4;
+  const SphereBody sphere{4.1887902047863905, 0.4 * 4.1887902047863905, 1};
+  const Vec3 before(1, -10.5, 0), none = Vec3::Zero();
+  const SphereImpact exact = sphere_impact(sphere, before, none, Vec3(0, 1, 0), 0.60581, 0);
+  // The first event leaves 4 m/s, which close the gap within its step.
+  const Vec3 between(0.5, -4, 0), spin(0, 0, -0.3);
+  Event first(0.048, before, none, between, spin);
+  Event second(0.049, between - Vec3(0, 9.8e-3, 0), spin, exact.v + Vec3(1e-3, 0, 0), exact.w);
+  first.gap_speed = {4};
+  second.gap_speed = {0};
+  SceneErrors errors(scenario, options, 8);
+  errors.observe_start(scenario.initial);
+  first.show(errors);
+  errors.observe_step(scenario.initial, StepRecord());
+  CHECK(named(errors).count("velocity_after_impact_m_per_s") == 0);
+  second.show(errors);
+  const Errors out = named(errors);
+  CHECK(out.at("velocity_after_impact_m_per_s") == Approx(1e-3));
+  CHECK(out.at("spin_after_impact_rad_per_s") < 1e-12);
+  CHECK(out.at("polygon_velocity_after_impact_m_per_s") == Approx(1e-3));
+}
 
 TEST_CASE("A sphere's exact impact has no error, and what is added to it comes out") {
   const Scenario scenario = sphere_scene(Vec3(1, -10, 0), 0.5);

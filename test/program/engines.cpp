@@ -170,7 +170,7 @@ TEST_CASE("an engine's run leaves no file of an earlier one, and refuses before 
   CHECK(fs::exists(directory.path() / "own/step_000001.hdf5"));
 }
 
-TEST_CASE("shapes of one link that a pattern names do not overlap each other in an engine's run", "[program][engines]") {
+TEST_CASE("shapes of one link that a pattern names do not overlap in an engine's run", "[program][engines]") {
   const TemporaryDirectory directory;
   std::ofstream(directory.path() / "hammer.xml") << R"(<scenario title="A link of two shapes falls">
 <simulation step="1e-3" duration="0.01"/><reference kind="missing"/><gravity constant="0 -9.8 0"/>
