@@ -1,6 +1,7 @@
 // Engines beside the methods: whatever one does is a typed row, and each that is here falls as Newton's law says and
 // keeps momentum, so that an adapter's fault is not taken for an engine's.
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
@@ -168,6 +169,22 @@ TEST_CASE("an engine's run leaves no file of an earlier one, and refuses before 
                                             "--out", "/proc/nope",        "--quiet",  "--save-problems", "own"};
   CHECK(run(directory.path(), nowhere, broken_too).code == 2);
   CHECK(fs::exists(directory.path() / "own/step_000001.hdf5"));
+}
+
+TEST_CASE("rounding of single precision is no impact", "[program][engines]") {
+  const TemporaryDirectory directory;
+  const Json all = Json::parse(run(directory.path(), {"list", "engines", "--json"}).out);
+  const bool here = std::any_of(all.begin(), all.end(), [](const Json& engine) {
+    return engine["name"] == "bullet-float" && engine["unavailable"].is_null();
+  });
+  if (!here) return;
+  const Result result = run(directory.path(), {"run", "impacting_sphere", "--engine", "bullet-float", "--step", "1e-3",
+                                               "--duration", "0.1", "--out", "out", "--quiet"});
+  INFO(result.err);
+  REQUIRE(result.code == 0);
+  const Json errors = summary(directory.path() / "out")["errors"];
+  CHECK(errors["impact_time_error_s"].get<double>() < 2e-3);  // it falls for 0.05 s
+  CHECK(errors["velocity_after_impact_m_per_s"].get<double>() < 0.1);
 }
 
 TEST_CASE("shapes of one link that a pattern names do not overlap in an engine's run", "[program][engines]") {

@@ -2,7 +2,8 @@
 
 namespace cb {
 
-ObservedImpact::ObservedImpact(const Scenario& scenario) : on_(body_on_plane(scenario, ShapeKind::sphere)) {
+ObservedImpact::ObservedImpact(const Scenario& scenario, bool single)
+    : on_(body_on_plane(scenario, ShapeKind::sphere)), rounding_(single ? 1e-6 : 1e-12) {
   if (!on_) return;
   mass_ = scenario.model.bodies[0].mass;
   inertia_ = scenario.model.bodies[0].inertia.x();
@@ -22,8 +23,7 @@ void ObservedImpact::observe(const State& before, const State& after, const Vec3
     emit(*impact_, errors);
     impact_.reset();
   }
-  constexpr double rounding = 1e-12;
-  const bool pushed = (now - free).norm() > rounding * (free.norm() + weight);
+  const bool pushed = (now - free).norm() > rounding_ * (free.norm() + weight);
   if (large) {
     if (!impact_) impact_ = {before.t, free, now};
     impact_->after = now;

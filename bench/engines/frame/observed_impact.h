@@ -12,7 +12,8 @@ namespace cb {
 /// velocity before an event takes in gravity's part of its first step. In other scenes it sees nothing.
 class ObservedImpact {
  public:
-  explicit ObservedImpact(const Scenario& scenario);
+  /// `single`: are the engine's velocities of single precision?
+  ObservedImpact(const Scenario& scenario, bool single);
   /// A step of h seconds from `before` to `after` under `gravity`; a finished event goes to `errors`.
   void observe(const State& before, const State& after, const Vec3& gravity, double h, SceneErrors& errors);
 
@@ -26,6 +27,7 @@ class ObservedImpact {
 
   std::optional<OnPlane> on_;
   double mass_ = 0, inertia_ = 0;
+  double rounding_;  // of a velocity: less is no contact's push
   std::optional<Impact> impact_;  // that goes on
 };
 

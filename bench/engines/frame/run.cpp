@@ -72,13 +72,13 @@ struct Run {
 };
 
 /// Whole steps to the end, or to what ends the run before.
-void go(const EngineRequest& request, const Scenario& scenario, const EngineWorld& world, SceneErrors& errors,
-        RunFiles& files, OwnProblems& problems, Pulse& pulse, Run& run) {
+void go(const Engine& engine, const EngineRequest& request, const Scenario& scenario, const EngineWorld& world,
+        SceneErrors& errors, RunFiles& files, OwnProblems& problems, Pulse& pulse, Run& run) {
   const double h = request.step;
   const long steps = step_at(request.duration, h);  // as many as a method has
   State state = scenario.initial, before = state;
   Acting acting(scenario);
-  ObservedImpact impacts(scenario);
+  ObservedImpact impacts(scenario, engine.precision == "single");
   Depth depth(scenario);
   const Clock::time_point start = Clock::now();
   Clock::time_point flushed = start;
@@ -180,7 +180,7 @@ Json run_scene(const Engine& engine, const EngineRequest& request, Pulse& pulse)
     const EngineSetting setting{request.variant, request.knobs, request.step, !request.save_problems.empty()};
     OwnProblems problems(engine, setting, request.save_problems, request.save_every);
     const EngineWorld world = engine.make(scenario, setting);
-    go(request, scenario, world, errors, files, problems, pulse, run);
+    go(engine, request, scenario, world, errors, files, problems, pulse, run);
   } catch (const FileError& what) {
     run.end(Status::write_failed, what.what());
   } catch (const Unsupported& what) {
