@@ -9,15 +9,16 @@ ObservedImpact::ObservedImpact(const Scenario& scenario, bool single)
   inertia_ = scenario.model.bodies[0].inertia.x();
 }
 
-void ObservedImpact::observe(const State& before, const State& after, const Vec3& gravity, double h,
+void ObservedImpact::observe(const State& before, const State& after, const Loads& loads, double h,
                              SceneErrors& errors) {
   if (!on_) return;
+  const Vec3 acceleration = loads.gravity + loads.force[0] / mass_;
   Twist free, now;
   for (int i = 0; i < 6; ++i) {
-    free[i] = before.v[i] + (i < 3 ? h * gravity[i] : 0.0);
+    free[i] = before.v[i] + (i < 3 ? h * acceleration[i] : 0.0);
     now[i] = after.v[i];
   }
-  const double weight = h * gravity.norm();
+  const double weight = h * loads.gravity.norm();
   const bool large = std::abs(on_->n.dot(now.head<3>() - free.head<3>())) > 2 * weight;
   if (impact_ && !large) {
     emit(*impact_, errors);

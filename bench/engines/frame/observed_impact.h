@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "engine.h"
 #include "evaluation/scene_errors.h"
 
 namespace cb {
@@ -9,13 +10,13 @@ namespace cb {
 /// A sphere's impacts as its velocities show them, for the errors that are measured at events: engines have none.
 /// An event is the steps in a row in which the velocity along the normal changes by more than twice what gravity does
 /// in a step (a compliant contact takes several); a step with a lesser contact impulse is an event by itself. The
-/// velocity before an event takes in gravity's part of its first step. In other scenes it sees nothing.
+/// velocity before an event takes in what the loads do in its first step. In other scenes it sees nothing.
 class ObservedImpact {
  public:
   /// `single`: are the engine's velocities of single precision?
   ObservedImpact(const Scenario& scenario, bool single);
-  /// A step of h seconds from `before` to `after` under `gravity`; a finished event goes to `errors`.
-  void observe(const State& before, const State& after, const Vec3& gravity, double h, SceneErrors& errors);
+  /// A step of h seconds from `before` to `after` under `loads`; a finished event goes to `errors`.
+  void observe(const State& before, const State& after, const Loads& loads, double h, SceneErrors& errors);
 
  private:
   using Twist = Eigen::Matrix<double, 6, 1>;

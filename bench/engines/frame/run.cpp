@@ -116,7 +116,7 @@ void go(const Engine& engine, const EngineRequest& request, const Scenario& scen
       record.potential_energy = potential_energy(scenario.model, state, scenario.gravity.at(state.t));
       run.penetration_max = std::max(run.penetration_max, record.max_penetration);
     }
-    impacts.observe(before, state, loads.gravity, h, errors);
+    impacts.observe(before, state, loads, h, errors);
     errors.observe_step(state, record);
     if (recorded) files.step(state, record);
     if (std::chrono::duration<double>(before_writing - flushed).count() > 0.5) {
