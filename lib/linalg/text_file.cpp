@@ -40,7 +40,8 @@ TextFile::TextFile(const std::string& path) : path_(path) {
   if (!in) throw FileError(path + ": cannot be opened for reading; give the path of an existing file");
   in.seekg(0, std::ios::end);
   const auto size = static_cast<long>(in.tellg());
-  if (size < 0 || size > file_limits.file_bytes)
+  if (size < 0) throw FileError(path + ": is a pipe or a device, whose size is not known; a file is needed");
+  if (size > file_limits.file_bytes)
     throw FileError(path + ": is larger than " + std::to_string(file_limits.file_bytes >> 20) +
                     " MB; store the problem as FCLIB HDF5");
   in.seekg(0);

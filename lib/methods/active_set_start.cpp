@@ -6,7 +6,7 @@
 // Source: none; the active-set warm start of quadratic programming, as textbooks have it.
 //
 // Fails (false, and the solver starts cold) where the set is singular or its answer is not one of the present problem
-// to rounding, judged as natural_residual() judges (lcp/lcp.cpp) on the original data.
+// to rounding, judged as natural_residual() judges (lcp/lcp.cpp) on the original data, and contact by contact.
 
 #include "methods/active_set_start.h"
 
@@ -19,6 +19,9 @@ namespace {
 
 /// -: natural residual up to which a warm start is accepted: rounding. Larger: answers that a cold start would better.
 constexpr double warm_tolerance = 1e-12;
+/// -: errors of a contact up to which it is, over what the contact is about: half of what the referee accepts. Beside
+/// something heavy and fast the residual alone does not see what is light.
+constexpr double contact_tolerance = 5e-10;
 /// -: impulses below this fraction of the largest, and slip bounds of the fastest contact, are not active.
 constexpr double rounding = 1e-13;
 
@@ -52,13 +55,38 @@ bool ActiveSetStart::find(const LcpProblem& problem, const PolygonUnknowns& at, 
     if (!std::isfinite(e)) return false;  // a singular set
     worst = std::max(worst, e);
   }
-  if (!(size > 0) || !(worst <= warm_tolerance * size)) return false;
+  if (!(size > 0) || !(worst <= warm_tolerance * size) || !holds_by_contact(at, u, z)) return false;
   z = z.cwiseMax(0.0);
   answer.status = LcpStatus::solved;
   answer.reason.clear();
   answer.pivots = 0;
   answer.residual = worst / size;
   return true;
+}
+
+// What a contact is about: its impulses, or the fastest velocity were it its own, but no more than all together
+// (PolygonLcp::group_by_contact).
+bool ActiveSetStart::holds_by_contact(const PolygonUnknowns& at, std::span<const double> u, const Eigen::VectorXd& z) {
+  const auto square = [&u](int c) { return Eigen::Map<const Eigen::Vector3d>(&u[3 * c]).squaredNorm(); };
+  double all = 0, fastest = 0;  // J, (m/s)^2
+  for (int c = 0; c < at.nc; ++c) {
+    all += square(c) / scales_.rho[c];
+    fastest = std::max(fastest, square(c));
+  }
+  errors_.setZero(at.nc);
+  sizes_.resize(at.nc);
+  for (int c = 0; c < at.nc; ++c) sizes_[c] = std::min(all, fastest / scales_.rho[c]);
+  const auto look = [&](int c, int i, bool impulse) {
+    const double root = std::sqrt(scales_.rho[i]), of_z = z[i] * root, e = std::min(w_[i] / root, of_z);
+    errors_[c] += e * e;
+    if (impulse) sizes_[c] = std::max(sizes_[c], of_z * of_z);
+  };
+  for (int c = 0; c < at.nc; ++c) look(c, c, true);
+  for (int f = 0; f < at.rough_count(); ++f) {
+    for (int a = 0; a < at.k; ++a) look(at.rough[f], at.first_direction(f) + a, true);
+    look(at.rough[f], at.slip_bound(f), false);
+  }
+  return (errors_.array() <= contact_tolerance * contact_tolerance * sizes_.array()).all();
 }
 
 void ActiveSetStart::remember(const ContactProblem& problem, const BlockCholesky& factor, const PolygonUnknowns& at,

@@ -22,13 +22,15 @@ class ActiveSetStart {
                 std::span<const double> u, std::span<const double> impulse, const LcpSolution& answer);
 
  private:
+  bool holds_by_contact(const PolygonUnknowns& at, std::span<const double> u, const Eigen::VectorXd& z);
   void list_friction(const PolygonUnknowns& at, const Eigen::VectorXd& z, double least_impulse, double least_slip);
   void list_bounds(const ContactProblem& problem, const PolygonUnknowns& at, const Eigen::VectorXd& z,
                    double least_impulse, double least_slip);
 
-  int previous_ = -1;        // n of the last answer, -1 where there is none
-  std::vector<int> active_;  // its positive unknowns, and what makes their equations regular
-  Eigen::VectorXd w_;        // n
+  int previous_ = -1;               // n of the last answer, -1 where there is none
+  std::vector<int> active_;         // its positive unknowns, and what makes their equations regular
+  Eigen::VectorXd w_;               // n
+  Eigen::VectorXd errors_, sizes_;  // nc, J: squares
   std::vector<double> u_, v_;
   PairScales scales_;
   Kernels kernels_;

@@ -34,7 +34,8 @@ namespace cb {
 
 namespace {
 
-/// -: normal velocity, over its island's fastest, below which a contact approaches by rounding alone.
+/// -: normal velocity, over its island's fastest both in m/s and in sqrt(J), below which a contact approaches by
+/// rounding alone: what is light and fast hides nothing that is heavy.
 constexpr double approaching = 1e-12;
 /// -: natural residual up to which an answer that is not good is one to go on with.
 constexpr double usable = 1e-6;
@@ -91,7 +92,8 @@ class Coulomb {
 
   Restitution restitution_;
   std::vector<char> all_, elastic_, again_;  // per island
-  std::vector<double> first_impulse_, fastest_;
+  std::vector<double> first_impulse_;
+  std::vector<double> fastest_, weighted_;  // per island: m/s, sqrt(J)
 };
 
 Coulomb::Coulomb(const MethodOptions& options)
@@ -139,15 +141,19 @@ void Coulomb::operator()(const ContactProblem& problem, ContactSolution& solutio
 // again_: islands with restitution on which a contact still approaches. Is there any?
 bool Coulomb::approaches_again() {
   fastest_.assign(islands_.count, 0.0);
+  weighted_.assign(islands_.count, 0.0);
   for (std::size_t c = 0; c < weight_.size(); ++c) {
-    double& fastest = fastest_[islands_.of_contact[c]];
-    fastest = std::max(fastest, std::abs(restitution_.u()[3 * c]));
+    const int g = islands_.of_contact[c];
+    const double u_n = std::abs(restitution_.u()[3 * c]);
+    fastest_[g] = std::max(fastest_[g], u_n);
+    weighted_[g] = std::max(weighted_[g], u_n / std::sqrt(weight_[c]));
   }
   again_.assign(islands_.count, 0);
   bool any = false;
   for (std::size_t c = 0; c < weight_.size(); ++c) {
     const int g = islands_.of_contact[c];
-    if (!elastic_[g] || !(-restitution_.u()[3 * c] > approaching * fastest_[g])) continue;
+    const double fastest = std::min(fastest_[g], std::sqrt(weight_[c]) * weighted_[g]);
+    if (!elastic_[g] || !(-restitution_.u()[3 * c] > approaching * fastest)) continue;
     again_[g] = 1;
     any = true;
   }

@@ -59,7 +59,7 @@ struct SoftOptions {
   ConvexSearchOptions search;
   double whole = 0.5;       ///< -: of the least residual so far, up to which a whole step is taken as it is
   double astray = 0.25;     ///< -: length of a step from which on impulses go along
-  double touching = 1e-12;  ///< -: of the fastest contact before: slower ones count as sticking in H
+  double touching = 1e-12;  ///< -: of an island's fastest contact before: slower ones count as sticking in H
   double least_block = 3;   ///< mean size of a block of M from which on H is factored by blocks
 };
 
@@ -103,7 +103,6 @@ class Soft {
 
   // Of restitution.
   Restitution restitution_;
-  Islands islands_;
   std::vector<char> elastic_, bounded_;  // per island
   std::vector<double> first_impulse_;    // 3 nc, N s
 };
@@ -122,21 +121,22 @@ void Soft::operator()(const ContactProblem& problem, ContactSolution& solution) 
     return;
   }
   previous_nv_ = -1;
-  find_islands(problem, islands_);
-  find_elastic(problem, islands_, elastic_);
-  bounded_.assign(islands_.count, 1);
-  solution.restitution_scale = restitution_.give_back(problem, factor_, islands_, bounded_, solution.impulse);
+  const Islands& islands = contacts_.islands();
+  find_elastic(problem, islands, elastic_);
+  bounded_.assign(islands.count, 1);
+  solution.restitution_scale = restitution_.give_back(problem, factor_, islands, bounded_, solution.impulse);
   first_impulse_ = solution.impulse;
   solve(problem, restitution_.v(), solution);
   // An island without restitution has its answer: what gives way would be pushed a second time.
   for (std::size_t i = 0; i < first_impulse_.size(); ++i)
-    solution.impulse[i] = first_impulse_[i] + (elastic_[islands_.of_contact[i / 3]] ? solution.impulse[i] : 0);
+    solution.impulse[i] = first_impulse_[i] + (elastic_[islands.of_contact[i / 3]] ? solution.impulse[i] : 0);
 }
 
 // One phase (restitution has two), from v0.
 bool Soft::solve(const ContactProblem& problem, const std::vector<double>& v0, ContactSolution& solution) {
   v0_ = v0;
   contact_velocity(problem, v0_, u_minus_);
+  contacts_.begin(u_minus_, options_.touching);
   best_.assign(u_minus_.size(), 0.0);
   start(problem);
   const Status ending = descend(problem, solution);
@@ -282,11 +282,7 @@ bool Soft::find_step(const ContactProblem& problem) {
   return true;
 }
 
-void Soft::linearise() {
-  double fastest = 0;
-  for (const double u : u_minus_) fastest = std::max(fastest, std::abs(u));
-  contacts_.linearise(u_, r_, options_.touching * fastest, G_, a_);
-}
+void Soft::linearise() { contacts_.linearise(u_, r_, G_, a_); }
 
 // By the factor at hand.
 void Soft::find_direction(const ContactProblem& problem) {

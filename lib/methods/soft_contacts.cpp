@@ -17,6 +17,11 @@ using ConstVec3 = Eigen::Map<const Vector3d>;
 
 ConstVec3 at(const std::vector<double>& x, int c) { return ConstVec3(&x[3 * static_cast<std::size_t>(c)]); }
 
+/// What an island is about: its fastest contact, (m/s)^2; squares of impulses and velocities, J.
+struct Moving {
+  double speed = 0, impulse2 = 0, plus2 = 0, minus2 = 0;
+};
+
 bool sticks(double mu, const Regularisation& R, double u_n, double slip) { return slip * R.n <= -mu * u_n * R.t; }
 
 // Of P_K.
@@ -35,9 +40,19 @@ Matrix3d derivative_of_projection(const Vector3d& z, double mu) {
 void SoftContacts::describe(const ContactProblem& problem, const BlockCholesky& factor,
                             const std::vector<double>& weight, const Softness& softness) {
   diagonal_blocks(problem, factor, W_);
+  find_islands(problem, islands_);
   contacts_.resize(problem.nc());
   for (int c = 0; c < problem.nc(); ++c)
     contacts_[c] = {regularisation(W_[c], is_limit(problem, c), softness), problem.mu[c], weight[c]};
+}
+
+void SoftContacts::begin(const std::vector<double>& u_minus, double touching) {
+  touching_.assign(islands_.count, 0.0);
+  for (std::size_t i = 0; i < u_minus.size(); ++i) {
+    double& fastest = touching_[islands_.of_contact[i / 3]];
+    fastest = std::max(fastest, std::abs(u_minus[i]));
+  }
+  for (double& x : touching_) x *= touching;
 }
 
 Vector3d SoftContacts::impulse(const Contact& c, const Vector3d& u) {
@@ -74,8 +89,8 @@ double SoftContacts::impulses(const std::vector<double>& u, std::vector<double>&
 
 // With Pi the derivative of P_K at z = r - (u + R r) / w:
 //   (I - Pi + Pi R / w) dr = P_K(z) - r - Pi du / w
-void SoftContacts::linearise(const std::vector<double>& u, const std::vector<double>& r, double touching,
-                             std::vector<double>& G, std::vector<double>& a) const {
+void SoftContacts::linearise(const std::vector<double>& u, const std::vector<double>& r, std::vector<double>& G,
+                             std::vector<double>& a) const {
   G.resize(3 * u.size());
   a.resize(u.size());
   for (int c = 0; c < static_cast<int>(contacts_.size()); ++c) {
@@ -83,7 +98,7 @@ void SoftContacts::linearise(const std::vector<double>& u, const std::vector<dou
     const Vector3d R(contact.R.n, contact.R.t, contact.R.t), y = at(u, c) + R.cwiseProduct(at(r, c));
     Eigen::Map<Matrix3d> G_c(G.data() + 9 * c);
     Eigen::Map<Vector3d> a_c(a.data() + 3 * c);
-    if (y.norm() <= touching) {
+    if (y.norm() <= touching_[islands_.of_contact[c]]) {
       G_c = Vector3d(1 / R[0], contact.mu > 0 ? 1 / R[1] : 0, contact.mu > 0 ? 1 / R[2] : 0).asDiagonal();
       a_c = impulse(contact, at(u, c));
       continue;
@@ -115,16 +130,17 @@ void SoftContacts::project(std::vector<double>& r) const {
 double SoftContacts::residual(const std::vector<double>& r, const std::vector<double>& u_plus,
                               const std::vector<double>& u_minus, std::span<const double> open) const {
   const int nc = static_cast<int>(contacts_.size());
-  double speed = 0, impulse2 = 0, plus2 = 0, minus2 = 0, worst = 0;
+  std::vector<Moving> moving(open.empty() ? 0 : islands_.count);
   for (int c = 0; c < nc && !open.empty(); ++c) {
     const double w = contacts_[c].w;
     const double plus = at(u_plus, c).squaredNorm(), minus = at(u_minus, c).squaredNorm();
-    speed = std::max({speed, plus, minus});
-    impulse2 += w * at(r, c).squaredNorm();
-    plus2 += plus / w;
-    minus2 += minus / w;
+    Moving& island = moving[islands_.of_contact[c]];
+    island.speed = std::max({island.speed, plus, minus});
+    island.impulse2 += w * at(r, c).squaredNorm();
+    island.plus2 += plus / w;
+    island.minus2 += minus / w;
   }
-  const double island = std::max({impulse2, plus2, minus2});
+  double worst = 0;
   for (int c = 0; c < nc; ++c) {
     const Contact& contact = contacts_[c];
     const double w = contact.w;
@@ -134,7 +150,9 @@ double SoftContacts::residual(const std::vector<double>& r, const std::vector<do
     double size2 = std::max({w * rc.squaredNorm(), u.squaredNorm() / w, q.squaredNorm() / w});
     if (!open.empty()) {
       const double floor = open[c] / Referee::accepted;
-      size2 = std::max({size2, std::min(island, speed / w), floor * floor / w});
+      const Moving& of = moving[islands_.of_contact[c]];
+      const double island = std::max({of.impulse2, of.plus2, of.minus2});
+      size2 = std::max({size2, std::min(island, of.speed / w), floor * floor / w});
     }
     if (!(error2 < HUGE_VAL && size2 < HUGE_VAL)) return HUGE_VAL;  // what has overflowed is wrong
     if (!(error2 <= worst * size2)) worst = size2 > 0 ? error2 / size2 : HUGE_VAL;

@@ -82,7 +82,8 @@ bool Nsgs::prepare(const NcpProblem& p) {
       p.factor->solve_block_in_place(p.J->block[e], column.data(), 3);
       W.noalias() += entry * column;
     }
-    if (!(W(0, 0) > 0)) return false;
+    // What no impulse moves along its normal carries nothing, where it does not approach.
+    if (!(W(0, 0) > 0) && !(W(0, 0) == 0 && measure_.q()[3 * c] >= 0)) return false;
     contacts_.emplace_back(W, p.mu[c]);
   }
   return true;

@@ -14,7 +14,8 @@
 // J. Hwangbo, J. Lee, M. Hutter, Per-contact iteration method for solving contact dynamics, IEEE RA-L 3 (2018), sec.
 // III for bisect. Differences: 1. a bracketed Newton step in place of the roots of the quartic. 2. In the
 // second the bracket is found by steps of an eighth of a turn from the direction against the slip without friction.
-// Where W_tt is singular (a joint's contact) what cannot stick slips. Cannot fail on finite data with W_nn > 0.
+// Where A is singular (a joint's contact) nothing changes the slip along an axis of it: there it sticks where it is at
+// rest by itself, else it slips. Cannot fail on finite data with W_nn > 0.
 
 #include "ncp/one_contact.h"
 
@@ -31,7 +32,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// -: pivots of A below this fraction of trace(W) are zero.
+/// -: principal values of A below this fraction of trace(W_tt) are zero, and slips below this one of their terms.
 constexpr double singular = 1e-14;
 constexpr int most_steps = 200;
 /// -: step of lambda that is rounding; and whose square is, so that after it a Newton step would be.
@@ -56,14 +57,17 @@ OneContact::OneContact(const Matrix3d& W, double mu)
       mu_(mu),
       A_(W.bottomRightCorner<2, 2>() - W.bottomLeftCorner<2, 1>() * W.topRightCorner<1, 2>() / W(0, 0)),
       slope_(-W.topRightCorner<1, 2>().transpose() / W(0, 0)) {
-  const double trace = W.trace();
-  can_stick_ = A_.determinant() > singular * singular * trace * trace;
-  if (can_stick_) to_stick_ = -A_.inverse();
   // Of two expressions for the first axis that in which nothing cancels.
   const double mean = (A_(0, 0) + A_(1, 1)) / 2, half = (A_(0, 0) - A_(1, 1)) / 2, off = A_(0, 1);
   const double radius = std::sqrt(half * half + off * off);
   a_[0] = mean + radius;
-  a_[1] = std::max(0.0, mean - radius);
+  a_[1] = mean - radius;
+  can_stick_ = a_[1] > singular * (W(1, 1) + W(2, 2));
+  if (can_stick_)
+    to_stick_ = -A_.inverse();
+  else
+    for (double& a : a_)
+      if (!(a > singular * (W(1, 1) + W(2, 2)))) a = 0;
   const Vector2d along = half >= 0 ? Vector2d(half + radius, off) : Vector2d(off, radius - half);
   first_ = radius > 0 ? Vector2d(along / along.norm()) : Vector2d(Vector2d::UnitX());
   second_ = Vector2d(-first_[1], first_[0]);
@@ -73,10 +77,28 @@ OneContact::OneContact(const Matrix3d& W, double mu)
 
 /// Does it stick? r is the answer then.
 bool OneContact::sticks(const Tangential& at, Vector3d& r) const {
-  if (!can_stick_) return false;
-  const Vector2d r_t = to_stick_ * at.b;
+  Vector2d r_t;
+  if (can_stick_)
+    r_t = to_stick_ * at.b;
+  else if (!stops_where_it_moves(at, r_t))
+    return false;
   r = together(at.normal_at(slope_, r_t), r_t);
   return r_t.norm() <= mu_ * r[0];
+}
+
+/// Friction that stops the slip where A is singular. False where it slips along an axis that nothing moves it along.
+bool OneContact::stops_where_it_moves(const Tangential& at, Vector2d& r_t) const {
+  const double still = singular * (at.b.norm() + W_.bottomLeftCorner<2, 1>().norm() * at.normal);
+  const Vector2d* const axes[] = {&first_, &second_};
+  r_t.setZero();
+  for (int i = 0; i < 2; ++i) {
+    const double along = axes[i]->dot(at.b);
+    if (a_[i] > 0)
+      r_t -= along / a_[i] * *axes[i];
+    else if (!(std::abs(along) <= still))
+      return false;
+  }
+  return true;
 }
 
 Vector3d OneContact::solve(const Vector3d& q) const {

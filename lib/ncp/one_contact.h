@@ -22,6 +22,7 @@ class OneContact {
  private:
   struct Tangential;
   bool sticks(const Tangential& at, Eigen::Vector3d& r) const;
+  bool stops_where_it_moves(const Tangential& at, Eigen::Vector2d& r_t) const;
   Eigen::Vector3d slips(const Tangential& at) const;
 
   Eigen::Matrix3d W_;
@@ -30,7 +31,7 @@ class OneContact {
   Eigen::Vector2d slope_;         // -: of r_n over r_t where u_n = 0
   bool can_stick_ = false;        // is A regular?
   Eigen::Vector2d first_, second_;
-  double a_[2], s_[2];  // A and slope in these principal axes
+  double a_[2], s_[2];  // A and slope in these principal axes; a: 0 along an axis in which nothing moves the contact
 };
 
 }  // namespace cb

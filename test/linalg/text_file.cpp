@@ -31,6 +31,16 @@ TEST_CASE("a count that the rest of a file cannot hold is refused, wherever in i
   CHECK_THROWS_AS(text.expect_room(4, "the matrix"), FileError);
 }
 
+// What the shell makes of <(zcat q.mtx.gz): it was said to be larger than 2 GB.
+TEST_CASE("a pipe is refused as one") {
+  int ends[2];
+  REQUIRE(pipe(ends) == 0);
+  CHECK(write(ends[1], "1 2\n", 4) == 4);
+  close(ends[1]);
+  CHECK_THROWS_WITH(TextFile("/proc/self/fd/" + std::to_string(ends[0])), Catch::Contains("is a pipe or a device"));
+  close(ends[0]);
+}
+
 TEST_CASE("triplets fill a matrix to its last row and column, and not beyond") {
   const auto read = [](const std::string& entry) {
     const File file("2\n3\n2\n1\nCSparse\ntriplet: 3-by-2, nzmax: 4 nnz: 2\n0 0 : 5\n" + entry + "\n");

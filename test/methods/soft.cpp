@@ -7,6 +7,7 @@
 #include "contact/referee.h"
 #include "contact/softness.h"
 #include "methods/registry.h"
+#include "methods/soft_contacts.h"
 #include "problems.h"
 
 using namespace cb;
@@ -206,4 +207,27 @@ TEST_CASE(
     "impulses that lead astray begin anew: stiff stacks with much friction take no more than some tens of steps") {
   const Answer got = answer(stack(32, 1.2, {0.2, -0.3, 0.1}, 1, 8), sap(1e-3, 0.01));
   CHECK(got.solution.iterations <= 48);
+}
+
+// Of two spheres one comes at 1e6 m/s, and the other's normal impulse is off by a millionth.
+TEST_CASE("what an island's impulses are off by is held against that island, however fast another one is") {
+  ContactProblem p;
+  for (const double speed : {1e6, 1e-2}) add_body(p, m, Vector3d::Constant(0.4 * m), {0, -speed, 0});
+  for (const int body : {0, 1}) add_contact(p, body, {0, -1, 0}, -1, {}, ground_axes(), 0.5);
+  std::vector<double> impulse = answer(p, sap()).solution.impulse, weight, v, u_minus, u_plus;
+  BlockCholesky factor;
+  REQUIRE(factor.factor(p.M));
+  contact_weights(p, factor, weight);
+  SoftContacts contacts;
+  contacts.describe(p, factor, weight, Softness{});
+  contact_velocity(p, p.v_minus, u_minus);
+  const std::vector<double> open(2, 0.0);
+  const auto residual = [&] {
+    apply_impulse(p, factor, impulse, v);
+    contact_velocity(p, v, u_plus);
+    return contacts.residual(impulse, u_plus, u_minus, open);
+  };
+  CHECK(residual() < 1e-9);
+  impulse[3] *= 1 + 1e-6;
+  CHECK(residual() > 1e-7);  // 1e-14 of what the other one is about
 }

@@ -84,3 +84,20 @@ TEST_CASE("what approaches again is stopped, however fast other islands are, and
   CHECK(std::abs(got.v_plus[6]) < 1e-19);  // 1e-10, and refused, where all islands have one measure
   CHECK(got.solution.size == 9 + 6);
 }
+
+// The same between its walls weighs 1000 t, and a milligram that hits it leaves at 100 m/s: the fastest of the island
+// by m/s, and next to nothing by energy.
+TEST_CASE("what approaches again is stopped, however fast something light is that touches it") {
+  ContactProblem p;
+  add_body(p, 1e6, Vector3d::Constant(0.4e6), {-1.9e-10, 0, 0});
+  add_body(p, 1e-6, Vector3d::Constant(0.4e-6), {0, -200, 0});
+  add_contact(p, 1, {0, -1, 0}, 0, {0, 1, 0}, ground_axes(), 0, 0.5);
+  for (const double side : {1.0, -1.0}) {
+    Matrix3d axes;
+    axes << side, 0, 0, 0, 1, 0, 0, 0, side;
+    add_contact(p, 0, {-side, 0, 0}, -1, {}, axes, 0, 0.5);
+  }
+  const Answer got = answer("coulomb", p);
+  CHECK(got.v_plus[7] == Approx(100));
+  CHECK(std::abs(got.v_plus[0]) < 1e-19);  // 9.5e-11, and refused, where m/s are the only measure
+}

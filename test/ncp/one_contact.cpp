@@ -84,3 +84,23 @@ TEST_CASE(
   }
   CHECK(different > 20);
 }
+
+// The tip of an arm whose joints move it in a plane: W has rank two, and no impulse across the plane does anything.
+TEST_CASE("a contact that moves in a plane alone sticks there, slips there, and slips against what drives it across") {
+  const OneContact plain(Vector3d(2, 5, 0).asDiagonal(), 0.5);
+  for (const Vector3d& r : {plain.solve({-4, 1, 0}), plain.bisect({-4, 1, 0})})
+    CHECK((r - Vector3d(2, -0.2, 0)).norm() < 1e-15);  // 0.2 of the 1 that mu r_n is
+  CHECK((plain.solve({-4, 10, 0}) - Vector3d(2, -1, 0)).norm() < 1e-14);
+  CHECK((plain.solve({-4, 0, 3}) - Vector3d(2, 0, -1)).norm() < 1e-14);
+  for (const double angle : {0.0, 0.3, M_PI / 2, 2.0})
+    for (const double slip : {-10.0, -1.0, -0.1, 0.1, 1.0, 10.0})
+      for (const double across : {0.0, 0.5}) {
+        const Vector3d along(0, std::cos(angle), std::sin(angle)), aside(0, -along[2], along[1]);
+        const Vector3d one(1, 0.2 * along[1], 0.2 * along[2]), other = 0.3 * Vector3d::UnitX() - along;
+        const OneContact c(one * one.transpose() + other * other.transpose(), 0.6);
+        const Vector3d q = slip * along + across * aside - Vector3d(1, 0, 0), r = c.solve(q);
+        INFO(angle << ", " << slip << ", " << across);
+        CHECK(error(c, q, r) < 1e-12);
+        CHECK((c.W() * r + q)[0] == Approx(0).margin(1e-12));
+      }
+}

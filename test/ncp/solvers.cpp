@@ -323,6 +323,29 @@ TEST_CASE("Gauss and Seidel end with the sweep that changes nothing, and with th
   CHECK(resting.solution.iterations % 10 != 0);
 }
 
+// An arm about an upright axis slides over a table and meets a stop: nothing that its joint does moves it towards the
+// table.
+TEST_CASE("what no impulse moves along its normal carries nothing, and is no fault of the data", "[ncp]") {
+  ContactProblem p;
+  p.M.block(p.M.add_block(1))(0, 0) = 2;
+  p.v_minus = {-1};
+  for (const int row : {1, 0}) {
+    p.J.add_band();
+    p.J.entry(p.J.add_entry(0, 1))(row, 0) = 1;
+  }
+  p.offset.assign(6, 0.0);
+  p.mu = {0.5, 0};
+  p.restitution = {0, 0};
+  for (const char* solver : {"newton", "nsgs", "bisection"}) {
+    INFO(solver);
+    const Answer at = solve(p, solver);
+    CHECK(at.solution.status == NcpStatus::solved);
+    CHECK(Referee::holds(at.residuals, 1e-9));
+    CHECK(std::abs(at.solution.r[0]) < 1e-12);
+    CHECK(at.solution.r[3] == Approx(2));
+  }
+}
+
 TEST_CASE("where nothing approaches but by rounding, nothing is the first guess", "[ncp]") {
   if (!fclib_available()) return;
   for (const char* event : {"coulomb_nothing", "coulomb_next_to_nothing"}) {
