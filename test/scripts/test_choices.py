@@ -137,6 +137,15 @@ class Ladder(Results):
         fine = next(c for c in results.cells(sweep="error_time") if c["run"] == runs["ap", "0.001"])
         self.assertIsNone(ladder.spread(results, "box", "", fine))
 
+    def test_steps_that_share_the_start_alone_are_not_held_against_each_other(self):
+        # Recorded every 12th step of 8 ms and every 50th of 2 ms, for 2 s.
+        times = {"0.008": 0.096, "0.002": 0.1, "0.0005": 0.1}
+        some = [(self.row("lemke", step), {0: 0} | {round(n * dt, 9): 5.0 * float(step) for n in range(1, 21)})
+                for step, dt in times.items()]
+        results = self.results(some)
+        steps = {c["run"]: c["step"] for c in results.cells(sweep="error_time")}
+        self.assertEqual({steps[run] for run in ladder.own_steps(results, "box", "")}, {"0.002", "0.0005"})
+
     def test_steps_of_another_kind_have_a_finest_of_their_own(self):
         rows = [(self.row("lemke", step, knobs=f"step={step}{kind}"), {0: 0, 1: x})
                 for kind, step, x in (("", "0.01", 5.0), ("", "0.001", 1.0), (" stepping=steps", "0.1", 7.5), (" stepping=steps", "0.01", 2.0))]
