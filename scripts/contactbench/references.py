@@ -30,7 +30,8 @@ SECOND = (("--method", "coulomb"), ("--method", "ap", "--solver", "lemke"), ("--
 
 
 def name_of(scene, parameters):
-    return "__".join([scene, *parameters.replace("=", "-").split()])
+    """Of its files; pi/4 is a value, as in the name of a run."""
+    return "__".join([scene, *parameters.replace("=", "-").split()]).replace("/", ":")
 
 
 def places(path):

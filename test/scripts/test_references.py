@@ -57,6 +57,9 @@ class Motions(Scratch):
         read = references.read(self.top / "new", "scene", "boxes=4 mu=1", [self.scene])
         self.assertEqual((read.about, read.motion), (about, motion))
         self.assertIsNone(references.read(self.top / "new", "scene", "boxes=4", [self.scene]))
+        # A value may be an expression.
+        references.Reference(about | {"parameters": "lean=pi/8"}, motion).store(self.top / "new")
+        self.assertEqual(references.read(self.top / "new", "scene", "lean=pi/8", [self.scene]).motion, motion)
         # One of an older program, which does not say until when, is none; nor is one that is damaged.
         file = self.top / "new/scene__boxes-4__mu-1.json"
         for text in (json.dumps({k: v for k, v in about.items() if k != "until"}), "{"):
