@@ -145,7 +145,7 @@ class Making(Scratch):
         self.assertEqual(
             about, {
                 "scene": "scene", "parameters": "a=1 b=2", "scene_digest": program.digest(self.scene), "accepted": True,
-                "reason": "", "own_step": 0.05, "took_s": 0.5, "accuracy_m": 1e-8, "duration": 2.0, "until": 2.0, "versions": {
+                "reason": "", "own_step": 0.05, "took_s": 0.5, "accuracy_m": 1e-8, "duration": 2.0, "asked_s": None, "until": 2.0, "versions": {
                     "git": 0}, "machine": {"cpu": 0}, "error_of_own_step_m": 0.25})
         self.assertEqual(motion, {(1.0, "a"): (0.0, 0.0, 0.0), (2.0, "a"): (0.5, 0.0, 0.0)})
 
@@ -180,7 +180,7 @@ class Making(Scratch):
             made.append((maker.program, maker.file, maker.sets, maker.limit, duration))
             about = {
                 "scene": "scene", "parameters": "a=1", "scene_digest": program.digest(self.scene), "accepted": False,
-                "until": None, "duration": duration or 5.0, "reason": "x"}
+                "until": None, "duration": duration or 5.0, "asked_s": duration, "reason": "x"}
             return references.Reference(about, None)
 
         with mock.patch.object(references, "certify", certify), mock.patch.object(program, "files_of", lambda *_:
@@ -191,10 +191,10 @@ class Making(Scratch):
 
             self.assertEqual([make(None), make(None), make(5.0)], [5.0] * 3)
             self.assertEqual(made, [("prog", str(self.scene), ["a=1"], 60, None)])
-            self.assertEqual((make(7.0), make(None), len(made)), (7.0, 7.0, 2))
-            self.assertEqual((make(7.0, again=True), len(made)), (7.0, 3))
+            self.assertEqual((make(7.0), make(None), len(made)), (7.0, 5.0, 3))  # the scene's own again
+            self.assertEqual((make(7.0, again=True), len(made)), (7.0, 4))
             self.scene.write_text("<scenario />")
-            self.assertEqual((make(7.0), len(made)), (7.0, 4))
+            self.assertEqual((make(7.0), len(made)), (7.0, 5))
 
     def main(self, *words, about):
         asked = []
