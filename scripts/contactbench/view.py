@@ -40,11 +40,20 @@ def table(path):
     return rows[rows[rows.columns[-1]].notna() | (rows.index < len(rows) - 1)]
 
 
-def merged(rows, fixed):
+def decimals(shapes):
+    """Of a contact's place in m, to which points are told apart: a millimetre, or among shapes below a centimetre a
+    tenth of the smallest."""
+    solid = shapes.loc[shapes["kind"] != "half_space", ["radius", "hx", "hy", "hz"]]
+    sizes = 2 * solid.astype(float).max(axis=1)
+    sizes = sizes[sizes > 0]
+    return max(3, math.ceil(1 - math.log10(sizes.min()) - 1e-9)) if len(sizes) else 3
+
+
+def merged(rows, fixed, digits=3):
     """{t: contacts} of the steps that end at column `end`: those of a step's events at one point of a pair as one, with
     the sum of the impulses and the mode of the largest; the impulse is that on what moves, of two on the upper one."""
     rows = rows.assign(size=np.linalg.norm(rows[IMPULSE].to_numpy(float), axis=1))
-    keys = ["end", "a", "b", *(rows[p].round(3) for p in PLACE)]
+    keys = ["end", "a", "b", *(rows[p].round(digits) for p in PLACE)]
     some = rows.sort_values("size", kind="stable").groupby(keys, sort=False)
     of = some[[*PLACE, "mode"]].last().assign(**some[IMPULSE].sum())  # on a
     a, b = of.index.get_level_values("a"), of.index.get_level_values("b")
@@ -73,7 +82,8 @@ class Motion:
             ends = pd.Series(np.round(self.steps["t"], 9).values, index=self.steps["step"])
             contacts["end"] = contacts["step"].map(ends)
             fixed = self.shapes.loc[self.shapes["body"] == "", "shape"]
-            groups = merged(contacts[contacts["end"].isin(np.round(self.t, 9))], fixed)
+            shown = contacts[contacts["end"].isin(np.round(self.t, 9))]
+            groups = merged(shown, fixed, decimals(self.shapes))
         self.contacts = [groups.get(round(t, 9)) for t in self.t]
         self.label = label or self.name
 
