@@ -161,6 +161,17 @@ class Ladder(Results):
         results = self.results([(self.row(name, run=run, **more), None) for run, name, more in some])
         self.assertEqual([p["run"] for p in ladder.sound(results, "box", "")], ["quick", "slow", "polygon", "gains", "refuted"])
 
+    def test_what_gains_energy_is_no_answer_by_its_residuals(self):
+        def some(*gains):
+            rows = [(self.row(name, processing_s=n, max_gain_relative=gain), None)
+                    for n, (name, gain) in enumerate(zip(("lemke", "path", "convex"), gains), 1)]
+            (row, ) = ladder.steps_down(self.results(rows), "box", "", 1e-3, None)
+            return [row[key] and row[key]["cell"].key[1] for key in ("best", "runner_up", "nearest")]
+
+        self.assertEqual(some("0", "2e-9", "2e-9"), ["lemke", None, "lemke"])
+        self.assertEqual(some("2e-9", "0", "0"), ["path", "ipm", "path"])
+        self.assertEqual(some("2e-9", "2e-9", "2e-9"), [None, None, "lemke"])  # as on a belt, which puts it in
+
     def test_two_are_alike_for_as_long_as_they_stay_within_the_error_of_each_other(self):
         def some(**of):
             return self.results([(self.row(name, step, **more), {t / 10: x for t, x in enumerate(places)})
