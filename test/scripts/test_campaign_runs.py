@@ -279,7 +279,7 @@ class Tables(Folder):
         options = types.SimpleNamespace(
             **{
                 "first": 0, "random": len(verdicts) + left, "seed": 5, "shapes": False, "family": None, "kind": None,
-                "write_scenes": None, "method": [], "time_limit": None, "out": self.top /
+                "write_scenes": None, "method": [], "prune": None, "time_limit": None, "out": self.top /
                 "out", "jobs": 1, "reduce": reduces, "program": "p"} | more)
 
         def jobs_of(some, _):
@@ -309,9 +309,14 @@ class Tables(Folder):
         self.assertEqual(self.main("ok", "typed", "model")[0], 0)
         code, _, ((_, _, manifest), ), reduced, options = self.main("defect", left=1, first=2, time_limit=3.0)
         self.assertEqual((code, manifest["runs"], manifest["command"], reduced, options.time_limit),
-                         (1, 2, "scripts/stress.py --random 2 --seed 5 --first 2", [], 3.0))
+                         (1, 2, "scripts/stress.py --random 2 --seed 5 --first 2 --time-limit 3", [], 3.0))
         (_, _, manifest), = self.main("ok", shapes=True)[2]
         self.assertEqual(manifest["command"], "scripts/stress.py --random 1 --seed 5 --shapes")
+        # All that says which runs there are; as reproduce.sh asks for in the quick profile, and some more.
+        (_, _, manifest), = self.main("ok", "ok", method=["mirtich", "ap/lemke"], prune=["on"], family=[FAMILY], kind=TAME,
+                                      time_limit=5.0)[2]
+        self.assertEqual(manifest["command"], f"scripts/stress.py --random 2 --seed 5 --family {FAMILY} --method mirtich "
+                         f"--method ap/lemke --prune on --kind {TAME} --time-limit 5")
 
     def test_after_an_interruption_a_defect_is_reduced_as_its_own_run(self):
         code, _, _, ((pairs, _), ), _ = self.main("ok", None, "defect", reduces=True)
