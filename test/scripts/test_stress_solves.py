@@ -206,6 +206,12 @@ class Bisection(unittest.TestCase):
             found = limits.bisect(lambda x, bad=bad: ("ray" if x == bad else "ok", 0.5, x == 2), 1, 2, 1e-3)
             self.assertEqual((found.status, found.value, found.note, found.residual), ("ray", None, "a trial failed", 0.5))
 
+    def test_what_a_trial_failed_with_stays_beside_what_the_other_end_is(self):
+        for low, high, status in (("crash", "inaccurate", "crash"), ("ray", "inaccurate", "ray"), ("crash", "ray", "crash"),
+                                  ("ray", "crash", "crash"), ("inaccurate", "ray", "ray"), ("ray", "time_limit", "time_limit")):
+            found = limits.bisect(lambda x, low=low, high=high: (low if x == 1 else high, None, x == 2), 1, 2, 1e-3)
+            self.assertEqual((found.status, found.value, found.note), (status, None, "a trial failed"), (low, high))
+
     def test_a_step_is_tried_over_two_thousand_of_them_and_any_other_end_is_a_fault(self):
         asked = []
 
