@@ -92,6 +92,13 @@ class Shell(Folder):
         said = (self.top / "project/said").read_text().split()
         self.assertEqual(sorted(said), ["eight", "five", "four", "one", "seven", "six", "three", "two"])
 
+    def test_figures_are_kept_where_one_stands(self):
+        self.write("build/bin/bench_steps", "#!/bin/sh\necho some figures\n")
+        (self.top / "here").mkdir()
+        ended = self.run_in(self.top / "here", "bench.sh", "--out", "kept/bench.md")
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        self.assertIn("some figures", (self.top / "here/kept/bench.md").read_text())
+
 
 class SameBytes(unittest.TestCase):
     """test/acceptance/same_bytes.py on what is no program of ours."""
