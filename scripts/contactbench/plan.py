@@ -157,6 +157,11 @@ def read(path, listed):
     if not sweep.get("runs"):
         raise SweepError(f"{path}: no [[runs]] block")
     profiles = sweep.get("profiles", {})
+    for name, profile in profiles.items():
+        allowed = knobs | set(SETTINGS) | {"set", "methods", "engines", "setting"}
+        for key in profile:
+            if key not in allowed:
+                raise SweepError(f"{path}: profile {name}: unknown key '{key}'; known: {', '.join(sorted(allowed))}")
     for number, block in enumerate(sweep["runs"], start=1):
         allowed = OTHER | knobs | set(SETTINGS) | set(profiles)
         parts = [block] + [block[p] for p in profiles if p in block]
