@@ -160,6 +160,21 @@ class Making(Scratch):
         self.assertEqual(about["reason"], "coulomb: apart by more than 0.025 m from 1 s on")
         self.assertEqual([run.get("agree_until_s") for run in about["runs"]], [None, None, 1.0, None, 1.0])
 
+    def test_the_error_of_a_step_that_the_duration_is_no_multiple_of_is_known(self):
+        class Scripted:
+            program, file, sets = "/bin/false", self.scene, []
+
+            def run(self, method, accuracy, duration):
+                x, times = (0.0, (0.9, 1.8, 2.0)) if accuracy else (0.25, (0.9, 1.8, 2.001))  # by steps of 3 ms
+                x = 0.01 if method == references.SECOND[0] else x
+                summary = {
+                    "scenario": "scene", "status": "ok", "reason": "", "options": {"step": 3e-3, "duration": 2.0}, "residuals": {
+                        "false_claims": 0, "law_max": 0.0}, "time": {"total_s": 1}, "versions": {}, "machine": {}}
+                return summary, {(t, "a"): (x, 0.0, 0.0) for t in times}, "command"
+
+        about = references.certify(Scripted(), None).about
+        self.assertEqual((about["error_of_own_step_m"], about["accepted"], about["until"]), (0.25, True, 2.0))
+
     def test_a_run_whose_claims_are_refuted_or_that_does_not_end_ok_is_no_witness(self):
         refuted = {"residuals": {"false_claims": 1, "law_max": 0.0}}
         for bad in (refuted, {"status": "inaccurate", "reason": "why"}):
