@@ -8,6 +8,7 @@ stored.
 import csv
 import json
 import math
+import shlex
 import shutil
 import sys
 import tempfile
@@ -132,7 +133,7 @@ class Maker:
             motion = {
                 key: place for key, place in motion.items()
                 if key[0] == end or abs(key[0] - INTERVAL * round(key[0] / INTERVAL)) < 1e-6 * INTERVAL}
-        return summary, motion, " ".join(["contactbench", "run", Path(self.file).name, *words[2:]])
+        return summary, motion, shlex.join(["contactbench", "run", Path(self.file).name, *words[2:]])
 
 
 def good(summary):

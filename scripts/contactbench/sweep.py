@@ -228,7 +228,7 @@ def to_do(runs, listed, options, show=False):
     jobs = jobs_of(runs, listed, options)
     todo = [(run, job) for run, job in zip(runs, jobs) if not is_done(job, options)]
     for _, job in todo if show else ():
-        print(" ".join(["contactbench", "run", job["scene"], *job["flags"]]))
+        print(shlex.join(["contactbench", "run", job["scene"], *job["flags"]]))
     print(f"{len(todo)} of {len(jobs)} runs to do, {len(jobs) - len(todo)} there already", flush=True)
     return todo
 

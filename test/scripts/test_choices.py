@@ -271,12 +271,17 @@ class Ladder(Results):
     def test_the_way_on_is_that_of_the_same_scene(self):
         for words, way in ((["stack"], "stack --error E --out stack"),
                            (["stack", "--set", "boxes = 4", "--set", "mu=1", "--duration", "0.5", "--out", "four"],
-                            "stack --set boxes=4 --set mu=1 --duration 0.5 --error E --out four")):
+                            "stack --set boxes=4 --set mu=1 --duration 0.5 --error E --out four"),
+                           (["my.xml", "--set", "lean = atan(0.5)", "--out", "my own"], "my.xml --set 'lean=atan(0.5)' --error E --out 'my own'")):
             with mock.patch.object(sys, "argv", ["compare.py", *words]), contextlib.redirect_stdout(io.StringIO()) as said, \
                     mock.patch.object(compare.recommend, "sweep_of", lambda *_, **__: None), \
                     mock.patch.object(compare, "show"), mock.patch.multiple(compare.report, draw=mock.DEFAULT, write=mock.DEFAULT):
                 self.assertEqual(compare.main(), 0)
             self.assertTrue(said.getvalue().endswith(f"which to use: scripts/recommend.py {way}\n"), said.getvalue())
+
+    def test_a_command_is_what_a_shell_takes(self):
+        self.assertEqual(made.cell(parameters="lean=atan(0.5)", method="mirtich", solver="").command,
+                         "contactbench run box.xml --method mirtich --set 'lean=atan(0.5)'")
 
     def test_without_a_reference_settings_are_printed_by_how_far_they_move(self):
         results = self.results([
