@@ -173,7 +173,7 @@ def is_done(job, options):
         return False
     if {record["status"], "all"} & set(options.rerun) or not (options.keep or unchanged(record, job)):
         return False
-    # A wider limit may change the end of a run that a limit cut; finer files are wanted where none or coarser ones are.
+    # A wider limit may change the end of a run that a limit cut; moments are wanted where they are not.
     if record["status"] in LIMITS and record["limits"] != [job["time_limit_s"], job["memory_limit_mb"]]:
         return False
     if job["record_contacts"] and not record.get("record_contacts"):
@@ -182,7 +182,7 @@ def is_done(job, options):
     if job["timed"] and not record.get("timed", True):
         return False
     every, has = job["record_every"], record["record_every"]
-    return every == 0 or 0 < has <= every
+    return every == 0 or has > 0 and every % has == 0
 
 
 class Progress:

@@ -109,7 +109,7 @@ class Again(Folder):
         self.assertTrue(self.is_done({"record_contacts": True}, {"record_contacts": True}))
         self.assertFalse(self.is_done({"timed": False}, {"timed": True}))
         self.assertTrue(self.is_done({"timed": False}))
-        self.assertEqual([self.is_done(job={"record_every": n}) for n in (0, 4, 5, 6)], [True, False, True, True])
+        self.assertEqual([self.is_done(job={"record_every": n}) for n in (0, 4, 5, 6, 10)], [True, False, True, False, True])
         self.assertFalse(self.is_done({"record_every": 0}, {"record_every": 9}))
 
     def test_where_a_file_of_the_scene_is_gone_the_program_is_asked_for_them(self):
