@@ -328,6 +328,10 @@ class Tables(Folder):
         self.assertEqual([scenes.make(5, int(r["scene"].split("_")[1])).family for r in rows], [FAMILY] * 2)
         rows = self.main(*["ok"] * 4, kind=WILD)[2][0][0]
         self.assertEqual([r["scene"] for r in rows], ["r5_1", "r5_3"])
+        # What is of another collection, or of none of so few, is said, and stands for no table that is there.
+        for more in ({"family": list(scenes.SHAPES)[:1]}, {"family": [list(scenes.FAMILIES)[-1]]}):
+            code, _, tables, *_ = self.main("ok", "ok", **more)
+            self.assertEqual((code, tables), (2, []), more)
         code, said, tables, *_ = self.main(*["ok"] * 2, first=3, write_scenes=self.top / "written")
         self.assertEqual((code, tables), (0, []))
         self.assertEqual(said.splitlines(), [str(self.top / f"written/r5_{n}.xml") for n in (3, 4)])
