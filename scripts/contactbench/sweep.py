@@ -156,11 +156,11 @@ def jobs_of(runs, listed, options):
 
 
 def unchanged(record, job):
-    """Whether program and scene (its own file or a robot's) are those of the record. What a scene reads follows from
-    the files that it read: the program is asked only where one of them is no longer there."""
-    files = record.get("files") or []
-    if not files or not all(map(os.path.exists, files)):
-        files = program.files_of(job["program"], job["file"], job["asked"]["parameters"])
+    """Whether program and scene (its own file or a robot's), and an engine, are those of the record. What a scene reads
+    follows from the files that it read: the program is asked only where one of them is no longer there."""
+    files, engine = record.get("files") or [], program.beside(job)
+    if not files or not all(map(os.path.exists, files)) or not set(engine) <= set(files):
+        files = [*program.files_of(job["program"], job["file"], job["asked"]["parameters"]), *engine]
     try:
         return record.get("key") == program.digest(job["program"], *files)
     except OSError:

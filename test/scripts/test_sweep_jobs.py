@@ -126,6 +126,23 @@ class Again(Folder):
         with mock.patch.object(program, "files_of", return_value=("/nowhere", )):
             self.assertFalse(self.is_done({"files": []}))
 
+    def test_a_run_of_an_engine_is_done_again_where_its_program_or_the_knobs_that_were_searched_for_are_others(self):
+        engine, tuned = self.top / "contactbench-engine-ode", self.top / "tuned.json"
+        job = {"asked": {"run": "r", "parameters": "", "engine": "ode"}, "flags": ["--engine", "ode", "--setting", "tuned"], "wall_limit_s": 1}
+        made = lambda: {"flags": job["flags"], **program.read_by(self.job | job)}
+        with mock.patch.object(program, "TUNED", tuned), mock.patch.object(program, "files_of", return_value=(str(self.scene), )), \
+                mock.patch.dict(os.environ, {"CONTACTBENCH_ENGINES": ""}):
+            for file, text in ((engine, "built"), (tuned, "found"), (tuned, "found again"), (engine, "built once more")):
+                before = made()
+                self.assertTrue(self.is_done(before, job))
+                file.write_text(text)
+                self.assertFalse(self.is_done(before, job), text)
+                self.assertTrue(self.is_done(made(), job))
+            # What is no run of it does not read it.
+            self.assertEqual(program.read_by(self.job | {"wall_limit_s": 1})["files"], [str(self.scene)])
+            plain = job | {"flags": ["--engine", "ode"]}
+            self.assertEqual(program.read_by(self.job | plain)["files"], [str(self.scene), str(engine.resolve())])
+
 
 class Order(Folder):
     def options(self, **more):
