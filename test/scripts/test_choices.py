@@ -365,6 +365,10 @@ class Advice(Results):
             "k = 8 in place of 4 lowered the error by more than a tenth in "
             "1 of 6 cases and raised it in 1, at 4 times the cost (median)", text)
         self.assertEqual(sections.knob(self.results(rows), [("box", "")], "convex", "k", "4", "8"), "")
+        # Nor are two accuracies.
+        to = lambda accuracy, k, error, **more: (self.row("lemke", "", knobs=f"accuracy={accuracy}", k=k, **{ERROR: error}, **more), None)
+        some = [to("1e-3", "4", 1.0), to("1e-3", "8", 0.5), to("1e-5", "4", 0.1), to("1e-5", "8", 9, status="ray", finished="false")]
+        self.assertIn("in 1 of 1 cases and raised it in 0", sections.knob(self.results(some), [("box", "")], "ap", "k", "4", "8"))
 
     def test_what_a_turned_polygon_errs_by_is_said_with_its_fewest_and_most_edges(self):
         rows = [(self.row("convex", **{ERROR: 1e-3}), None)]
