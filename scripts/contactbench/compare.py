@@ -60,7 +60,7 @@ def main():
     report.draw(results)
     report.write(results)
     same = ["scripts/recommend.py", options.scene, *program.settings(options.set)]
-    same += [] if options.duration is None else ["--duration", f"{options.duration:g}"]
+    same += [] if options.duration is None else ["--duration", f"{options.duration:.12g}"]
     same += ["--error", "E", "--out", str(options.out)]
     print(f"report: {options.out / 'report.html'}    motion: {options.out / 'motion.html'}    "
           f"which to use: {shlex.join(same)}")

@@ -270,6 +270,7 @@ class Ladder(Results):
 
     def test_the_way_on_is_that_of_the_same_scene(self):
         for words, way in ((["stack"], "stack --error E --out stack"),
+                           (["stack", "--duration", "3.1415927"], "stack --duration 3.1415927 --error E --out stack"),
                            (["stack", "--set", "boxes = 4", "--set", "mu=1", "--duration", "0.5", "--out", "four"],
                             "stack --set boxes=4 --set mu=1 --duration 0.5 --error E --out four"),
                            (["my.xml", "--set", "lean = atan(0.5)", "--out", "my own"], "my.xml --set 'lean=atan(0.5)' --error E --out 'my own'")):
