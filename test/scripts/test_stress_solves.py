@@ -34,7 +34,7 @@ class Solves(Folder):
         found, (words, timeout) = self.solve('{"status": "ray", "residual": 0.5}', "first\nlast", 3, speeds=(1, 2, -2, -4, 0, 3))
         self.assertEqual(found, ("ray", "last", {"status": "ray", "residual": 0.5}, 5.0, 3))  # of n, t1, t2 of each contact
         self.assertEqual((words[:6], timeout), (["prog", "solve", "a.dat", "--k", "8", "--json"], 41))
-        self.assertEqual(words[6], "--velocities")
+        self.assertEqual(words[6:9], ["--time-limit", "7", "--velocities"])
         found, (words, _) = self.solve('{"status": "ok"}', "noise", kind="lcp")
         self.assertEqual((found, words[6:]), (("ok", "", {"status": "ok"}, None, 0), ["--time-limit", "7"]))
 
