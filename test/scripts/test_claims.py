@@ -157,6 +157,9 @@ class Claims(Asked):
         some = parts(few | {"uncapped": STOPPED}, many, many | {"mirtich": STOPPED})
         self.assertEqual((some[0].numbers["1 boxes, Newton uncapped"], some[0].verdict), ("ray at 0.5 s", NO))
         self.assertEqual((some[3].numbers["16 boxes"], some[3].verdict), ("ray at 0.5 s against 20 s", YES))
+        # Of methods that were not run nothing is told.
+        some = parts({"lemke": 2, "mirtich": 1}, {"lemke": 19}, {"lemke": 19})
+        self.assertEqual([p.verdict for p in some], [UNKNOWN] * 4)
 
     def test_the_robot_is_driven_by_whom_keeps_to_its_path_and_its_wheels_bear_alike_or_not(self):
         def robot(off, **more):
