@@ -330,9 +330,10 @@ def c6(claim, results):
 
     claim.ask_of("unloaded", [find(cells, "ap", "lemke")], lambda c: left(c) + right(c),
                  lambda c: left(c) + right(c) >= 0.9, shares)
-    claim.ask_of("caster", [find(results.cells("mobile_robot_caster", None), "ap", "lemke")], asymmetry,
-                 lambda c: asymmetry(c) > 0.5, lambda c: {"mean load asymmetry": asymmetry(c)},
-                 scene="mobile_robot_caster")
+    # At the scene's own settings: the run that motion.html shows is a short one.
+    caster = find(results.cells("mobile_robot_caster", None, knobs=""), "ap", "lemke")
+    claim.ask_of("caster", [caster], asymmetry, lambda c: asymmetry(c) > 0.5,
+                 lambda c: {"mean load asymmetry": asymmetry(c)}, scene="mobile_robot_caster")
 
 
 def c7(claim, results):
