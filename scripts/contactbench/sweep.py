@@ -88,9 +88,10 @@ def local(todo, count, done):
             done(future.result())
 
 
-def dask(address):
+def dask(address, timed_alone=False):
     """Tasks of a Dask scheduler, its workers one run at a time each; without an address, a cluster on this machine.
-    Workers need this folder and that of the runs under the same paths, and nothing but the standard library."""
+    Workers need this folder and that of the runs under the same paths, and nothing but the standard library. With
+    `timed_alone` the runs whose times count go one by one, however many workers there are."""
     def engine(todo, count, done):
         try:
             from distributed import Client, LocalCluster, as_completed
@@ -107,18 +108,20 @@ def dask(address):
                 client = stack.enter_context(Client(address or cluster, timeout="30s"))
             except OSError as error:
                 raise ProgramError(f"no Dask scheduler answers at {address}: {error}") from None
-            futures = [program.elsewhere(client, job, -number) for number, job in enumerate(todo)]
-            for future, ended in as_completed(futures, with_results=True, raise_errors=True):
-                if ended.returncode != 0:
-                    raise ProgramError(f"a worker could not do a run: {ended.stderr.strip()[-500:]}")
-                done(json.loads(ended.stdout))
-                future.release()
+            alone = timed_alone and all(job["timed"] for job in todo)
+            for some in [[job] for job in todo] if alone else [todo]:
+                futures = [program.elsewhere(client, job, -number) for number, job in enumerate(some)]
+                for future, ended in as_completed(futures, with_results=True, raise_errors=True):
+                    if ended.returncode != 0:
+                        raise ProgramError(f"a worker could not do a run: {ended.stderr.strip()[-500:]}")
+                    done(json.loads(ended.stdout))
+                    future.release()
 
     return engine
 
 
 ENGINES = {  # name: what makes it of an address and the options
-    "local": lambda address, options: local, "dask": lambda address, options: dask(address),
+    "local": lambda address, options: local, "dask": lambda address, options: dask(address, options.timed_alone),
     "slurm": lambda address, options: slurm.engine(options, lambda job: is_done(job, options))}
 
 

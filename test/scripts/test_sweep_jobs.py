@@ -176,6 +176,28 @@ class Order(Folder):
             sweep.do_all([], lambda some, count, done: went.append((some, count)), self.options(engine=engine))
             self.assertEqual(went, calls)
 
+    def test_timed_runs_go_alone_to_any_number_of_dask_s_workers(self):
+        went = []
+
+        def submit(client, job, priority):
+            went.append(f"begin {job['n']}")
+            return types.SimpleNamespace(n=job["n"], release=lambda: None)
+
+        def as_completed(futures, **_):
+            for future in futures:
+                went.append(f"end {future.n}")
+                yield future, types.SimpleNamespace(returncode=0, stdout="{}", stderr="")
+
+        client = mock.MagicMock()
+        fake = types.SimpleNamespace(Client=lambda *_, **__: client, LocalCluster=None, as_completed=as_completed)
+        in_turn, at_once = ["begin 0", "end 0", "begin 1", "end 1"], ["begin 0", "begin 1", "end 0", "end 1"]
+        for timed, alone, order in ((True, True, in_turn), (True, False, at_once), (False, True, at_once)):
+            went.clear()
+            engine = sweep.engine_of(types.SimpleNamespace(engine="dask:tcp://head:8786", timed_alone=alone))
+            with mock.patch.dict("sys.modules", {"distributed": fake}), mock.patch.object(program, "elsewhere", submit):
+                engine([{"n": n, "timed": timed} for n in range(2)], 1, lambda record: None)
+            self.assertEqual(went, order)
+
     def test_what_is_to_do_is_said_with_its_command(self):
         runs = [RUN, dataclasses.replace(RUN, repeat=2), dataclasses.replace(RUN, method="convex", solver="ipm")]
         with mock.patch.object(sweep, "is_done",
