@@ -268,6 +268,14 @@ def verify(best, cheaper, options, results):
     return {"runs": runs, "faults": faults, "missed": len(cheaper) - unfit, "unfit": unfit}
 
 
+def lasts(points, options):
+    """The seconds that an answer is about: of the published table those that were run; None of all of the scene, of
+    which a small sweep runs what is known."""
+    if options.out is not None or Path(options.scene).is_file():
+        return None
+    return max((float(p["cell"]["duration"]) for p in points if p["error"] is not None), default=None)
+
+
 def answer(options):
     """What --json prints; `best` is None where none met the error, or `reference` is missing."""
     scene, parameters = Path(options.scene).stem, " ".join(options.set)
@@ -300,8 +308,8 @@ def answer(options):
         made |= {"steps": [{key: r[key] if key in ("basis", "trust") else said(r[key]) for key in r} for r in rows]}
         return made | {"furthest": ladder.furthest(results, scene, parameters) if not rows[-1]["nearest"] else ""}
     points = precision.points(results, scene, parameters, measure)
-    made["reference"], made["basis"] = precision.reference_of(results, scene, parameters, measure), ladder.basis_of(
-        measure, about, options.duration)
+    made["reference"] = precision.reference_of(results, scene, parameters, measure)
+    made["basis"] = ladder.basis_of(measure, about, options.duration or lasts(points, options))
     made["trust"] = ladder.TRUST[made["basis"]].format(until=about.get("until") or 0)
     made["runs"] = len(points)
     best, second, cheaper = precision.choose(points, options.error, options.time_per_step)

@@ -28,7 +28,8 @@ class Cell(dict):
 
 
 def point(name="r1", **more):
-    cell = Cell(method="convex", solver="ipm", variant="v", k="8", epsilon="1e-9", knobs=KNOBS, false_claims="0")
+    cell = Cell(method="convex", solver="ipm", variant="v", k="8", epsilon="1e-9", knobs=KNOBS, false_claims="0",
+                duration="2.0")
     return {"run": name, "cell": cell, "measure": "position_linf_m", "error": 0.01, "worst": 0.02, "uncertainty": 0.003,
             "time": 4.0, "least": 3.0, "most": 6.0, "time_per_step": 0.0125, "repeats": 3, "busy": True, "step": "1e-3"} | more
 
@@ -339,7 +340,7 @@ class Answers(unittest.TestCase):
         options = types.SimpleNamespace(
             **{
                 "scene": "/x/my.xml", "set": ["a=1"], "error": 0.02, "time_per_step": None, "measure": None, "verify": False,
-                "against": [], "duration": None} | more)
+                "against": [], "duration": None, "out": None} | more)
         table = pd.DataFrame([{
             "scene": "my", "parameters": "a=1", "error_position_linf_m": "1", "error_other_m": "2", "error_none_m": ""}, {
                 "scene": "my", "parameters": "", "error_position_linf_m": "", "error_other_m": "", "error_none_m": "3"}])
@@ -380,6 +381,10 @@ class Answers(unittest.TestCase):
         self.assertEqual((made["basis"], made["trust"]), ("certified", ladder.TRUST["certified"]))
         made = self.answer(references.ERROR, about=about, duration=3.0)
         self.assertEqual((made["basis"], made["trust"]), ("agreed", ladder.TRUST["agreed"].format(until=2)))
+        # The runs of the table need not be as long as the scene; of a small sweep the scene is what is asked about.
+        long = {"until": 20.9, "duration": 70.0}
+        self.assertEqual([self.answer(references.ERROR, about=long, **more)["basis"] for more in ({}, {"out": "my"})],
+                         ["certified", "agreed"])
         first = {"basis": "alike", "trust": "t1", "best": None, "runner_up": None, "nearest": self.points[0]}
         second = {
             "basis": "converging", "trust": "t2", "best": self.points[1], "runner_up": self.points[2], "nearest": self.points[1]}
