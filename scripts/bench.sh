@@ -20,6 +20,7 @@ done
 "$root/scripts/setup.sh"
 build_preset release
 mkdir -p "$(dirname "$out")"
+out=$(cd "$(dirname "$out")" && pwd)/$(basename "$out")  # where one stands, not where the scenes are
 
 # For the programs that use Google Benchmark; the others do not read these.
 export BENCHMARK_REPETITIONS=${BENCHMARK_REPETITIONS:-5} BENCHMARK_REPORT_AGGREGATES_ONLY=true

@@ -32,8 +32,9 @@ fuzz() {  # TARGET SEED_FOLDER
 seeds=$(mktemp -d)
 trap 'rm -rf "$seeds"' EXIT
 mkdir "$seeds/scene" "$seeds/problem"
-find scenarios test/data/broken test/data/scenes \( -name '*.xml' -o -name '*.urdf' \) -exec cp -t "$seeds/scene" {} +
+# Two files may have one name (pile.xml), which cp refuses but for numbered copies.
+find scenarios test/data/broken test/data/scenes \( -name '*.xml' -o -name '*.urdf' \) -exec cp --backup=numbered -t "$seeds/scene" {} +
 find test/data/siconos test/data/contact test/data/problems scenarios/stress/problems -type f -size -12k \
-  ! -name '*.json' ! -name '*.md' -exec cp -t "$seeds/problem" {} +
+  ! -name '*.json' ! -name '*.md' -exec cp --backup=numbered -t "$seeds/problem" {} +
 fuzz scene "$seeds/scene"
 fuzz problem "$seeds/problem"

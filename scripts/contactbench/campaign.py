@@ -285,6 +285,17 @@ def reduce_all(done, out):
         print(f"{name}: {reduce.reduce(Path(job['path']), out / 'reduced' / f'{name}.xml', same)}", flush=True)
 
 
+def flags_of(options):
+    """What the command says besides of which runs there are and how they end."""
+    several = {"--family": options.family, "--method": options.method, "--prune": options.prune}
+    one = {"--first": options.first, "--kind": options.kind}
+    if options.time_limit != TIME_LIMIT:
+        one["--time-limit"] = f"{options.time_limit:g}"
+    said = [(flag, value) for flag, values in several.items() for value in values or ()]
+    said += [(flag, value) for flag, value in one.items() if value]
+    return " --shapes" * options.shapes + "".join(f" {flag} {value}" for flag, value in said)
+
+
 def main(options):
     """Runs what scripts/stress.py --random asks for; returns the exit code: 3 where there is a defect, 1 where runs are
     left."""
@@ -293,6 +304,10 @@ def main(options):
     some = [
         scene for scene in some
         if (not options.family or scene.family in options.family) and options.kind in (None, scene.kind)]
+    if options.random and not some:
+        print(f"none of the scenes {numbers.start} to {numbers.stop - 1} is of that family and kind; there are "
+              f"{', '.join(scenes.FAMILIES)}; with --shapes {', '.join(scenes.SHAPES)}", file=sys.stderr)
+        return 2
     if options.write_scenes:
         for scene in some:
             print(scenes.write(scene, options.write_scenes))
@@ -310,8 +325,7 @@ def main(options):
     rows = [row for row, _ in done]
     disagreements(rows)
     version = next((row["git"] for row in rows if row.get("git")), "a program that said nothing of itself")
-    first = (" --shapes" if options.shapes else "") + (f" --first {options.first}" if options.first else "")
-    command = f"scripts/stress.py --random {options.random} --seed {options.seed}{first}"
+    command = f"scripts/stress.py --random {options.random} --seed {options.seed}{flags_of(options)}"
     write_tables(rows, out, {"git": version, "command": command, "runs": len(jobs)})
     if options.reduce:
         reduce_all(done, out)

@@ -278,11 +278,12 @@ def c5(claim, results):
             for c in (find(compared, "convex"), newton(compared, v)):
                 if c is not None:
                     ranks[f"{n} boxes, {c.name}"] = order.index(c) + 1 if c in order else c.how_it_ended
-        claim.ask("fastest", all(r in (1, 2) for r in ranks.values()), ranks, used, v, timing=True)
+        fastest = all(r in (1, 2) for r in ranks.values()) if ranks else None
+        claim.ask("fastest", fastest, ranks, used, v, timing=True)
     big = [cells for n, cells in by_size.items() if n >= 8]
     used = [c for cells in big for c in others(cells) if c["method"] in ("ap", "convex")]
-    slower = [
-        seconds(c) > seconds(find(cells, "convex", epsilon=EPS)) for cells in big for c in cells if c["method"] == "ap"]
+    both = [(c, find(cells, "convex", epsilon=EPS)) for cells in big for c in cells if c["method"] == "ap"]
+    slower = [seconds(a) > seconds(convex) for a, convex in both if convex is not None]
     claim.ask("slower",
               all(slower) if slower else None, {f"{c['parameters']}, {c.name}": seconds(c) for c in used}, used,
               timing=True)
@@ -329,9 +330,10 @@ def c6(claim, results):
 
     claim.ask_of("unloaded", [find(cells, "ap", "lemke")], lambda c: left(c) + right(c),
                  lambda c: left(c) + right(c) >= 0.9, shares)
-    claim.ask_of("caster", [find(results.cells("mobile_robot_caster", None), "ap", "lemke")], asymmetry,
-                 lambda c: asymmetry(c) > 0.5, lambda c: {"mean load asymmetry": asymmetry(c)},
-                 scene="mobile_robot_caster")
+    # At the scene's own settings: the run that motion.html shows is a short one.
+    caster = find(results.cells("mobile_robot_caster", None, knobs=""), "ap", "lemke")
+    claim.ask_of("caster", [caster], asymmetry, lambda c: asymmetry(c) > 0.5,
+                 lambda c: {"mean load asymmetry": asymmetry(c)}, scene="mobile_robot_caster")
 
 
 def c7(claim, results):

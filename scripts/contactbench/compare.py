@@ -6,6 +6,7 @@
 What is there already is not done again. Exit codes: 0 written; 1 nothing could be run; 2 wrong flags or input.
 """
 import math
+import shlex
 import sys
 from pathlib import Path
 
@@ -58,8 +59,9 @@ def main():
     show(results)
     report.draw(results)
     report.write(results)
-    same = [options.scene, *program.settings(options.set)]
-    same += [] if options.duration is None else ["--duration", f"{options.duration:g}"]
+    same = ["scripts/recommend.py", options.scene, *program.settings(options.set)]
+    same += [] if options.duration is None else ["--duration", f"{options.duration:.12g}"]
+    same += ["--error", "E", "--out", str(options.out)]
     print(f"report: {options.out / 'report.html'}    motion: {options.out / 'motion.html'}    "
-          f"which to use: scripts/recommend.py {' '.join(same)} --error E --out {options.out}")
+          f"which to use: {shlex.join(same)}")
     return 0

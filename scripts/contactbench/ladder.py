@@ -78,8 +78,8 @@ def sound(results, scene, parameters):
     """The settings that came to the end, those without a refuted claim or a gain of energy first, of these the ones
     that solve exact Coulomb friction; no error."""
     def worst(p):
-        gain, law = (number(p["cell"][column]) for column in ("max_gain_relative", "law_residual_max"))
-        return (not good(p["cell"]), gain > 1e-9, law > precision.EXACT_LAW, p["time"])
+        law = number(p["cell"]["law_residual_max"])
+        return (not good(p["cell"]), gains(p["cell"]), law > precision.EXACT_LAW, p["time"])
 
     return sorted((point(c, RESIDUAL, 0.0) for c in finished(results, scene, parameters)), key=worst)
 
@@ -102,6 +102,11 @@ def alike(results, scene, parameters, error):
 
 def good(cell):
     return cell["status"] == "ok" and cell["false_claims"] in ("", "0")
+
+
+def gains(cell):
+    """Whether an event gained energy, which a belt puts in, too."""
+    return number(cell["max_gain_relative"]) > 1e-9
 
 
 def steps_down(results, scene, parameters, error, time_per_step):
@@ -137,8 +142,9 @@ def steps_down(results, scene, parameters, error, time_per_step):
     points = [
         p for p in sound(results, scene, parameters) if time_per_step is None or p["time_per_step"] <= time_per_step]
     near = points[0] if points else None
-    best = near if near and good(near["cell"]) else None
-    second = next((p for p in points[1:] if best and good(p["cell"]) and p["cell"].key != best["cell"].key), None)
+    answers = [p for p in points if good(p["cell"]) and not gains(p["cell"])]
+    best = answers[0] if answers else None
+    second = next((p for p in answers if p["cell"].key != best["cell"].key), None)
     rows.append({"basis": RESIDUAL, "trust": TRUST[RESIDUAL], "best": best, "runner_up": second, "nearest": near})
     return rows
 

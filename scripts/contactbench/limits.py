@@ -9,6 +9,7 @@ from . import program
 
 STEPS = 2000  # of a run without contacts: a mode that grows by 3.5 % a step is seen
 NEARNESS = 0.005  # of the bisection over steps
+SEVERITY, FAILED = {"ok": 0, "inaccurate": 1, "crash": 3}, 2  # of what a trial ended with; others are failures
 
 
 @dataclass
@@ -27,7 +28,7 @@ def bisect(trial, low, high, nearness):
     def stands(value):
         status, residual, answer = trial(value)
         found.residual = max(found.residual, residual or 0.0)
-        if status != "ok":
+        if SEVERITY.get(status, FAILED) >= SEVERITY.get(found.status, FAILED):
             found.status = status
         return answer if status in ("ok", "inaccurate") else None
 

@@ -20,7 +20,7 @@ from .runs import series
 def run(options, method, out):
     """One run; its summary, whatever it ended with."""
     flags = ["--method", method, "--time-limit", f"{options.limit:g}", *program.settings(options.set)]
-    flags += ["--duration", f"{options.duration:g}"] if options.duration else []
+    flags += ["--duration", f"{options.duration:.12g}"] if options.duration else []
     words = program.run_words(options.program, options.scene, flags, out)
     print(shlex.join(words), flush=True)
     try:

@@ -157,6 +157,11 @@ def read(path, listed):
     if not sweep.get("runs"):
         raise SweepError(f"{path}: no [[runs]] block")
     profiles = sweep.get("profiles", {})
+    for name, profile in profiles.items():
+        allowed = knobs | set(SETTINGS) | {"set", "methods", "engines", "setting"}
+        for key in profile:
+            if key not in allowed:
+                raise SweepError(f"{path}: profile {name}: unknown key '{key}'; known: {', '.join(sorted(allowed))}")
     for number, block in enumerate(sweep["runs"], start=1):
         allowed = OTHER | knobs | set(SETTINGS) | set(profiles)
         parts = [block] + [block[p] for p in profiles if p in block]
@@ -237,8 +242,8 @@ def block_runs(block, scene, file, sweep, profile, rows, stem):
 
 
 def merge(a, b):
-    """One run that two blocks ask for: recorded as finely as either wants (0 is not at all), with the wider limits."""
-    finest = min((r for r in (a.record_every, b.record_every) if r), default=0)
+    """One run that two blocks ask for: with the moments that either wants (0 is none), and the wider limits."""
+    finest = math.gcd(a.record_every, b.record_every)
     return dataclasses.replace(a, sweeps=tuple(
         dict.fromkeys(a.sweeps + b.sweeps)), record_every=finest, timed=a.timed or b.timed, time_limit_s=max(
             a.time_limit_s, b.time_limit_s), memory_limit_mb=max(a.memory_limit_mb, b.memory_limit_mb), members=max(

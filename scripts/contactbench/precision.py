@@ -169,8 +169,9 @@ def distances(a: Cell, b: Cell) -> dict[float, float]:
 
 
 def apart(a: Cell, b: Cell, until: float = math.inf) -> float:
-    """The largest of them up to a time; nan where there is none."""
-    return max((d for t, d in distances(a, b).items() if t <= until), default=math.nan)
+    """The largest of them up to a time; nan where they share no moment but the start, at which all runs are alike."""
+    known = {t: d for t, d in distances(a, b).items() if t <= until}
+    return max(known.values()) if any(t > 0 for t in known) else math.nan
 
 
 def twin(cells: list[Cell], cell: Cell) -> Cell | None:

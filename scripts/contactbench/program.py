@@ -32,6 +32,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 DEFAULT = str(ROOT / "build/bin/contactbench")
+TUNED = ROOT / "scenarios/engines/tuned.json"  # of engines, as scripts/engines.py tune finds them
 DOING = ".doing"
 TAIL = 1 << 16  # bytes of what a program says that are kept
 FILE_LIMIT = 16 << 30  # bytes that one file of a run may have
@@ -152,6 +153,19 @@ def files_of(program, file, parameters: str, timeout: float | None = None) -> tu
     except (OSError, Late):
         return (str(file), )
     return tuple(ended.stdout.splitlines()) if ended.returncode == 0 else (str(file), )
+
+
+def beside(job: dict) -> tuple[str, ...]:
+    """What a run of an engine reads besides: its program, where contactbench looks for it (app/engines.cpp), and the
+    knobs that were searched for."""
+    engine, here = job["asked"].get("engine"), Path(job["program"]).resolve().parent
+    if not engine:
+        return ()
+    own = os.environ.get("CONTACTBENCH_ENGINES")
+    places = [*([Path(own)] if own else []), here, here.parent / "libexec/contactbench"]
+    files = [place / f"contactbench-engine-{engine}" for place in places]
+    found = [file for file in files if file.exists()][:1] + [TUNED] * ("tuned" in job["flags"] and TUNED.exists())
+    return tuple(map(str, found))
 
 
 def digest(*paths) -> str:
@@ -431,13 +445,14 @@ def begin(doing: Path, name: str) -> Path:
 
 
 def read_by(job: dict) -> dict:
-    """What a run reads: its scene's files (also a robot's), and a key that changes when one of them or the program
-    does."""
-    files = files_of(job["program"], job["file"], job["asked"]["parameters"], job["wall_limit_s"])
+    """What a run reads: its scene's files (also a robot's), an engine's, and a key that changes when one of them or the
+    program does."""
+    own = files_of(job["program"], job["file"], job["asked"]["parameters"], job["wall_limit_s"])
+    files = [*own, *beside(job)]
     try:
-        return {"files": list(files), "key": digest(job["program"], *files)}
+        return {"files": files, "key": digest(job["program"], *files)}
     except OSError:
-        return {"files": list(files), "key": ""}  # the run will say what is not there
+        return {"files": files, "key": ""}  # the run will say what is not there
 
 
 def not_run(status: str, reason: str) -> dict:

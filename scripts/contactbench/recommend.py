@@ -31,6 +31,7 @@ STEPS = (4, 1, 0.25)
 DEAR = 1.0  # s that a run at the scene's own step takes, from which on the sweep is the smallest one
 LONG = 0.5  # of the run: how long two methods agree where what is measured is no longer than that
 FRAMES = 200  # moments that are kept of a run that is looked at
+TENTHS = 5  # of a second, at most, between moments of a reference that are whole steps
 
 
 class WrongInput(Exception):
@@ -67,13 +68,25 @@ def measured_on(results):
     return {**{k: there.get(k) for k in ("cpu", "cores", "os")}, "this_machine": here.items() <= there.items()}
 
 
+def whole(step, duration=math.inf):
+    """Simulated seconds that are whole steps, and how many: the distance of a reference's moments, or some of it; where
+    none fits, about as many or a tenth of the run, so that runs whose steps divide this one share moments."""
+    for n in range(1, TENTHS + 1):
+        steps = round(n * references.INTERVAL / step)
+        fits = math.isclose(steps * step, n * references.INTERVAL, rel_tol=1e-9)
+        if fits and n * references.INTERVAL <= duration * (1 + 1e-9):
+            return round(n * references.INTERVAL, 9), steps
+    steps = max(1, round(min(references.INTERVAL, duration / 10) / step))
+    return steps * step, steps
+
+
 def kept_every(known):
-    """Simulated seconds between the moments of a run to look at: about FRAMES of them, those of its reference among
-    them."""
-    parts = references.INTERVAL / (STEPS[0] * known["own_step"])
-    fit = [n for n in range(1, round(parts) + 1) if parts / n == round(parts / n, 9) and round(parts) % n == 0]
+    """Simulated seconds between the moments of a run to look at: about FRAMES of them, those that the steps share with
+    each other and the reference among them."""
+    interval, steps = whole(STEPS[0] * known["own_step"], known["duration"])
     wanted = known["duration"] / FRAMES
-    return min((references.INTERVAL / n for n in fit or [1]), key=lambda interval: abs(math.log(interval / wanted)))
+    fit = [interval / n for n in range(1, steps + 1) if steps % n == 0]
+    return min(fit, key=lambda some: abs(math.log(some / wanted)))
 
 
 def sweep_of(options, contacts=False):
@@ -91,7 +104,7 @@ def sweep_of(options, contacts=False):
     until = known["until"] if known["accepted"] and not contacts else 0.0
     until = until if until >= LONG * known["duration"] else known["duration"]
     toml = options.out / f"{precision.SWEEP}.toml"
-    interval = kept_every(known) if contacts else references.INTERVAL
+    interval = kept_every(known) if contacts else whole(STEPS[0] * known["own_step"], until)[0]
     toml.write_text(
         render("small_sweep.toml", interval=interval, duration=min(until, known["duration"]),
                limit=options.limit, scene=file, steps=steps, contacts=contacts, sets=[
@@ -168,7 +181,7 @@ def once(run, step, measure, options, results):
     """Does a run in a process and a folder of its own: (status, error, s a simulated second)."""
     file = scene_file(options.program, options.scene)
     # Recorded as in the sweep: a certified error needs the moments of its reference.
-    every = max(1, round(references.INTERVAL / float(step))) if step else 1
+    every = whole(float(step))[1] if step else 1
     with tempfile.TemporaryDirectory() as runs:
         scene, statuses = file if Path(options.scene).is_file() else f"{run.scene}.xml", program.statuses_of(
             listed(options.program))
@@ -255,6 +268,14 @@ def verify(best, cheaper, options, results):
     return {"runs": runs, "faults": faults, "missed": len(cheaper) - unfit, "unfit": unfit}
 
 
+def lasts(points, options):
+    """The seconds that an answer is about: of the published table those that were run; None of all of the scene, of
+    which a small sweep runs what is known."""
+    if options.out is not None or Path(options.scene).is_file():
+        return None
+    return max((float(p["cell"]["duration"]) for p in points if p["error"] is not None), default=None)
+
+
 def answer(options):
     """What --json prints; `best` is None where none met the error, or `reference` is missing."""
     scene, parameters = Path(options.scene).stem, " ".join(options.set)
@@ -287,8 +308,8 @@ def answer(options):
         made |= {"steps": [{key: r[key] if key in ("basis", "trust") else said(r[key]) for key in r} for r in rows]}
         return made | {"furthest": ladder.furthest(results, scene, parameters) if not rows[-1]["nearest"] else ""}
     points = precision.points(results, scene, parameters, measure)
-    made["reference"], made["basis"] = precision.reference_of(results, scene, parameters, measure), ladder.basis_of(
-        measure, about, options.duration)
+    made["reference"] = precision.reference_of(results, scene, parameters, measure)
+    made["basis"] = ladder.basis_of(measure, about, options.duration or lasts(points, options))
     made["trust"] = ladder.TRUST[made["basis"]].format(until=about.get("until") or 0)
     made["runs"] = len(points)
     best, second, cheaper = precision.choose(points, options.error, options.time_per_step)

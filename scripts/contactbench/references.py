@@ -8,6 +8,7 @@ stored.
 import csv
 import json
 import math
+import shlex
 import shutil
 import sys
 import tempfile
@@ -30,7 +31,8 @@ SECOND = (("--method", "coulomb"), ("--method", "ap", "--solver", "lemke"), ("--
 
 
 def name_of(scene, parameters):
-    return "__".join([scene, *parameters.replace("=", "-").split()])
+    """Of its files; pi/4 is a value, as in the name of a run."""
+    return "__".join([scene, *parameters.replace("=", "-").split()]).replace("/", ":")
 
 
 def places(path):
@@ -131,7 +133,7 @@ class Maker:
             motion = {
                 key: place for key, place in motion.items()
                 if key[0] == end or abs(key[0] - INTERVAL * round(key[0] / INTERVAL)) < 1e-6 * INTERVAL}
-        return summary, motion, " ".join(["contactbench", "run", Path(self.file).name, *words[2:]])
+        return summary, motion, shlex.join(["contactbench", "run", Path(self.file).name, *words[2:]])
 
 
 def good(summary):
@@ -146,13 +148,15 @@ def said(method, summary, more=""):
 def certify(maker, duration):
     """The reference of a scene, without a motion where no two methods agree."""
     coarse, own, _ = maker.run(FIRST, None, duration)  # at the scene's own step, and length where none is asked for
-    duration = coarse["options"]["duration"]
+    asked, duration = duration, coarse["options"]["duration"]
+    # Whole steps may end beyond the duration, where the runs to an accuracy have no moment.
+    own = own and up_to(own, round(duration, 9))
     parameters = " ".join(maker.sets)
     about = {
         "scene": coarse["scenario"], "parameters": parameters,
         "scene_digest": digest(*program.files_of(maker.program, maker.file, parameters)), "accepted": False,
         "reason": "", "own_step": coarse["options"]["step"], "took_s": coarse["time"]["total_s"], "accuracy_m": None,
-        "duration": duration, "until": None, "uncertainty_m": None, "versions": coarse["versions"],
+        "duration": duration, "asked_s": asked, "until": None, "uncertainty_m": None, "versions": coarse["versions"],
         "machine": coarse["machine"], "runs": []}
     reasons = []
     for wanted in WANTED:
@@ -202,9 +206,11 @@ def at_accuracy(maker, about, wanted, own):
 
 
 def make(path, file, sets, duration, folder, limit, again=False):
-    """The reference of a scene, made by the program `path` where it is not there yet."""
+    """The reference of a scene, made by the program `path` where it is not there yet. Without a duration of the scene's
+    own: one that was asked for another time is none."""
     known = read(folder, Path(file).stem, " ".join(sets), program.files_of(path, file, " ".join(sets)))
-    if known and not again and duration in (None, known.about["duration"]):
+    asked = known and known.about.get("asked_s")
+    if known and not again and (duration == known.about["duration"] or duration is None and asked is None):
         return known
     with tempfile.TemporaryDirectory() as scratch:
         made = certify(Maker(path, file, sets, scratch, limit), duration)

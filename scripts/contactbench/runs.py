@@ -3,6 +3,7 @@ knobs, with its repeats."""
 import copy
 import functools
 import math
+import shlex
 import statistics
 import zlib
 from pathlib import Path
@@ -131,7 +132,7 @@ class Cell:
     @property
     def command(self):
         """What a reader types to do this run again."""
-        return " ".join(["contactbench run", f"{self['scene']}.xml", *Run.of(self.row).flags()])
+        return shlex.join(["contactbench", "run", f"{self['scene']}.xml", *Run.of(self.row).flags()])
 
     def series(self, file, *columns, of=None, most=None):
         """Columns of a file of the run as arrays; empty ones where there is no file or no row."""

@@ -12,16 +12,21 @@ def scenes(results):
     return list(dict.fromkeys((c["scene"], c["parameters"]) for c in results.cells(sweep=None)))
 
 
+def drawable(cell):
+    """Whether a run kept its contacts and has a moment: one that died at once may have left its shapes alone."""
+    return not any(view.table(cell.folder / file).empty for file in ("shapes.csv", "trajectory.csv"))
+
+
 def to_look_at(results, scene, parameters):
     """Up to two runs of different methods that kept their contacts; those that came to the end first."""
     def liked(cell):
         rank = LIKED.index(cell["method"]) if cell["method"] in LIKED else len(LIKED)
         return not cell.finished, rank, float(cell["step"] or 0), float(cell["epsilon"] or 0), -int(cell["k"] or 0)
 
-    cells = [c for c in results.cells(scene, None, parameters=parameters) if (c.folder / "shapes.csv").exists()]
-    cells = sorted(cells, key=liked)
-    other = [c for c in cells if c["method"] != cells[0]["method"]]
-    return cells[:1] + other[:1]
+    cells = sorted(results.cells(scene, None, parameters=parameters), key=liked)
+    first = next(filter(drawable, cells), None)
+    other = next((c for c in cells if first and c["method"] != first["method"] and drawable(c)), None)
+    return [c for c in (first, other) if c]
 
 
 def motions(results):
@@ -29,11 +34,8 @@ def motions(results):
     found = {}
     for scene in scenes(results):
         cells = to_look_at(results, *scene)
-        try:
-            motion = view.Motion(cells[0].folder, cells[0].with_k, 2) if cells else None
-        except program.ProgramError:
-            motion = None
-        if motion:
+        if cells:
+            motion = view.Motion(cells[0].folder, cells[0].with_k, 2)
             found[" ".join(filter(None, scene))] = {
                 "cells": cells, "picture": still.svg(motion), "title": motion.summary.get("title") or ""}
     return found

@@ -218,12 +218,14 @@ def wins(chosen):
 
 
 def knob(results, scenes, model, name, coarse, fine):
-    """What a finer knob bought at the same step, over the scenes: one sentence."""
+    """What a finer knob bought at the same step, or to the same accuracy, over the scenes: one sentence."""
     less = more = 0
     ratios = []
     for scene in scenes:
-        points = {(p["cell"]["solver"], p["step"], p["cell"][name]): p for p in precision.points(results, *scene)
-                  if p["cell"]["method"] == model and p["error"] is not None}
+        points = {}
+        for p in precision.points(results, *scene):
+            if p["cell"]["method"] == model and p["error"] is not None:
+                points[p["cell"]["solver"], p["cell"].step_or_accuracy, p["cell"][name]] = p
         for (solver, step, value), a in points.items():
             b = points.get((solver, step, fine))
             if value == coarse and b:

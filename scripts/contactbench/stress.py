@@ -234,7 +234,7 @@ def solve(kind, arguments, options):
     event, exit code."""
     with tempfile.TemporaryDirectory(dir=options.scratch) as folder:
         u = Path(folder) / "u.mtx"
-        more = ["--velocities", u] if kind == "contact" else ["--time-limit", f"{options.time_limit:g}"]
+        more = ["--time-limit", f"{options.time_limit:g}", *(["--velocities", u] if kind == "contact" else [])]
         try:
             ended = program.call(options.program, "solve", *arguments, "--json", *more,
                                  timeout=3 * options.time_limit + 20)

@@ -88,9 +88,10 @@ def local(todo, count, done):
             done(future.result())
 
 
-def dask(address):
+def dask(address, timed_alone=False):
     """Tasks of a Dask scheduler, its workers one run at a time each; without an address, a cluster on this machine.
-    Workers need this folder and that of the runs under the same paths, and nothing but the standard library."""
+    Workers need this folder and that of the runs under the same paths, and nothing but the standard library. With
+    `timed_alone` the runs whose times count go one by one, however many workers there are."""
     def engine(todo, count, done):
         try:
             from distributed import Client, LocalCluster, as_completed
@@ -107,18 +108,20 @@ def dask(address):
                 client = stack.enter_context(Client(address or cluster, timeout="30s"))
             except OSError as error:
                 raise ProgramError(f"no Dask scheduler answers at {address}: {error}") from None
-            futures = [program.elsewhere(client, job, -number) for number, job in enumerate(todo)]
-            for future, ended in as_completed(futures, with_results=True, raise_errors=True):
-                if ended.returncode != 0:
-                    raise ProgramError(f"a worker could not do a run: {ended.stderr.strip()[-500:]}")
-                done(json.loads(ended.stdout))
-                future.release()
+            alone = timed_alone and all(job["timed"] for job in todo)
+            for some in [[job] for job in todo] if alone else [todo]:
+                futures = [program.elsewhere(client, job, -number) for number, job in enumerate(some)]
+                for future, ended in as_completed(futures, with_results=True, raise_errors=True):
+                    if ended.returncode != 0:
+                        raise ProgramError(f"a worker could not do a run: {ended.stderr.strip()[-500:]}")
+                    done(json.loads(ended.stdout))
+                    future.release()
 
     return engine
 
 
 ENGINES = {  # name: what makes it of an address and the options
-    "local": lambda address, options: local, "dask": lambda address, options: dask(address),
+    "local": lambda address, options: local, "dask": lambda address, options: dask(address, options.timed_alone),
     "slurm": lambda address, options: slurm.engine(options, lambda job: is_done(job, options))}
 
 
@@ -156,11 +159,11 @@ def jobs_of(runs, listed, options):
 
 
 def unchanged(record, job):
-    """Whether program and scene (its own file or a robot's) are those of the record. What a scene reads follows from
-    the files that it read: the program is asked only where one of them is no longer there."""
-    files = record.get("files") or []
-    if not files or not all(map(os.path.exists, files)):
-        files = program.files_of(job["program"], job["file"], job["asked"]["parameters"])
+    """Whether program and scene (its own file or a robot's), and an engine, are those of the record. What a scene reads
+    follows from the files that it read: the program is asked only where one of them is no longer there."""
+    files, engine = record.get("files") or [], program.beside(job)
+    if not files or not all(map(os.path.exists, files)) or not set(engine) <= set(files):
+        files = [*program.files_of(job["program"], job["file"], job["asked"]["parameters"]), *engine]
     try:
         return record.get("key") == program.digest(job["program"], *files)
     except OSError:
@@ -173,7 +176,7 @@ def is_done(job, options):
         return False
     if {record["status"], "all"} & set(options.rerun) or not (options.keep or unchanged(record, job)):
         return False
-    # A wider limit may change the end of a run that a limit cut; finer files are wanted where none or coarser ones are.
+    # A wider limit may change the end of a run that a limit cut; moments are wanted where they are not.
     if record["status"] in LIMITS and record["limits"] != [job["time_limit_s"], job["memory_limit_mb"]]:
         return False
     if job["record_contacts"] and not record.get("record_contacts"):
@@ -182,7 +185,7 @@ def is_done(job, options):
     if job["timed"] and not record.get("timed", True):
         return False
     every, has = job["record_every"], record["record_every"]
-    return every == 0 or 0 < has <= every
+    return every == 0 or has > 0 and every % has == 0
 
 
 class Progress:
@@ -228,7 +231,7 @@ def to_do(runs, listed, options, show=False):
     jobs = jobs_of(runs, listed, options)
     todo = [(run, job) for run, job in zip(runs, jobs) if not is_done(job, options)]
     for _, job in todo if show else ():
-        print(" ".join(["contactbench", "run", job["scene"], *job["flags"]]))
+        print(shlex.join(["contactbench", "run", job["scene"], *job["flags"]]))
     print(f"{len(todo)} of {len(jobs)} runs to do, {len(jobs) - len(todo)} there already", flush=True)
     return todo
 

@@ -279,7 +279,7 @@ class Tables(Folder):
         options = types.SimpleNamespace(
             **{
                 "first": 0, "random": len(verdicts) + left, "seed": 5, "shapes": False, "family": None, "kind": None,
-                "write_scenes": None, "method": [], "time_limit": None, "out": self.top /
+                "write_scenes": None, "method": [], "prune": None, "time_limit": None, "out": self.top /
                 "out", "jobs": 1, "reduce": reduces, "program": "p"} | more)
 
         def jobs_of(some, _):
@@ -309,9 +309,14 @@ class Tables(Folder):
         self.assertEqual(self.main("ok", "typed", "model")[0], 0)
         code, _, ((_, _, manifest), ), reduced, options = self.main("defect", left=1, first=2, time_limit=3.0)
         self.assertEqual((code, manifest["runs"], manifest["command"], reduced, options.time_limit),
-                         (1, 2, "scripts/stress.py --random 2 --seed 5 --first 2", [], 3.0))
+                         (1, 2, "scripts/stress.py --random 2 --seed 5 --first 2 --time-limit 3", [], 3.0))
         (_, _, manifest), = self.main("ok", shapes=True)[2]
         self.assertEqual(manifest["command"], "scripts/stress.py --random 1 --seed 5 --shapes")
+        # All that says which runs there are; as reproduce.sh asks for in the quick profile, and some more.
+        (_, _, manifest), = self.main("ok", "ok", method=["mirtich", "ap/lemke"], prune=["on"], family=[FAMILY], kind=TAME,
+                                      time_limit=5.0)[2]
+        self.assertEqual(manifest["command"], f"scripts/stress.py --random 2 --seed 5 --family {FAMILY} --method mirtich "
+                         f"--method ap/lemke --prune on --kind {TAME} --time-limit 5")
 
     def test_after_an_interruption_a_defect_is_reduced_as_its_own_run(self):
         code, _, _, ((pairs, _), ), _ = self.main("ok", None, "defect", reduces=True)
@@ -323,6 +328,10 @@ class Tables(Folder):
         self.assertEqual([scenes.make(5, int(r["scene"].split("_")[1])).family for r in rows], [FAMILY] * 2)
         rows = self.main(*["ok"] * 4, kind=WILD)[2][0][0]
         self.assertEqual([r["scene"] for r in rows], ["r5_1", "r5_3"])
+        # What is of another collection, or of none of so few, is said, and stands for no table that is there.
+        for more in ({"family": list(scenes.SHAPES)[:1]}, {"family": [list(scenes.FAMILIES)[-1]]}):
+            code, _, tables, *_ = self.main("ok", "ok", **more)
+            self.assertEqual((code, tables), (2, []), more)
         code, said, tables, *_ = self.main(*["ok"] * 2, first=3, write_scenes=self.top / "written")
         self.assertEqual((code, tables), (0, []))
         self.assertEqual(said.splitlines(), [str(self.top / f"written/r5_{n}.xml") for n in (3, 4)])

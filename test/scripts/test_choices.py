@@ -137,6 +137,15 @@ class Ladder(Results):
         fine = next(c for c in results.cells(sweep="error_time") if c["run"] == runs["ap", "0.001"])
         self.assertIsNone(ladder.spread(results, "box", "", fine))
 
+    def test_steps_that_share_the_start_alone_are_not_held_against_each_other(self):
+        # Recorded every 12th step of 8 ms and every 50th of 2 ms, for 2 s.
+        times = {"0.008": 0.096, "0.002": 0.1, "0.0005": 0.1}
+        some = [(self.row("lemke", step), {0: 0} | {round(n * dt, 9): 5.0 * float(step) for n in range(1, 21)})
+                for step, dt in times.items()]
+        results = self.results(some)
+        steps = {c["run"]: c["step"] for c in results.cells(sweep="error_time")}
+        self.assertEqual({steps[run] for run in ladder.own_steps(results, "box", "")}, {"0.002", "0.0005"})
+
     def test_steps_of_another_kind_have_a_finest_of_their_own(self):
         rows = [(self.row("lemke", step, knobs=f"step={step}{kind}"), {0: 0, 1: x})
                 for kind, step, x in (("", "0.01", 5.0), ("", "0.001", 1.0), (" stepping=steps", "0.1", 7.5), (" stepping=steps", "0.01", 2.0))]
@@ -151,6 +160,17 @@ class Ladder(Results):
                 ("quick", "admm", {"processing_s": 8})]
         results = self.results([(self.row(name, run=run, **more), None) for run, name, more in some])
         self.assertEqual([p["run"] for p in ladder.sound(results, "box", "")], ["quick", "slow", "polygon", "gains", "refuted"])
+
+    def test_what_gains_energy_is_no_answer_by_its_residuals(self):
+        def some(*gains):
+            rows = [(self.row(name, processing_s=n, max_gain_relative=gain), None)
+                    for n, (name, gain) in enumerate(zip(("lemke", "path", "convex"), gains), 1)]
+            (row, ) = ladder.steps_down(self.results(rows), "box", "", 1e-3, None)
+            return [row[key] and row[key]["cell"].key[1] for key in ("best", "runner_up", "nearest")]
+
+        self.assertEqual(some("0", "2e-9", "2e-9"), ["lemke", None, "lemke"])
+        self.assertEqual(some("2e-9", "0", "0"), ["path", "ipm", "path"])
+        self.assertEqual(some("2e-9", "2e-9", "2e-9"), [None, None, "lemke"])  # as on a belt, which puts it in
 
     def test_two_are_alike_for_as_long_as_they_stay_within_the_error_of_each_other(self):
         def some(**of):
@@ -250,13 +270,19 @@ class Ladder(Results):
 
     def test_the_way_on_is_that_of_the_same_scene(self):
         for words, way in ((["stack"], "stack --error E --out stack"),
+                           (["stack", "--duration", "3.1415927"], "stack --duration 3.1415927 --error E --out stack"),
                            (["stack", "--set", "boxes = 4", "--set", "mu=1", "--duration", "0.5", "--out", "four"],
-                            "stack --set boxes=4 --set mu=1 --duration 0.5 --error E --out four")):
+                            "stack --set boxes=4 --set mu=1 --duration 0.5 --error E --out four"),
+                           (["my.xml", "--set", "lean = atan(0.5)", "--out", "my own"], "my.xml --set 'lean=atan(0.5)' --error E --out 'my own'")):
             with mock.patch.object(sys, "argv", ["compare.py", *words]), contextlib.redirect_stdout(io.StringIO()) as said, \
                     mock.patch.object(compare.recommend, "sweep_of", lambda *_, **__: None), \
                     mock.patch.object(compare, "show"), mock.patch.multiple(compare.report, draw=mock.DEFAULT, write=mock.DEFAULT):
                 self.assertEqual(compare.main(), 0)
             self.assertTrue(said.getvalue().endswith(f"which to use: scripts/recommend.py {way}\n"), said.getvalue())
+
+    def test_a_command_is_what_a_shell_takes(self):
+        self.assertEqual(made.cell(parameters="lean=atan(0.5)", method="mirtich", solver="").command,
+                         "contactbench run box.xml --method mirtich --set 'lean=atan(0.5)'")
 
     def test_without_a_reference_settings_are_printed_by_how_far_they_move(self):
         results = self.results([
@@ -340,6 +366,10 @@ class Advice(Results):
             "k = 8 in place of 4 lowered the error by more than a tenth in "
             "1 of 6 cases and raised it in 1, at 4 times the cost (median)", text)
         self.assertEqual(sections.knob(self.results(rows), [("box", "")], "convex", "k", "4", "8"), "")
+        # Nor are two accuracies.
+        to = lambda accuracy, k, error, **more: (self.row("lemke", "", knobs=f"accuracy={accuracy}", k=k, **{ERROR: error}, **more), None)
+        some = [to("1e-3", "4", 1.0), to("1e-3", "8", 0.5), to("1e-5", "4", 0.1), to("1e-5", "8", 9, status="ray", finished="false")]
+        self.assertIn("in 1 of 1 cases and raised it in 0", sections.knob(self.results(some), [("box", "")], "ap", "k", "4", "8"))
 
     def test_what_a_turned_polygon_errs_by_is_said_with_its_fewest_and_most_edges(self):
         rows = [(self.row("convex", **{ERROR: 1e-3}), None)]

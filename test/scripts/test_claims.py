@@ -157,6 +157,9 @@ class Claims(Asked):
         some = parts(few | {"uncapped": STOPPED}, many, many | {"mirtich": STOPPED})
         self.assertEqual((some[0].numbers["1 boxes, Newton uncapped"], some[0].verdict), ("ray at 0.5 s", NO))
         self.assertEqual((some[3].numbers["16 boxes"], some[3].verdict), ("ray at 0.5 s against 20 s", YES))
+        # Of methods that were not run nothing is told.
+        some = parts({"lemke": 2, "mirtich": 1}, {"lemke": 19}, {"lemke": 19})
+        self.assertEqual([p.verdict for p in some], [UNKNOWN] * 4)
 
     def test_the_robot_is_driven_by_whom_keeps_to_its_path_and_its_wheels_bear_alike_or_not(self):
         def robot(off, **more):
@@ -170,6 +173,9 @@ class Claims(Asked):
                                                    ("lemke", 0.3), ("mirtich", 0.5))}
             rows = self.runs("mobile_robot", some | other)
             rows += self.runs("mobile_robot", {"path": robot(finer)}, knobs="step=5e-5", sweeps="claims")
+            # The run to look at, which comes before in the table, is shorter, and none of these.
+            rows += self.runs("mobile_robot_caster", {"lemke": robot(1, error_load_asymmetry_mean_relative=0.52)},
+                              knobs="step=1e-3 duration=10", sweeps="motion")
             rows += self.runs("mobile_robot_caster", {"lemke": robot(1, error_load_asymmetry_mean_relative=caster)},
                               sweeps="claims")
             return self.asked("C6", rows).parts

@@ -1,5 +1,6 @@
 """What somebody meets who has just cloned the project: scripts under a bare python3, a first picture."""
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -7,6 +8,7 @@ import unittest
 from pathlib import Path
 
 import standin
+from folder import Folder
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 
@@ -59,6 +61,43 @@ class FirstDay(unittest.TestCase):
                                capture_output=True, text=True, cwd=self.top)
         self.assertEqual(ended.returncode, 1)
         self.assertIn("scripts/build.sh", ended.stderr)
+
+
+class Shell(Folder):
+    """Shell scripts in a project that is made up, where building does nothing."""
+    LIB = 'root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)\nbuild_preset() { :; }\n'
+
+    def write(self, name, text):
+        path = self.top / "project" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+        path.chmod(0o755)
+
+    def run_in(self, folder, script, *words):
+        self.write("scripts/lib.sh", self.LIB)
+        self.write("scripts/setup.sh", "#!/bin/sh\n")
+        shutil.copy(SCRIPTS / script, self.top / "project/scripts")
+        return subprocess.run(["bash", self.top / "project/scripts" / script, *words], capture_output=True, text=True, cwd=folder)
+
+    def test_scenes_of_one_name_are_both_fuzzed_from(self):
+        fuzzer = '#!/bin/sh\ncase "$*" in *-merge=1*) exit ;; esac\nfor last; do :; done\ncat "$last"/* >> said\n'
+        for name in ("scene", "problem"):
+            self.write(f"build-fuzz/bin/fuzz_{name}", fuzzer)
+        for name, text in (("scenarios/pile.xml", "one\n"), ("scenarios/engines/pile.xml", "two\n"), ("test/data/broken/a.xml", "three\n"),
+                           ("test/data/scenes/a.urdf", "four\n"), ("test/data/siconos/a.dat", "five\n"), ("test/data/contact/a.dat", "six\n"),
+                           ("test/data/problems/b.dat", "seven\n"), ("scenarios/stress/problems/c.dat", "eight\n")):
+            self.write(name, text)
+        ended = self.run_in(self.top, "fuzz.sh", "1")
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        said = (self.top / "project/said").read_text().split()
+        self.assertEqual(sorted(said), ["eight", "five", "four", "one", "seven", "six", "three", "two"])
+
+    def test_figures_are_kept_where_one_stands(self):
+        self.write("build/bin/bench_steps", "#!/bin/sh\necho some figures\n")
+        (self.top / "here").mkdir()
+        ended = self.run_in(self.top / "here", "bench.sh", "--out", "kept/bench.md")
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        self.assertIn("some figures", (self.top / "here/kept/bench.md").read_text())
 
 
 class SameBytes(unittest.TestCase):

@@ -119,6 +119,19 @@ class Motion(Made):
                          sorted([[3, 7, 2, "slip"], [0, 8, 0, "open"], [0, 16, 0, "stick"]]))
         self.assertEqual(found[0.3][["rx", "ry", "rz", "mode"]].values.tolist(), [[0, 32, 0, "stick"]])
 
+    def test_points_of_what_is_small_are_told_apart(self):
+        # The corners of a box of a millimetre; what the events of a step have at one of them is one.
+        corners = [contact(2, "s_one", "ground", (x, 0, z), (0, 1, 0), "stick") for x in (-5e-4, 5e-4) for z in (-5e-4, 5e-4)]
+        again = contact(2, "s_one", "ground", (5e-4 + 1e-6, 0, 5e-4), (0, 2, 0), "slip")
+        folder = self.run_of(contacts=[*corners, again])
+        (folder / "shapes.csv").write_text(
+            csv_of(SHAPES, [shape("ground", "", "half_space"), shape("s_one", "one", "box", half=(5e-4, 5e-4, 5e-4))]))
+        found = view.Motion(folder).contacts[2]
+        self.assertEqual(sorted(found["ry"]), [1, 1, 1, 3])
+        for half, digits in ((5e-4, 4), (4e-4, 5), (5e-3, 3), (0.5, 3), (0, 3)):
+            some = pd.DataFrame([shape("s", "one", "box", half=(half / 2, half, 0))], columns=SHAPES.split(","))
+            self.assertEqual(view.decimals(some), digits, half)
+
     def test_of_two_that_move_impulses_add_up_before_it_is_said_on_which_they_are_drawn(self):
         up, down = (5, 1e-17, 0), (5, -1e-17, 0)
         rows = [contact(2, "a", "b", (1, 0, 0), up, "stick"), contact(2, "a", "b", (1, 0, 0), down, "stick"),

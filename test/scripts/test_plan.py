@@ -100,6 +100,8 @@ class Files(Folder):
                             "known: accuracy, "), ("[[runs]]\nscene = 'stack'\n[[runs]]\nscene = 'stack'\nkk = 4",
                                                    "block 2: unknown key 'kk'; known: "),
                            ("[profiles.a]\n[[runs]]\nscene = 'stack'\na.kk = 4", "block 1: unknown key 'kk'"),
+                           ("[profiles.a]\nk = 4\n[profiles.b]\nmember = 5\n[[runs]]\nscene = 'stack'",
+                            "profile b: unknown key 'member'; known: "),
                            ("[[runs]]\nk = 4", "block 1: no scene"), ("[[runs]]\nscene = 'none.xml'",
                                                                       f"no file {self.top.resolve()}/none.xml"),
                            ("[[runs]]\nscene = 'stack'\nset.bricks = 1", "stack has no parameter 'bricks'; it has boxes, mu")):

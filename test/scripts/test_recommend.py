@@ -245,7 +245,8 @@ class Recommend(unittest.TestCase):
             key = property(lambda self: self["setting"])
 
         def settings(*rows):
-            return [{"cell": Cell(setting=key, status=status, false_claims=claims), "time_per_step": 0.0} for key, status, claims in rows]
+            return [{"cell": Cell(setting=key, status=status, false_claims=claims, max_gain_relative=""), "time_per_step": 0.0}
+                    for key, status, claims in rows]
 
         best, again, refuted = ("a", "ok", "0"), ("a", "ok", "0"), ("b", "ok", "1")
         for others, second in (([], None), ([again, refuted], None), ([again, refuted, ("c", "inaccurate", "0"), ("d", "ok", "0")], "d")):

@@ -28,7 +28,8 @@ class Cell(dict):
 
 
 def point(name="r1", **more):
-    cell = Cell(method="convex", solver="ipm", variant="v", k="8", epsilon="1e-9", knobs=KNOBS, false_claims="0")
+    cell = Cell(method="convex", solver="ipm", variant="v", k="8", epsilon="1e-9", knobs=KNOBS, false_claims="0",
+                duration="2.0")
     return {"run": name, "cell": cell, "measure": "position_linf_m", "error": 0.01, "worst": 0.02, "uncertainty": 0.003,
             "time": 4.0, "least": 3.0, "most": 6.0, "time_per_step": 0.0125, "repeats": 3, "busy": True, "step": "1e-3"} | more
 
@@ -151,7 +152,19 @@ class Sweeps(Folder):
         for duration, interval in ((4.0, 0.02), (200.0, 0.1), (10.0, 0.1), (6.0, 0.02), (0.9, 0.004), (0.01, 0.004)):
             self.assertAlmostEqual(recommend.kept_every({"own_step": 1e-3, "duration": duration}), interval, delta=1e-12,
                                    msg=duration)
-        self.assertEqual(recommend.kept_every({"own_step": 0.05, "duration": 1.0}), 0.1)  # no such step fits
+        # A step of 0.2 s meets every second moment of the reference.
+        self.assertEqual(recommend.kept_every({"own_step": 0.05, "duration": 1.0}), 0.2)
+
+    def test_moments_that_are_kept_are_whole_steps_of_all_steps_of_the_sweep(self):
+        # 8 ms are no part of a tenth of a second, but of two; 12 ms of three; what is part of none, or of a shorter run, is kept as often.
+        for step, duration, kept in ((1e-3, 8, (0.1, 100)), (8e-3, 2, (0.2, 25)), (1 / 15, 2, (0.2, 3)), (12e-3, 2, (0.3, 25)),
+                                     (12e-3, 0.25, (0.024, 2)), (2.8e-3, 2, (36 * 2.8e-3, 36)), (4, 1, (4, 1))):
+            interval, steps = recommend.whole(step, duration)
+            self.assertEqual((round(interval, 12), steps), (round(kept[0], 12), kept[1]), (step, duration))
+        for about in ({"own_step": 2e-3}, {"own_step": 3e-3}, {"own_step": 7e-4}):
+            made = self.swept(**about)
+            recorded = [plan.recorded({"record_interval_s": made["record_interval_s"]}, {"step": step}) * float(step) for step in made["step"]]
+            self.assertAlmostEqual(max(recorded), min(recorded), delta=1e-12, msg=about)
 
     def swept(self, contacts=False, sets=(), limit=60, **about):
         """The sweep file that is asked for, and the flags."""
@@ -171,7 +184,7 @@ class Sweeps(Folder):
     def test_a_small_sweep_is_of_steps_about_the_scene_s_own_for_as_long_as_can_be_measured(self):
         made = self.swept(sets=["boxes=4", "mu=1/2"], limit=12.5)
         self.assertEqual({k: v for k, v in made.items() if k != "title"}, {
-            "outside": ["pgs"], "record_interval_s": "0.1", "step": ["0.008", "0.002", "0.0005"], "duration": "3.0", "k": [
+            "outside": ["pgs"], "record_interval_s": "0.2", "step": ["0.008", "0.002", "0.0005"], "duration": "3.0", "k": [
                 4, 8, 16], "epsilon": ["1e-2", "1e-6", "1e-12"], "repeats": 3, "time_limit_s": 12.5, "runs": [{
                     "scene": "/p/my.xml", "set": {"boxes": "4", "mu": "1/2"}}]})
         self.assertEqual(
@@ -237,7 +250,7 @@ class Once(unittest.TestCase):
             row["processing_s"] = ""
             self.assertEqual(recommend.once(run, "0.04", "none", self.options, results), ("ok", None, None))
         self.assertEqual([(job["record_every"], job["time_limit_s"], job["scene"], job["file"], job["flags"]) for job in jobs],
-                         [(every, 9.0, "stack.xml", "/p/stack.xml", ["--method", "ap"]) for every in (100, 1, 2)])
+                         [(every, 9.0, "stack.xml", "/p/stack.xml", ["--method", "ap"]) for every in (100, 1, 5)])
 
     def engines(self, *ends, best=None, points=None, known=()):
         """The comparison with engines, where runs end so: {name of a run: its (status, error, time) in turn}."""
@@ -327,7 +340,7 @@ class Answers(unittest.TestCase):
         options = types.SimpleNamespace(
             **{
                 "scene": "/x/my.xml", "set": ["a=1"], "error": 0.02, "time_per_step": None, "measure": None, "verify": False,
-                "against": [], "duration": None} | more)
+                "against": [], "duration": None, "out": None} | more)
         table = pd.DataFrame([{
             "scene": "my", "parameters": "a=1", "error_position_linf_m": "1", "error_other_m": "2", "error_none_m": ""}, {
                 "scene": "my", "parameters": "", "error_position_linf_m": "", "error_other_m": "", "error_none_m": "3"}])
@@ -368,6 +381,10 @@ class Answers(unittest.TestCase):
         self.assertEqual((made["basis"], made["trust"]), ("certified", ladder.TRUST["certified"]))
         made = self.answer(references.ERROR, about=about, duration=3.0)
         self.assertEqual((made["basis"], made["trust"]), ("agreed", ladder.TRUST["agreed"].format(until=2)))
+        # The runs of the table need not be as long as the scene; of a small sweep the scene is what is asked about.
+        long = {"until": 20.9, "duration": 70.0}
+        self.assertEqual([self.answer(references.ERROR, about=long, **more)["basis"] for more in ({}, {"out": "my"})],
+                         ["certified", "agreed"])
         first = {"basis": "alike", "trust": "t1", "best": None, "runner_up": None, "nearest": self.points[0]}
         second = {
             "basis": "converging", "trust": "t2", "best": self.points[1], "runner_up": self.points[2], "nearest": self.points[1]}

@@ -57,6 +57,9 @@ class Motions(Scratch):
         read = references.read(self.top / "new", "scene", "boxes=4 mu=1", [self.scene])
         self.assertEqual((read.about, read.motion), (about, motion))
         self.assertIsNone(references.read(self.top / "new", "scene", "boxes=4", [self.scene]))
+        # A value may be an expression.
+        references.Reference(about | {"parameters": "lean=pi/8"}, motion).store(self.top / "new")
+        self.assertEqual(references.read(self.top / "new", "scene", "lean=pi/8", [self.scene]).motion, motion)
         # One of an older program, which does not say until when, is none; nor is one that is damaged.
         file = self.top / "new/scene__boxes-4__mu-1.json"
         for text in (json.dumps({k: v for k, v in about.items() if k != "until"}), "{"):
@@ -142,7 +145,7 @@ class Making(Scratch):
         self.assertEqual(
             about, {
                 "scene": "scene", "parameters": "a=1 b=2", "scene_digest": program.digest(self.scene), "accepted": True,
-                "reason": "", "own_step": 0.05, "took_s": 0.5, "accuracy_m": 1e-8, "duration": 2.0, "until": 2.0, "versions": {
+                "reason": "", "own_step": 0.05, "took_s": 0.5, "accuracy_m": 1e-8, "duration": 2.0, "asked_s": None, "until": 2.0, "versions": {
                     "git": 0}, "machine": {"cpu": 0}, "error_of_own_step_m": 0.25})
         self.assertEqual(motion, {(1.0, "a"): (0.0, 0.0, 0.0), (2.0, "a"): (0.5, 0.0, 0.0)})
 
@@ -156,6 +159,21 @@ class Making(Scratch):
         self.assertEqual((about["accepted"], about["until"], about["uncertainty_m"], len(motion)), (True, 1.0, 0.004, 1))
         self.assertEqual(about["reason"], "coulomb: apart by more than 0.025 m from 1 s on")
         self.assertEqual([run.get("agree_until_s") for run in about["runs"]], [None, None, 1.0, None, 1.0])
+
+    def test_the_error_of_a_step_that_the_duration_is_no_multiple_of_is_known(self):
+        class Scripted:
+            program, file, sets = "/bin/false", self.scene, []
+
+            def run(self, method, accuracy, duration):
+                x, times = (0.0, (0.9, 1.8, 2.0)) if accuracy else (0.25, (0.9, 1.8, 2.001))  # by steps of 3 ms
+                x = 0.01 if method == references.SECOND[0] else x
+                summary = {
+                    "scenario": "scene", "status": "ok", "reason": "", "options": {"step": 3e-3, "duration": 2.0}, "residuals": {
+                        "false_claims": 0, "law_max": 0.0}, "time": {"total_s": 1}, "versions": {}, "machine": {}}
+                return summary, {(t, "a"): (x, 0.0, 0.0) for t in times}, "command"
+
+        about = references.certify(Scripted(), None).about
+        self.assertEqual((about["error_of_own_step_m"], about["accepted"], about["until"]), (0.25, True, 2.0))
 
     def test_a_run_whose_claims_are_refuted_or_that_does_not_end_ok_is_no_witness(self):
         refuted = {"residuals": {"false_claims": 1, "law_max": 0.0}}
@@ -177,7 +195,7 @@ class Making(Scratch):
             made.append((maker.program, maker.file, maker.sets, maker.limit, duration))
             about = {
                 "scene": "scene", "parameters": "a=1", "scene_digest": program.digest(self.scene), "accepted": False,
-                "until": None, "duration": duration or 5.0, "reason": "x"}
+                "until": None, "duration": duration or 5.0, "asked_s": duration, "reason": "x"}
             return references.Reference(about, None)
 
         with mock.patch.object(references, "certify", certify), mock.patch.object(program, "files_of", lambda *_:
@@ -188,10 +206,10 @@ class Making(Scratch):
 
             self.assertEqual([make(None), make(None), make(5.0)], [5.0] * 3)
             self.assertEqual(made, [("prog", str(self.scene), ["a=1"], 60, None)])
-            self.assertEqual((make(7.0), make(None), len(made)), (7.0, 7.0, 2))
-            self.assertEqual((make(7.0, again=True), len(made)), (7.0, 3))
+            self.assertEqual((make(7.0), make(None), len(made)), (7.0, 5.0, 3))  # the scene's own again
+            self.assertEqual((make(7.0, again=True), len(made)), (7.0, 4))
             self.scene.write_text("<scenario />")
-            self.assertEqual((make(7.0), len(made)), (7.0, 4))
+            self.assertEqual((make(7.0), len(made)), (7.0, 5))
 
     def main(self, *words, about):
         asked = []

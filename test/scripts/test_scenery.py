@@ -76,6 +76,17 @@ class Scenery(Folder):
         self.assertFalse((made.folder / "motion.html").exists())  # that of before is none of these runs
         self.assertEqual(scenery.write_motions(self.results({"scene": "without"})), "no run kept its contacts")
 
+    def test_a_run_that_died_before_its_first_moment_stops_no_page(self):
+        dead = {"status": "crash", "finished": "false", "files": {"shapes.csv": SHAPES, "trajectory.csv": ""}}
+        convex = {"method": "convex", "solver": "ipm"}
+        for rows, run in (([convex | dead, {"files": shown()}], "r1__r1"), ([convex | {"files": shown()}, dead], "r0__r1")):
+            made = self.results(*rows)
+            self.assertEqual([cell["run"] for cell in scenery.to_look_at(made, "box", "")], [run])
+            with mock.patch.object(view, "page", side_effect=json.dumps):
+                self.assertEqual(scenery.write_motions(made), "")
+            (scene, ) = json.loads((made.folder / "motion.html").read_text())
+            self.assertEqual(len(scene["runs"]), 1)
+
     def test_methods_are_compared_at_the_finest_step_at_which_most_came_to_the_end(self):
         convex, soft = {"method": "convex", "solver": "ipm"}, {"method": "soft", "solver": "sap"}
         early = {"finished": "false", "status": "ray", "t_reached": "0.1"}

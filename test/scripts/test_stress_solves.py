@@ -34,7 +34,7 @@ class Solves(Folder):
         found, (words, timeout) = self.solve('{"status": "ray", "residual": 0.5}', "first\nlast", 3, speeds=(1, 2, -2, -4, 0, 3))
         self.assertEqual(found, ("ray", "last", {"status": "ray", "residual": 0.5}, 5.0, 3))  # of n, t1, t2 of each contact
         self.assertEqual((words[:6], timeout), (["prog", "solve", "a.dat", "--k", "8", "--json"], 41))
-        self.assertEqual(words[6], "--velocities")
+        self.assertEqual(words[6:9], ["--time-limit", "7", "--velocities"])
         found, (words, _) = self.solve('{"status": "ok"}', "noise", kind="lcp")
         self.assertEqual((found, words[6:]), (("ok", "", {"status": "ok"}, None, 0), ["--time-limit", "7"]))
 
@@ -205,6 +205,12 @@ class Bisection(unittest.TestCase):
         for bad in (1, 2):
             found = limits.bisect(lambda x, bad=bad: ("ray" if x == bad else "ok", 0.5, x == 2), 1, 2, 1e-3)
             self.assertEqual((found.status, found.value, found.note, found.residual), ("ray", None, "a trial failed", 0.5))
+
+    def test_what_a_trial_failed_with_stays_beside_what_the_other_end_is(self):
+        for low, high, status in (("crash", "inaccurate", "crash"), ("ray", "inaccurate", "ray"), ("crash", "ray", "crash"),
+                                  ("ray", "crash", "crash"), ("inaccurate", "ray", "ray"), ("ray", "time_limit", "time_limit")):
+            found = limits.bisect(lambda x, low=low, high=high: (low if x == 1 else high, None, x == 2), 1, 2, 1e-3)
+            self.assertEqual((found.status, found.value, found.note), (status, None, "a trial failed"), (low, high))
 
     def test_a_step_is_tried_over_two_thousand_of_them_and_any_other_end_is_a_fault(self):
         asked = []

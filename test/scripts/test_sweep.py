@@ -48,7 +48,7 @@ step = ["1e-2", "1e-3"]
 class Merged(unittest.TestCase):
     def test_a_run_of_two_blocks_is_recorded_as_finely_and_limited_as_widely_as_either_asks(self):
         run = plan.Run("stack", (), "ap", "", "lemke", (), 1)
-        for ours, theirs, both in ((10, 2, 2), (2, 10, 2), (0, 5, 5), (5, 0, 5), (0, 0, 0)):
+        for ours, theirs, both in ((10, 2, 2), (2, 10, 2), (0, 5, 5), (5, 0, 5), (0, 0, 0), (30, 100, 10)):
             a, b = (dataclasses.replace(run, record_every=n, time_limit_s=n + 1, memory_limit_mb=n + 1) for n in (ours, theirs))
             merged = plan.merge(a, b)
             self.assertEqual(merged.record_every, both)

@@ -109,7 +109,7 @@ class Again(Folder):
         self.assertTrue(self.is_done({"record_contacts": True}, {"record_contacts": True}))
         self.assertFalse(self.is_done({"timed": False}, {"timed": True}))
         self.assertTrue(self.is_done({"timed": False}))
-        self.assertEqual([self.is_done(job={"record_every": n}) for n in (0, 4, 5, 6)], [True, False, True, True])
+        self.assertEqual([self.is_done(job={"record_every": n}) for n in (0, 4, 5, 6, 10)], [True, False, True, False, True])
         self.assertFalse(self.is_done({"record_every": 0}, {"record_every": 9}))
 
     def test_where_a_file_of_the_scene_is_gone_the_program_is_asked_for_them(self):
@@ -125,6 +125,23 @@ class Again(Folder):
         self.assertEqual(asked.call_args.args, (str(self.program), str(self.scene), ""))
         with mock.patch.object(program, "files_of", return_value=("/nowhere", )):
             self.assertFalse(self.is_done({"files": []}))
+
+    def test_a_run_of_an_engine_is_done_again_where_its_program_or_the_knobs_that_were_searched_for_are_others(self):
+        engine, tuned = self.top / "contactbench-engine-ode", self.top / "tuned.json"
+        job = {"asked": {"run": "r", "parameters": "", "engine": "ode"}, "flags": ["--engine", "ode", "--setting", "tuned"], "wall_limit_s": 1}
+        made = lambda: {"flags": job["flags"], **program.read_by(self.job | job)}
+        with mock.patch.object(program, "TUNED", tuned), mock.patch.object(program, "files_of", return_value=(str(self.scene), )), \
+                mock.patch.dict(os.environ, {"CONTACTBENCH_ENGINES": ""}):
+            for file, text in ((engine, "built"), (tuned, "found"), (tuned, "found again"), (engine, "built once more")):
+                before = made()
+                self.assertTrue(self.is_done(before, job))
+                file.write_text(text)
+                self.assertFalse(self.is_done(before, job), text)
+                self.assertTrue(self.is_done(made(), job))
+            # What is no run of it does not read it.
+            self.assertEqual(program.read_by(self.job | {"wall_limit_s": 1})["files"], [str(self.scene)])
+            plain = job | {"flags": ["--engine", "ode"]}
+            self.assertEqual(program.read_by(self.job | plain)["files"], [str(self.scene), str(engine.resolve())])
 
 
 class Order(Folder):
@@ -158,6 +175,28 @@ class Order(Folder):
             went = []
             sweep.do_all([], lambda some, count, done: went.append((some, count)), self.options(engine=engine))
             self.assertEqual(went, calls)
+
+    def test_timed_runs_go_alone_to_any_number_of_dask_s_workers(self):
+        went = []
+
+        def submit(client, job, priority):
+            went.append(f"begin {job['n']}")
+            return types.SimpleNamespace(n=job["n"], release=lambda: None)
+
+        def as_completed(futures, **_):
+            for future in futures:
+                went.append(f"end {future.n}")
+                yield future, types.SimpleNamespace(returncode=0, stdout="{}", stderr="")
+
+        client = mock.MagicMock()
+        fake = types.SimpleNamespace(Client=lambda *_, **__: client, LocalCluster=None, as_completed=as_completed)
+        in_turn, at_once = ["begin 0", "end 0", "begin 1", "end 1"], ["begin 0", "begin 1", "end 0", "end 1"]
+        for timed, alone, order in ((True, True, in_turn), (True, False, at_once), (False, True, at_once)):
+            went.clear()
+            engine = sweep.engine_of(types.SimpleNamespace(engine="dask:tcp://head:8786", timed_alone=alone))
+            with mock.patch.dict("sys.modules", {"distributed": fake}), mock.patch.object(program, "elsewhere", submit):
+                engine([{"n": n, "timed": timed} for n in range(2)], 1, lambda record: None)
+            self.assertEqual(went, order)
 
     def test_what_is_to_do_is_said_with_its_command(self):
         runs = [RUN, dataclasses.replace(RUN, repeat=2), dataclasses.replace(RUN, method="convex", solver="ipm")]

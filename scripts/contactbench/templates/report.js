@@ -50,7 +50,7 @@ if (points && Object.keys(DATA.scenes).length) {
     for (let i = y0; i <= y1; i += Math.max(1, Math.ceil((y1 - y0) / 9))) out += `<line x1="${left}" x2="${w - 12}" y1="${Y(i)}" y2="${Y(i)}"/><text x="${left - 5}" y="${Y(i) + 4}" text-anchor="end">1e${i}</text>`;
     out += `<text x="${w - 12}" y="${h - 4}" text-anchor="end">processing time, s a simulated second</text><text x="${left + 4}" y="20">error, m</text><line class="wanted" x1="${left}" x2="${w - 12}" y1="${Y(log(wanted))}" y2="${Y(log(wanted))}"/>`;
     svg.setAttribute("viewBox", `0 0 ${w} ${h}`); svg.innerHTML = out;
-    const good = some.filter(p => p.good && p.worst + p.uncertainty <= wanted).sort((a, b) => a.time - b.time), best = good[0], near = some.filter(p => p.good).sort((a, b) => a.error - b.error || a.time - b.time)[0];
+    const good = some.filter(p => p.good && p.worst + p.uncertainty <= wanted).sort((a, b) => a.time - b.time), best = good[0], near = some.filter(p => p.good).sort((a, b) => a.worst - b.worst || a.time - b.time)[0];
     for (const p of some) {
       const c = document.createElementNS(NS, "circle"); c.setAttribute("cx", X(log(p.time))); c.setAttribute("cy", Y(log(Math.max(p.error, floor)))); c.setAttribute("r", p === best ? 8 : 5.5);
       c.setAttribute("fill", DATA.colours[p.key]); c.setAttribute("class", (p === best ? "best" : "") + (good.includes(p) ? "" : " dim")); c.tabIndex = 0;
