@@ -564,19 +564,14 @@ void BaseStep::remove_overlap() {
   if (overlap_ratio_ > 1 && deepest_depth_ > options_.penetration_bound * size) fail_overlap(i, j, deepest_depth_);
 }
 
-// Fisher and Yates.
+// Fisher and Yates, in a copy: steps to an accuracy compare what touches one by one (read_modes).
 void BaseStep::shuffle_contacts() {
-  std::vector<ContactPoint>& contacts = event_contacts();
-  for (std::size_t i = contacts.size(); i > 1; --i) {
+  if (islands_.all()) event_contacts_ = contacts_;
+  for (std::size_t i = event_contacts_.size(); i > 1; --i) {
     const std::size_t j = random_() % i;
-    std::swap(contacts[i - 1], contacts[j]);
+    std::swap(event_contacts_[i - 1], event_contacts_[j]);
     std::swap(mu_[i - 1], mu_[j]);
     std::swap(restitution_[i - 1], restitution_[j]);
-    if (islands_.all()) {  // these are contacts_ themselves
-      const char approaches = approaches_[i - 1];
-      approaches_[i - 1] = approaches_[j];
-      approaches_[j] = approaches;
-    }
   }
 }
 

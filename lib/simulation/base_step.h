@@ -203,8 +203,10 @@ class BaseStep {
   Residuals residuals_;
   std::vector<double> v_plus_, u_plus_, mu_, restitution_;
   std::vector<double> gap_speed_;  // per contact of the event that is looked ahead at, m/s: w_n of its gap
-  /// What the event is made of; contacts_ itself where it is made of all.
-  std::vector<ContactPoint>& event_contacts() { return islands_.all() ? contacts_ : event_contacts_; }
+  /// What the event is made of; contacts_ itself where it is made of all, in their order.
+  std::vector<ContactPoint>& event_contacts() {
+    return islands_.all() && options_.shuffle == 0 ? contacts_ : event_contacts_;
+  }
   std::vector<ContactPoint> contacts_, event_contacts_;  // all that touch
   std::vector<char> approaches_;                         // per contact and limit that was found
   std::vector<double> partings_;                         // per contact that was found: e times its approach, m/s
