@@ -352,7 +352,7 @@ void BaseStep::kick(const Tree& tree, Lent& lent) {
   for (const double a : qdd) joint_speed_ = std::max(joint_speed_, step_ * std::abs(a));
 }
 
-// Moves everything by dt. A tree keeps its kinetic energy, but for what was lent to it.
+// Moves everything by dt. A tree keeps its kinetic energy, but for what was lent to it; one that is driven its rates.
 void BaseStep::move(double dt) {
   at_start_ = false;
   const std::vector<Tree>& trees = scenario_.model.trees;
@@ -375,7 +375,8 @@ void BaseStep::move(double dt) {
       return contact.gap > std::min(tolerance_[contact.shape_a], tolerance_[contact.shape_b]);
     });
   drift_.remove(scenario_, motions_, contacts_, tolerance_, options_.closed_gap, radius_, *pairs_, driven_, dt, state_);
-  for (std::size_t t = 0; t < trees.size(); ++t) set_tree_energy(scenario_.model, trees[t], kept_[t], state_);
+  for (std::size_t t = 0; t < trees.size(); ++t)
+    if (driven_[t] == 0) set_tree_energy(scenario_.model, trees[t], kept_[t], state_);
   update_motions();
 }
 
