@@ -445,7 +445,7 @@ void BaseStep::find_contacts() {
     deepest_ = {i, j};
     deepest_depth_ = depth;
   }
-  record_.penetration_inside = std::max(record_.penetration_inside, depth_);
+  if (!trial_) record_.penetration_inside = std::max(record_.penetration_inside, depth_);
 }
 
 void BaseStep::fail_overlap(int i, int j, double depth) {

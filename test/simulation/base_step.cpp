@@ -110,6 +110,25 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("how deep something came in is told of the step's own events, not of tries") {
+  const Scenario s = landing(0, 0, 0);
+  SimulationOptions options;
+  options.step = h;
+  State deep = s.initial;
+  deep.pose[0].p[1] -= 0.005;
+  BaseStep base(s, options, find_method("newton")->make({}), newton_law());
+  for (const bool trial : {true, false}) {
+    base.begin(1);
+    base.set_trial(trial);
+    base.set_state(deep);
+    base.kick(h);
+    base.look(h);
+    REQUIRE(base.contacts().size() == 1);
+    CHECK(base.contacts()[0].gap == Approx(-0.005));
+    CHECK(base.record().penetration_inside == Approx(trial ? 0 : 0.005));
+  }
+}
+
 TEST_CASE("what is approached with is the fastest of what touches, and nothing where it parts") {
   SimulationOptions options;
   options.step = h;
