@@ -106,8 +106,10 @@ bool BaseStep::event(double bounced) {
     solve_event();
     while (corners_fall_short()) {  // solved again, with all points of the patches
       lap_.leave_out();
+      const int told = record_.bounces_left_out;  // of the same contacts
       find_contacts();
       approaching();
+      record_.bounces_left_out = told;
       solve_event();
     }
   }
