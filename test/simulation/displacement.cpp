@@ -111,6 +111,27 @@ TEST_CASE("what overlaps a link whose joint is at its limit is pushed out alone"
   }
 }
 
+TEST_CASE("how far what overlaps is moved is told of a link's points, not of its joints", "[overlap]") {
+  // A ball of 0.5 m at the end of an arm of 4 m is in the ground by d: it rises by d, and turns with the arm by d / 4.
+  for (const double d : {1e-5, 3e-5}) {
+    Scenario s = without_gravity();
+    test::add_ground(s);
+    test::add_sphere(s, 0.5, 2, {0, 0.5 - d, 0});
+    join(s, 0, JointKind::revolute, Vec3::UnitZ());
+    Joint& joint = s.model.trees[0].joints[0];
+    joint.anchor_C = {-4, 0, 0};
+    joint.anchor_P = s.initial.pose[0].p + joint.anchor_C;
+    test::collide_all(s, 0);
+    SimulationOptions options;
+    options.step = options.duration = 1e-3;
+    Simulation simulation(s, options, find_method("ap")->make({}), anitescu_potra_law());
+    const StepRecord& record = simulation.step();
+    REQUIRE(record.status == Status::ok);
+    CHECK(simulation.state().q[0] == Approx(d / 4).epsilon(1e-3));
+    CHECK(record.penetration_displacement == Approx(d + 0.5 * d / 4).epsilon(1e-3));
+  }
+}
+
 TEST_CASE("a gap that arithmetic leaves at a link is closed without its joint going beyond its limit", "[drift]") {
   const double depth = 1e-6;
   Scenario s = ball_and_stop(0, 0);
