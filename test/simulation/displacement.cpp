@@ -438,3 +438,22 @@ TEST_CASE("gaps are closed of the pairs that touched alone, each as deep as aske
   CHECK(state.pose[1].p[1] == 0.5 + 1e-6 * 2);
   CHECK(state.pose[2].p[1] == Approx(0.5).margin(1e-10));
 }
+
+TEST_CASE("gaps of heavy bodies are closed beside light ones, too", "[drift]") {
+  // A ball of 1000 kg and one of 1e-9 kg, a micrometre off the ground each, in either order.
+  for (const bool heavy_first : {true, false}) {
+    Scenario s = without_gravity();
+    for (const bool first : {true, false})
+      test::add_sphere(s, 0.5, first == heavy_first ? 1000 : 1e-9, {first ? 0.0 : 2.0, 0.5 + 1e-6, 0});
+    test::add_ground(s);
+    test::collide_all(s, 0);
+    std::vector<Motion> motions = motions_at(s, s.initial);
+    std::vector<ContactPoint> touching;
+    for (const int ball : {0, 1})
+      contact_points(s.shapes[ball], motions[ball].pose, ball, s.shapes[2], motions[2].pose, 2, 1e-5, touching);
+    REQUIRE(touching.size() == 2);
+    State state = s.initial;
+    Drift().close(s, motions, touching, {1e-9, 1e-9, 1e-9}, 1e-9, {{0, 2}, {1, 2}}, {}, 5e-6, state);
+    for (const int ball : {0, 1}) CHECK(std::abs(state.pose[ball].p[1] - 0.5) < 1e-10);
+  }
+}
