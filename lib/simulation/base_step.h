@@ -101,7 +101,7 @@ class BaseStep {
   struct Mode {
     int a, b;   ///< shapes; or -1 - tree and joint at its limit; or a motor at its torque's limit
     int facet;  ///< -1: sticks; else 0, or twice the facet of the polygon that it slips in, odd between two
-    Vec3 slip;  ///< m/s, tangential
+    Vec3 slip;  ///< m/s, tangential; of what has no friction 0, as its facet is
   };
   void read_modes(std::vector<Mode>& modes);
   /// Fastest approach of what touches, m/s.

@@ -466,6 +466,23 @@ TEST_CASE("a shock passes through balls that touch at rest without loss") {
   }
 }
 
+TEST_CASE("what slips without friction has not switched where its slip turns or ends") {
+  // Gravity's share along x is 2 cos t: the box turns round after pi.
+  Scenario s = empty_scene(1e-3, 4);
+  s.gravity.constant = {0, -g, 0};
+  s.gravity.harmonic[0] = {2, 1, 0};
+  add_ground(s);
+  add_box(s, {1, 0.2, 1}, 1, {{0, 0.1, 0}, Quat::Identity()});
+  collide_all(s, 0);
+  for (const std::string name : {"convex", "ap"}) {
+    INFO(name);
+    const Ended ended = run(s, accurate(s, 1e-6), name);
+    CHECK(ended.tally.switches == 0);
+    CHECK(ended.tally.first_order == 0);
+    CHECK(std::abs(ended.state.pose[0].p.x() - 2 * (1 - std::cos(4.0))) <= 1e-5);
+  }
+}
+
 TEST_CASE("contacts that are handed over in another order have not switched") {
   // Two boxes that slide beside each other from the start to the end, all of whose contacts are one event.
   Scenario s = empty_scene(1e-3, 1);
