@@ -597,6 +597,27 @@ TEST_CASE("a try that no answer was found in leaves nothing but its cost") {
   CHECK(solves == calls);
 }
 
+TEST_CASE("a try that fails where modes are read at its start is told by its step as by the run") {
+  const Scenario s = circle(0.5);
+  const ContactMethod right = precise("convex");
+  int calls = 0;
+  const ContactMethod fails_at_first = [&](const ContactProblem& problem, ContactSolution& solution) {
+    right(problem, solution);
+    if (++calls > 1) return;
+    for (double& r : solution.impulse) r *= 2;
+    solution.fail(Status::nonconverged, "for once");
+  };
+  Simulation simulation(s, accurate(s, 1e-6), fails_at_first, find_method("convex")->law);
+  long refused = 0;
+  while (!simulation.done()) {
+    const StepRecord& record = simulation.step();
+    REQUIRE(record.status == Status::ok);
+    if (refused == 0) CHECK(record.accuracy->refused == 1);
+    refused += record.accuracy->refused;
+  }
+  CHECK(simulation.accuracy()->refused == refused);
+}
+
 TEST_CASE("a step is inaccurate by what its own events are worth, none of them of a try that was not taken") {
   const Scenario s = circle(2);
   const ContactMethod right = precise("convex");

@@ -379,6 +379,7 @@ void AccuracyStepping::step_once(BaseStep& base) {
   base.set_trial(true);
   if (!modes_known_ && !probe(base, looking_, entry_)) {
     ++tally_.refused;
+    ++taken_.refused;
     base.forgive();
     return take_first_order(base, smallest_, edge, AccuracyStep::first_order);
   }
