@@ -63,6 +63,13 @@ double largest_acceleration(const Scenario& scenario) {
   return g + push > 0 ? g + push : 1;
 }
 
+/// m
+double deepest(const std::vector<ContactPoint>& contacts) {
+  double depth = 0;
+  for (const ContactPoint& contact : contacts) depth = std::max(depth, -contact.gap);
+  return depth;
+}
+
 /// Do the modes differ in the direction of friction alone? It jumps then; where a contact begins or ends to stick or to
 /// press it does not.
 bool friction_jumps(const std::vector<BaseStep::Mode>& a, const std::vector<BaseStep::Mode>& b) {
@@ -232,9 +239,13 @@ AccuracyStepping::Try AccuracyStepping::judge(double H) {
 // The end of a macro step: what touched touches, and moves as it did.
 AccuracyStepping::Try AccuracyStepping::leave(BaseStep& base, double H, double t_end) {
   base.restore({best_state_, base.energy_input(), start_.spinning});
-  base.close_gaps(touching_, 10 * distance(radius_, best_state_, neighbour_state_));
+  const double reach = 10 * distance(radius_, best_state_, neighbour_state_);
+  base.close_gaps(touching_, reach);
   base.set_rest_speed(acceleration_ * smallest_);
   base.look(0);
+  // Within its last base step a link's arc may have gone into what its tangent passes.
+  if (!base.going_on() || deepest(base.contacts()) > std::max({options_.accuracy, reach, deepest(touching_)}))
+    return {Try::failed};
   base.save(end_);
   end_.state.t = t_end;
   if (base.approach_speed() > acceleration_ * smallest_) {  // an impact, which may change anything
