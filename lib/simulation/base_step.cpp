@@ -128,9 +128,9 @@ constexpr double most_turned_in = 1e-3;  // -: of the smaller shape that touches
 // Bodies go on lines while links turn about others: to second order off by |w| |v| dt^2 / 2, w and v of the link. And
 // what touches and whirls turns into what it touches.
 double BaseStep::longest_move() const {
-  constexpr double most = 0.05;   // -: of the smallest shape; half of it ends the run as overlap inside a step
   constexpr double least = 1e-3;  // -: of a step, however fast they are
-  const double fastest = std::max(bending_of_links() / (most * smallest_), bending_of_contacts() / most_turned_in);
+  const double fastest =
+      std::max(bending_of_links() / (most_off_line * smallest_), bending_of_contacts() / most_turned_in);
   return fastest > 0 ? std::max(std::sqrt(2 / fastest), least * step_) : HUGE_VAL;
 }
 
@@ -143,6 +143,22 @@ double BaseStep::bending_of_links() const {
     bending = std::max(bending, Vec3(v).norm() * Vec3(v + 3).norm());
   }
   return bending;
+}
+
+// m: of links, after a move by dt from motions_.
+double BaseStep::off_line(double dt) const {
+  double furthest = 0;
+  if (scenario_.pairs.laws.empty()) return furthest;  // nothing meets
+  Motion now;
+  for (std::size_t i = 0; i < motions_.size(); ++i) {
+    const Shape& shape = scenario_.shapes[i];
+    if (shape.body < 0 || scenario_.model.bodies[shape.body].tree < 0) continue;
+    shape_motion(shape, state_, now);
+    const Pose line = advance(motions_[i], dt);
+    const double sine = (line.q.conjugate() * now.pose.q).vec().norm();  // of half the turn
+    furthest = std::max(furthest, (now.pose.p - line.p).norm() + 2 * sine * shape.bounding_radius());
+  }
+  return furthest;
 }
 
 // Of a shape's point, m/s.
@@ -371,6 +387,7 @@ void BaseStep::move(double dt) {
     lent_[t] = {};
   }
   advance_positions(dt);
+  if (trial_) strayed_ = off_line(dt);
   lap_.add_to(record_.times.dynamics_s);
   if (ahead_ > 0)  // gaps that were open are no drift
     std::erase_if(contacts_, [&](const ContactPoint& contact) {

@@ -518,6 +518,19 @@ TEST_CASE("a link that whirls past what its tangent misses does not end a macro 
   CHECK(ended.tally.impacts == 1);
 }
 
+TEST_CASE("a link that whirls does not pass by what the straight lines of its base steps miss") {
+  // As above; at 1.7 rad the post is between the ends of all base steps of the first try, of 1, 4/3 and 2 rad.
+  Scenario s = scene(R"(<robot name="mill"><link name="arm" mass="1" position="1 0 0" inertia="1e-3 1e-3 1e-3">
+    <sphere name="ball" radius="0.05" position="1 0 0"/></link>
+    <joint name="hinge" kind="revolute" parent="world" child="arm" anchor="0 0 0" axis="0 0 1" velocity="10"/></robot>
+    <sphere name="post" radius="0.05" fixed="yes" position="${0.95*cos(1.7)} ${0.95*sin(1.7)} 0"/>)",
+                     0.8, "0 0 0");
+  collide_all(s, 0);
+  const Ended ended = run(s, accurate(s, 1e-3));
+  CHECK(std::abs(ended.state.q[0] - (1.7 - std::acos(1.8925 / 1.9))) <= 2e-3);
+  CHECK(ended.tally.impacts == 1);
+}
+
 TEST_CASE("macro steps end at records") {
   const Scenario s = circle(1);
   SimulationOptions options = accurate(s, 1e-6);

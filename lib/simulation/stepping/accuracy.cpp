@@ -181,6 +181,7 @@ AccuracyStepping::Try AccuracyStepping::cross(BaseStep& base, int n, double H, s
     const double dt = base.until_contact(h, false, solved);
     if (dt < h) return {Try::arrived, false, k * h + dt};
     base.move(h);
+    if (base.strays()) return {Try::bent, false, k * h};
     base.forget_contacts();
     if (!base.going_on()) return {Try::failed, false, k * h};
   }
@@ -267,6 +268,8 @@ double AccuracyStepping::next_length(const Try& tried, double H) const {
       return H * std::max(least_shrink, safety * std::pow(tried.excess, -1.0 / growth_order()));
     case Try::arrived:
       return tried.at < H ? tried.at : H / 2;
+    case Try::bent:
+      return H / 2;
     case Try::switched:
       // Up to the last base step that was as at the start; where the first was not, within it.
       return tried.at > 0 ? std::min(tried.at, 0.9 * H) : H / n_.front() / 2;
@@ -359,13 +362,14 @@ void AccuracyStepping::take_macro_step(BaseStep& base, double edge) {
       last_estimate = tried.estimate;
     }
     const double least = tried.jumps ? finest_ : smallest_;
-    if (tries >= most_tries || (tried.what != Try::arrived && H <= least)) {
+    const bool meets = tried.what == Try::arrived || tried.what == Try::bent;  // however short that asks H to be
+    if (tries >= most_tries || (!meets && H <= least)) {
       stumbles_.push_back(t0);
       return take_first_order(base, std::min(H, smallest_), edge,
                               tried.what == Try::switched ? AccuracyStep::switched : AccuracyStep::first_order);
     }
     H = next_length(tried, H);
-    nearing = tried.what == Try::arrived;
+    nearing = meets;
     if (!nearing) next_ = H = std::max(H, std::min(least, limit));
   }
 }
