@@ -106,8 +106,10 @@ bool BaseStep::event(double bounced) {
     solve_event();
     while (corners_fall_short()) {  // solved again, with all points of the patches
       lap_.leave_out();
+      const int told = record_.bounces_left_out;  // of the same contacts
       find_contacts();
       approaching();
+      record_.bounces_left_out = told;
       solve_event();
     }
   }
@@ -126,9 +128,9 @@ constexpr double most_turned_in = 1e-3;  // -: of the smaller shape that touches
 // Bodies go on lines while links turn about others: to second order off by |w| |v| dt^2 / 2, w and v of the link. And
 // what touches and whirls turns into what it touches.
 double BaseStep::longest_move() const {
-  constexpr double most = 0.05;   // -: of the smallest shape; half of it ends the run as overlap inside a step
   constexpr double least = 1e-3;  // -: of a step, however fast they are
-  const double fastest = std::max(bending_of_links() / (most * smallest_), bending_of_contacts() / most_turned_in);
+  const double fastest =
+      std::max(bending_of_links() / (most_off_line * smallest_), bending_of_contacts() / most_turned_in);
   return fastest > 0 ? std::max(std::sqrt(2 / fastest), least * step_) : HUGE_VAL;
 }
 
@@ -141,6 +143,22 @@ double BaseStep::bending_of_links() const {
     bending = std::max(bending, Vec3(v).norm() * Vec3(v + 3).norm());
   }
   return bending;
+}
+
+// m: of links, after a move by dt from motions_.
+double BaseStep::off_line(double dt) const {
+  double furthest = 0;
+  if (scenario_.pairs.laws.empty()) return furthest;  // nothing meets
+  Motion now;
+  for (std::size_t i = 0; i < motions_.size(); ++i) {
+    const Shape& shape = scenario_.shapes[i];
+    if (shape.body < 0 || scenario_.model.bodies[shape.body].tree < 0) continue;
+    shape_motion(shape, state_, now);
+    const Pose line = advance(motions_[i], dt);
+    const double sine = (line.q.conjugate() * now.pose.q).vec().norm();  // of half the turn
+    furthest = std::max(furthest, (now.pose.p - line.p).norm() + 2 * sine * shape.bounding_radius());
+  }
+  return furthest;
 }
 
 // Of a shape's point, m/s.
@@ -352,7 +370,7 @@ void BaseStep::kick(const Tree& tree, Lent& lent) {
   for (const double a : qdd) joint_speed_ = std::max(joint_speed_, step_ * std::abs(a));
 }
 
-// Moves everything by dt. A tree keeps its kinetic energy, but for what was lent to it.
+// Moves everything by dt. A tree keeps its kinetic energy, but for what was lent to it; one that is driven its rates.
 void BaseStep::move(double dt) {
   at_start_ = false;
   const std::vector<Tree>& trees = scenario_.model.trees;
@@ -369,13 +387,15 @@ void BaseStep::move(double dt) {
     lent_[t] = {};
   }
   advance_positions(dt);
+  if (trial_) strayed_ = off_line(dt);
   lap_.add_to(record_.times.dynamics_s);
   if (ahead_ > 0)  // gaps that were open are no drift
     std::erase_if(contacts_, [&](const ContactPoint& contact) {
       return contact.gap > std::min(tolerance_[contact.shape_a], tolerance_[contact.shape_b]);
     });
   drift_.remove(scenario_, motions_, contacts_, tolerance_, options_.closed_gap, radius_, *pairs_, driven_, dt, state_);
-  for (std::size_t t = 0; t < trees.size(); ++t) set_tree_energy(scenario_.model, trees[t], kept_[t], state_);
+  for (std::size_t t = 0; t < trees.size(); ++t)
+    if (driven_[t] == 0) set_tree_energy(scenario_.model, trees[t], kept_[t], state_);
   update_motions();
 }
 
@@ -444,7 +464,7 @@ void BaseStep::find_contacts() {
     deepest_ = {i, j};
     deepest_depth_ = depth;
   }
-  record_.penetration_inside = std::max(record_.penetration_inside, depth_);
+  if (!trial_) record_.penetration_inside = std::max(record_.penetration_inside, depth_);
 }
 
 void BaseStep::fail_overlap(int i, int j, double depth) {
@@ -564,19 +584,14 @@ void BaseStep::remove_overlap() {
   if (overlap_ratio_ > 1 && deepest_depth_ > options_.penetration_bound * size) fail_overlap(i, j, deepest_depth_);
 }
 
-// Fisher and Yates.
+// Fisher and Yates, in a copy: steps to an accuracy compare what touches one by one (read_modes).
 void BaseStep::shuffle_contacts() {
-  std::vector<ContactPoint>& contacts = event_contacts();
-  for (std::size_t i = contacts.size(); i > 1; --i) {
+  if (islands_.all()) event_contacts_ = contacts_;
+  for (std::size_t i = event_contacts_.size(); i > 1; --i) {
     const std::size_t j = random_() % i;
-    std::swap(contacts[i - 1], contacts[j]);
+    std::swap(event_contacts_[i - 1], event_contacts_[j]);
     std::swap(mu_[i - 1], mu_[j]);
     std::swap(restitution_[i - 1], restitution_[j]);
-    if (islands_.all()) {  // these are contacts_ themselves
-      const char approaches = approaches_[i - 1];
-      approaches_[i - 1] = approaches_[j];
-      approaches_[j] = approaches;
-    }
   }
 }
 
@@ -588,10 +603,8 @@ void BaseStep::find_driven() {
   for (std::size_t t = 0; t < trees.size(); ++t)
     driven_[t] = std::all_of(trees[t].joints.begin(), trees[t].joints.end(), [&](const Joint& joint) {
       if (joint.nv() == 0) return true;
-      const auto closed = [&](double sign) {
-        return joint.limit_gap(sign, state_.q[joint.q], state_.t) <= options_.closed_gap;
-      };
-      return joint.q >= 0 && closed(1) && closed(-1);
+      // Rounding, and what displacements may miss, take a joint off its stops in the end.
+      return joint.q >= 0 && joint.upper - joint.lower <= 2 * options_.closed_gap;
     });
 }
 

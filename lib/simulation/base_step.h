@@ -53,6 +53,9 @@ class BaseStep {
   /// bodies that touch turn into each other, by more than a fraction of the smallest shape. No limit where nothing
   /// does.
   double longest_move() const;
+  /// Has the last move taken a link further from steady motion, by which times of contact are sought, than such a piece
+  /// may be? Of trials alone.
+  bool strays() const { return strayed_ > most_off_line * smallest_; }
   /// The first time of contact of what is open, s, or `horizon`. `again`: after another one in this step; `solved`:
   /// did velocities change since the last?
   double until_contact(double horizon, bool again, bool solved);
@@ -101,7 +104,7 @@ class BaseStep {
   struct Mode {
     int a, b;   ///< shapes; or -1 - tree and joint at its limit; or a motor at its torque's limit
     int facet;  ///< -1: sticks; else 0, or twice the facet of the polygon that it slips in, odd between two
-    Vec3 slip;  ///< m/s, tangential
+    Vec3 slip;  ///< m/s, tangential; of what has no friction 0, as its facet is
   };
   void read_modes(std::vector<Mode>& modes);
   /// Fastest approach of what touches, m/s.
@@ -136,6 +139,8 @@ class BaseStep {
   void kick(const Tree& tree, Lent& lent);
   double bending_of_links() const;     // m/s^2
   double bending_of_contacts() const;  // 1/s^2
+  static constexpr double most_off_line = 0.05;  // -: of the smallest shape; half of what ends the run
+  double off_line(double dt) const;
   Vec3 shape_velocity(int shape, const Vec3& position) const;
   double largest_pair_tolerance() const;
   bool keeps_pairs() const;
@@ -203,8 +208,10 @@ class BaseStep {
   Residuals residuals_;
   std::vector<double> v_plus_, u_plus_, mu_, restitution_;
   std::vector<double> gap_speed_;  // per contact of the event that is looked ahead at, m/s: w_n of its gap
-  /// What the event is made of; contacts_ itself where it is made of all.
-  std::vector<ContactPoint>& event_contacts() { return islands_.all() ? contacts_ : event_contacts_; }
+  /// What the event is made of; contacts_ itself where it is made of all, in their order.
+  std::vector<ContactPoint>& event_contacts() {
+    return islands_.all() && options_.shuffle == 0 ? contacts_ : event_contacts_;
+  }
   std::vector<ContactPoint> contacts_, event_contacts_;  // all that touch
   std::vector<char> approaches_;                         // per contact and limit that was found
   std::vector<double> partings_;                         // per contact that was found: e times its approach, m/s
@@ -253,6 +260,7 @@ class BaseStep {
   const std::vector<std::pair<int, int>>* pairs_ = nullptr;
   std::vector<double> travel_;  // per shape, m: bound on its displacement before the step ends
   double smallest_ = std::numeric_limits<double>::infinity();  // m, of all shapes
+  double strayed_ = 0;                                         // m, off_line of the last move
   double margin_ = 0;                                          // m, by which the pairs were widened
   double moved_ = 0;             // m, bound on what any shape has moved by since they were found
   bool contacts_known_ = false;  // are contacts_ those of the present poses?

@@ -102,6 +102,10 @@ void BaseStep::read_modes(std::vector<Mode>& modes) {
     const Relative relative = relative_velocity(contact);
     const double still = noise * (gravity_speed_ + relative.terms), u_n = contact.normal.dot(relative.u);
     if (u_n > still) continue;
+    if (scenario_.pairs.find(contact.shape_a, contact.shape_b)->mu == 0) {  // nothing depends on its slip
+      modes.push_back({contact.shape_a, contact.shape_b, 0, Vec3::Zero()});
+      continue;
+    }
     const Vec3 slip = relative.u - u_n * contact.normal;
     int facet = slip.norm() <= still ? -1 : 0;
     if (facet == 0 && edges > 0) {

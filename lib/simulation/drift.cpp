@@ -19,8 +19,10 @@ constexpr double good_gap = 0.1;  // of the tolerance
 // times the other. Pads that hold a box close gaps of rounding by 1e-6 to 1e-4 of theirs, and stall where these stay;
 // points side by side whose gaps differ ask for up to the radius, as do those of a wheel that turns by radians a step.
 constexpr double arcs = 10, unseen = 1e-3, linear = 0.1;
-constexpr double ridge = 1e-11;  // of the largest diagonal: G is singular where points share a face; a round more
-                                 // takes away what it leaves
+// Of the largest diagonal: G is singular where points share a face; a round more takes away what it leaves. But of a
+// heavy body among light ones, which that would hold fast, at most `spread` times as much of its own. Points that no
+// displacement opens have a diagonal of rounding, at most `nothing` of the largest.
+constexpr double ridge = 1e-11, spread = 1e3, nothing = 1e-20;
 
 }  // namespace
 
@@ -295,7 +297,9 @@ bool Drift::find_displacement() {
   held_NT_ = NT_(Eigen::all, held_);
   held_MNT_ = MNT_(Eigen::all, held_);
   G_.noalias() = held_NT_.transpose() * held_MNT_;
-  G_.diagonal().head(points).array() += ridge * G_.diagonal().head(points).maxCoeff();
+  const double largest = G_.diagonal().head(points).maxCoeff();
+  for (Eigen::Index i = 0; i < points; ++i)
+    G_(i, i) += ridge * (G_(i, i) > nothing * largest ? std::min(spread * G_(i, i), largest) : largest);
   lambda_ = Eigen::Map<const Eigen::VectorXd>(wanted_.data(), n);
   llt_.compute(G_);
   if (llt_.info() != Eigen::Success) return false;

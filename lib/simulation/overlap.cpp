@@ -78,7 +78,7 @@ double Overlap::remove(const Scenario& scenario, const std::vector<double>& tole
     d_.setZero(problem_.nv());
     for (int island = 0; island < islands_.count; ++island) solve(island);
     remember(scenario, motions);
-    const double moved = move(scenario, radius, state);
+    const double moved = move(scenario, radius, motions, state);
     displacement += moved;
     for (std::size_t i = 0; i < motions.size(); ++i) shape_motion(scenario.shapes[i], state, motions[i]);
     depth = std::max(depth, moved);
@@ -289,28 +289,42 @@ bool Overlap::exchange_sets(std::span<const int> island) {
   return false;
 }
 
-// Moves the bodies by d_; returns the furthest that a point of one moves.
-double Overlap::move(const Scenario& scenario, const std::vector<double>& radius, State& state) {
+// Moves the bodies by d_; returns the furthest that a point of one moves. `motions`: before.
+double Overlap::move(const Scenario& scenario, const std::vector<double>& radius, const std::vector<Motion>& motions,
+                     State& state) {
+  constexpr int none = -1, link = -2;
   if (!d_.allFinite()) return 0;
   double turn = 0, furthest_point = 0;
   for (std::size_t b = 0; b < owners_.size(); ++b)
     if (owners_[b].tree < 0) turn = std::max(turn, d_.segment<3>(problem_.M.first[b] + 3).norm());
   if (turn > furthest) d_ *= furthest / turn;
-  block_.assign(scenario.model.bodies.size(), -1);
+  block_.assign(scenario.model.bodies.size(), none);
   for (std::size_t b = 0; b < owners_.size(); ++b) {
-    if (owners_[b].tree < 0)
+    if (owners_[b].tree < 0) {
       block_[owners_[b].body] = static_cast<int>(b);
-    else
-      furthest_point =
-          std::max(furthest_point, d_.segment(problem_.M.first[b], scenario.model.trees[owners_[b].tree].nv).norm());
-  }
-  for (std::size_t i = 0; i < scenario.shapes.size(); ++i) {
-    const int body = scenario.shapes[i].body;
-    if (body < 0 || block_[body] < 0) continue;
-    const auto d = d_.segment<6>(problem_.M.first[block_[body]]);
-    furthest_point = std::max(furthest_point, d.head<3>().norm() + radius[i] * d.tail<3>().norm());
+      continue;
+    }
+    const Tree& tree = scenario.model.trees[owners_[b].tree];
+    if (d_.segment(problem_.M.first[b], tree.nv).isZero(0)) continue;
+    for (const Joint& joint : tree.joints) block_[joint.body] = link;
   }
   displace(scenario.model, owners_, problem_.M.first, d_, state);
+  for (std::size_t i = 0; i < scenario.shapes.size(); ++i) {
+    const Shape& shape = scenario.shapes[i];
+    if (shape.body < 0 || block_[shape.body] == none) continue;
+    double far = 0;
+    if (block_[shape.body] == link) {
+      Motion now;
+      shape_motion(shape, state, now);
+      const Pose& before = motions[i].pose;
+      const double sine = (before.q.conjugate() * now.pose.q).vec().norm();  // of half the turn
+      far = (now.pose.p - before.p).norm() + 2 * sine * shape.bounding_radius();
+    } else {
+      const auto d = d_.segment<6>(problem_.M.first[block_[shape.body]]);
+      far = d.head<3>().norm() + radius[i] * d.tail<3>().norm();
+    }
+    furthest_point = std::max(furthest_point, far);
+  }
   return furthest_point;
 }
 

@@ -46,7 +46,8 @@ class Overlap {
   bool solve_working_set();
   void add_to_displacement(int c, double lambda);
   double opened(int c) const;
-  double move(const Scenario& scenario, const std::vector<double>& radius, State& state);
+  double move(const Scenario& scenario, const std::vector<double>& radius, const std::vector<Motion>& motions,
+              State& state);
 
   struct MaterialPoint {  // of both shapes
     int shape_a, shape_b;
@@ -70,7 +71,7 @@ class Overlap {
   BlockCholesky factor_;
   std::vector<double> row_, moved_;  // entries of N, and of N M^-1, as problem_.J's without tangents
   std::vector<double> scale_;        // per point: 1 / sqrt(N M^-1 N^T)
-  std::vector<int> block_;           // per body: its block, or -1
+  std::vector<int> block_;           // per body that is free: its block; or whether it is a link that moves
   std::vector<char> in_;             // per point: is it held?
   std::vector<int> working_;         // those that are
   Eigen::MatrixXd G_;

@@ -52,7 +52,7 @@ struct StepRecord {
   double event_energy_gain = 0;                     ///< J, of the motion's own events: not of trials
   double event_energy_gain_relative = 0;            ///< worst over the events: gain / energy before
   double max_penetration = 0;                       ///< m, at the end of the step
-  double penetration_inside = 0;                    ///< m, at the events and before it was taken away
+  double penetration_inside = 0;                    ///< m, at the events (not of trials) and before it was taken away
   double penetration_displacement = 0;              ///< m, furthest that a point was moved for that
   int bounces_left_out = 0;                         ///< impacts of pairs whose bounces were over (bounces.h)
   double bounce_speed = 0;                          ///< m/s, largest e u_n of these: what they would have parted with

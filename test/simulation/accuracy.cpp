@@ -466,6 +466,71 @@ TEST_CASE("a shock passes through balls that touch at rest without loss") {
   }
 }
 
+TEST_CASE("what slips without friction has not switched where its slip turns or ends") {
+  // Gravity's share along x is 2 cos t: the box turns round after pi.
+  Scenario s = empty_scene(1e-3, 4);
+  s.gravity.constant = {0, -g, 0};
+  s.gravity.harmonic[0] = {2, 1, 0};
+  add_ground(s);
+  add_box(s, {1, 0.2, 1}, 1, {{0, 0.1, 0}, Quat::Identity()});
+  collide_all(s, 0);
+  for (const std::string name : {"convex", "ap"}) {
+    INFO(name);
+    const Ended ended = run(s, accurate(s, 1e-6), name);
+    CHECK(ended.tally.switches == 0);
+    CHECK(ended.tally.first_order == 0);
+    CHECK(std::abs(ended.state.pose[0].p.x() - 2 * (1 - std::cos(4.0))) <= 1e-5);
+  }
+}
+
+TEST_CASE("contacts that are handed over in another order have not switched") {
+  // Two boxes that slide beside each other from the start to the end, all of whose contacts are one event.
+  Scenario s = empty_scene(1e-3, 1);
+  s.gravity.constant = {0, -g, 0};
+  add_ground(s);
+  add_box(s, Vec3::Ones(), 1, {{0, 0.5, 0}, Quat::Identity()}, {3, 0, 0});
+  add_box(s, Vec3::Ones(), 1, {{0, 0.5, 3}, Quat::Identity()}, {2, 0, 0});
+  collide_all(s, 0.1);
+  for (const std::uint64_t shuffle : {0, 1, 2}) {
+    SimulationOptions options = accurate(s, 1e-6);
+    options.shuffle = shuffle;
+    const Ended ended = run(s, options);
+    INFO("order " << shuffle);
+    CHECK(ended.tally.switches == 0);
+    CHECK(ended.tally.first_order == 0);
+    CHECK(ended.state.pose[0].p.x() == Approx(3 - 0.05 * g).margin(1e-6));
+    CHECK(ended.state.pose[1].p.x() == Approx(2 - 0.05 * g).margin(1e-6));
+  }
+}
+
+TEST_CASE("a link that whirls past what its tangent misses does not end a macro step within it") {
+  // A ball of 0.05 m at 1 m from its hinge, at 10 rad/s. At 1.55 rad another one is 0.95 m from the hinge: the first base
+  // steps, of 0.4 rad, end within it, and their straight lines pass it. They touch where cos is (1 + 0.95^2 - 0.1^2) / 1.9.
+  Scenario s = scene(R"(<robot name="mill"><link name="arm" mass="1" position="1 0 0" inertia="1e-3 1e-3 1e-3">
+    <sphere name="ball" radius="0.05" position="1 0 0"/></link>
+    <joint name="hinge" kind="revolute" parent="world" child="arm" anchor="0 0 0" axis="0 0 1" velocity="10"/></robot>
+    <sphere name="post" radius="0.05" fixed="yes" position="${0.95*cos(1.55)} ${0.95*sin(1.55)} 0"/>)",
+                     0.16, "0 0 0");
+  collide_all(s, 0);
+  const Ended ended = run(s, accurate(s, 1e-3));
+  CHECK(std::abs(ended.state.q[0] - (1.55 - std::acos(1.8925 / 1.9))) <= 2e-3);
+  CHECK(std::abs(ended.state.qd[0]) <= 1e-9);
+  CHECK(ended.tally.impacts == 1);
+}
+
+TEST_CASE("a link that whirls does not pass by what the straight lines of its base steps miss") {
+  // As above; at 1.7 rad the post is between the ends of all base steps of the first try, of 1, 4/3 and 2 rad.
+  Scenario s = scene(R"(<robot name="mill"><link name="arm" mass="1" position="1 0 0" inertia="1e-3 1e-3 1e-3">
+    <sphere name="ball" radius="0.05" position="1 0 0"/></link>
+    <joint name="hinge" kind="revolute" parent="world" child="arm" anchor="0 0 0" axis="0 0 1" velocity="10"/></robot>
+    <sphere name="post" radius="0.05" fixed="yes" position="${0.95*cos(1.7)} ${0.95*sin(1.7)} 0"/>)",
+                     0.8, "0 0 0");
+  collide_all(s, 0);
+  const Ended ended = run(s, accurate(s, 1e-3));
+  CHECK(std::abs(ended.state.q[0] - (1.7 - std::acos(1.8925 / 1.9))) <= 2e-3);
+  CHECK(ended.tally.impacts == 1);
+}
+
 TEST_CASE("macro steps end at records") {
   const Scenario s = circle(1);
   SimulationOptions options = accurate(s, 1e-6);
@@ -558,6 +623,27 @@ TEST_CASE("a try that no answer was found in leaves nothing but its cost") {
   CHECK(failures >= 3);
   CHECK(simulation.accuracy()->refused >= failures);
   CHECK(solves == calls);
+}
+
+TEST_CASE("a try that fails where modes are read at its start is told by its step as by the run") {
+  const Scenario s = circle(0.5);
+  const ContactMethod right = precise("convex");
+  int calls = 0;
+  const ContactMethod fails_at_first = [&](const ContactProblem& problem, ContactSolution& solution) {
+    right(problem, solution);
+    if (++calls > 1) return;
+    for (double& r : solution.impulse) r *= 2;
+    solution.fail(Status::nonconverged, "for once");
+  };
+  Simulation simulation(s, accurate(s, 1e-6), fails_at_first, find_method("convex")->law);
+  long refused = 0;
+  while (!simulation.done()) {
+    const StepRecord& record = simulation.step();
+    REQUIRE(record.status == Status::ok);
+    if (refused == 0) CHECK(record.accuracy->refused == 1);
+    refused += record.accuracy->refused;
+  }
+  CHECK(simulation.accuracy()->refused == refused);
 }
 
 TEST_CASE("a step is inaccurate by what its own events are worth, none of them of a try that was not taken") {

@@ -110,6 +110,45 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("restitution that is left out is told once, also where the event is solved again with all points of a patch") {
+  // Beside the ball a box with a grid of 3 x 3 points turns about the normal.
+  Scenario s = landing(0.1, 0, 0.5);
+  test::add_box(s, {1, 0.2, 1}, 2, {{3, 0.1, 0}, Quat::Identity()}, {0, -0.1, 0}, {0, 3, 0});
+  s.shapes.back().contact_grid = 3;
+  s.pairs.groups = 3;
+  s.pairs.group = {0, 1, 2};
+  s.pairs.index = {-1, 0, 1, 0, -1, -1, 1, -1, -1};
+  s.pairs.laws = {{0, 0.5}, {0.1, 0}};
+  SimulationOptions options;
+  options.step = h;
+  options.prune.corners = Corners::suffice_unless_spin;
+  BaseStep base(s, options, find_method("ap")->make({}), anitescu_potra_law());
+  base.begin(1);
+  base.set_rest_speed(HUGE_VAL);
+  REQUIRE(meet(base));
+  CHECK(base.problem().nc() == 10);
+  CHECK(base.record().bounces_left_out == 1);
+}
+
+TEST_CASE("how deep something came in is told of the step's own events, not of tries") {
+  const Scenario s = landing(0, 0, 0);
+  SimulationOptions options;
+  options.step = h;
+  State deep = s.initial;
+  deep.pose[0].p[1] -= 0.005;
+  BaseStep base(s, options, find_method("newton")->make({}), newton_law());
+  for (const bool trial : {true, false}) {
+    base.begin(1);
+    base.set_trial(trial);
+    base.set_state(deep);
+    base.kick(h);
+    base.look(h);
+    REQUIRE(base.contacts().size() == 1);
+    CHECK(base.contacts()[0].gap == Approx(-0.005));
+    CHECK(base.record().penetration_inside == Approx(trial ? 0 : 0.005));
+  }
+}
+
 TEST_CASE("what is approached with is the fastest of what touches, and nothing where it parts") {
   SimulationOptions options;
   options.step = h;

@@ -111,6 +111,27 @@ TEST_CASE("what overlaps a link whose joint is at its limit is pushed out alone"
   }
 }
 
+TEST_CASE("how far what overlaps is moved is told of a link's points, not of its joints", "[overlap]") {
+  // A ball of 0.5 m at the end of an arm of 4 m is in the ground by d: it rises by d, and turns with the arm by d / 4.
+  for (const double d : {1e-5, 3e-5}) {
+    Scenario s = without_gravity();
+    test::add_ground(s);
+    test::add_sphere(s, 0.5, 2, {0, 0.5 - d, 0});
+    join(s, 0, JointKind::revolute, Vec3::UnitZ());
+    Joint& joint = s.model.trees[0].joints[0];
+    joint.anchor_C = {-4, 0, 0};
+    joint.anchor_P = s.initial.pose[0].p + joint.anchor_C;
+    test::collide_all(s, 0);
+    SimulationOptions options;
+    options.step = options.duration = 1e-3;
+    Simulation simulation(s, options, find_method("ap")->make({}), anitescu_potra_law());
+    const StepRecord& record = simulation.step();
+    REQUIRE(record.status == Status::ok);
+    CHECK(simulation.state().q[0] == Approx(d / 4).epsilon(1e-3));
+    CHECK(record.penetration_displacement == Approx(d + 0.5 * d / 4).epsilon(1e-3));
+  }
+}
+
 TEST_CASE("a gap that arithmetic leaves at a link is closed without its joint going beyond its limit", "[drift]") {
   const double depth = 1e-6;
   Scenario s = ball_and_stop(0, 0);
@@ -416,4 +437,23 @@ TEST_CASE("gaps are closed of the pairs that touched alone, each as deep as aske
   CHECK(state.pose[0].p[1] == 0.5 + 1e-6);
   CHECK(state.pose[1].p[1] == 0.5 + 1e-6 * 2);
   CHECK(state.pose[2].p[1] == Approx(0.5).margin(1e-10));
+}
+
+TEST_CASE("gaps of heavy bodies are closed beside light ones, too", "[drift]") {
+  // A ball of 1000 kg and one of 1e-9 kg, a micrometre off the ground each, in either order.
+  for (const bool heavy_first : {true, false}) {
+    Scenario s = without_gravity();
+    for (const bool first : {true, false})
+      test::add_sphere(s, 0.5, first == heavy_first ? 1000 : 1e-9, {first ? 0.0 : 2.0, 0.5 + 1e-6, 0});
+    test::add_ground(s);
+    test::collide_all(s, 0);
+    std::vector<Motion> motions = motions_at(s, s.initial);
+    std::vector<ContactPoint> touching;
+    for (const int ball : {0, 1})
+      contact_points(s.shapes[ball], motions[ball].pose, ball, s.shapes[2], motions[2].pose, 2, 1e-5, touching);
+    REQUIRE(touching.size() == 2);
+    State state = s.initial;
+    Drift().close(s, motions, touching, {1e-9, 1e-9, 1e-9}, 1e-9, {{0, 2}, {1, 2}}, {}, 5e-6, state);
+    for (const int ball : {0, 1}) CHECK(std::abs(state.pose[ball].p[1] - 0.5) < 1e-10);
+  }
 }

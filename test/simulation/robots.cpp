@@ -121,6 +121,50 @@ TEST_CASE("a limit that moves takes the joint along, and what the joint pushes; 
   }
 }
 
+TEST_CASE("joints that are driven have their rates after a step, too, whatever the energy of where they come to") {
+  const Scenario s =
+      scene(R"(<robot name="arm"><link name="upper" mass="3" position="0.5 0 0" inertia="1e-2 0.25 0.25"/>
+      <link name="lower" mass="2" position="1.5 0 0" inertia="1e-2 0.2 0.2"/>
+      <joint name="shoulder" kind="revolute" parent="world" child="upper" anchor="0 0 0" axis="0 0 1" lower="0" upper="0"
+             limit_rate="0.5" velocity="0.5"/>
+      <joint name="elbow" kind="revolute" parent="upper" child="lower" anchor="1 0 0" axis="0 0 1" lower="0" upper="0"
+             limit_rate="2" velocity="2"/></robot>)",
+            "", 1e-2, 1);
+  for (const Stepping way : {Stepping::events, Stepping::steps}) {
+    SimulationOptions options = options_of(s);
+    options.stepping = way;
+    Simulation simulation(s, options, method("newton"), find_method("newton")->law);
+    while (simulation.step_index() < simulation.steps_total()) {
+      REQUIRE(simulation.step().status == Status::ok);
+      CHECK(simulation.state().qd == std::vector<double>{0.5, 2});
+    }
+    CHECK(simulation.state().q[0] == Approx(0.5).epsilon(1e-12));
+    CHECK(simulation.state().q[1] == Approx(2).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("a belt that the rounding of many steps has taken off its stops is driven on") {
+  // As after some minutes, to either side: the closed gap of joints is 1e-9.
+  for (const double off : {3e-9, -3e-9}) {
+    Scenario s = scene(R"(<robot name="conveyor"><link name="band" mass="10" position="0 -0.05 0" inertia="1 10 10">
+      <box name="belt" size="8 0.1 2" position="0 -0.05 0"/></link>
+      <joint name="run" kind="prismatic" parent="world" child="band" axis="1 0 0" lower="0" upper="0" limit_rate="0.5"
+             velocity="0.5"/></robot><box name="box" size="0.2 0.2 0.2" mass="1" position="0 0.1 0"/>)",
+                       "<contacts><pair a=\"belt\" b=\"box\" mu=\"0.5\"/></contacts>", 1e-3, 1e-2);
+    s.initial.q[0] = off;
+    Simulation simulation(s, options_of(s), method("ap"), find_method("ap")->law);
+    int events = 0;
+    simulation.on_event = [&](const EventRecord& event) {
+      ++events;
+      CHECK(event.problem.M.blocks() == 1);
+      CHECK(event.limits.empty());
+    };
+    while (simulation.step_index() < simulation.steps_total()) REQUIRE(simulation.step().status == Status::ok);
+    CHECK(events >= 10);
+    CHECK(simulation.state().v[6] == Approx(0.5 * 9.8 * 1e-2));
+  }
+}
+
 TEST_CASE("a joint meets a limit that moves where and when it is there") {
   // From 0 at -1 towards -0.5, which comes at 0.25: after 0.4 s, inside a step.
   const std::string ram = R"(<robot name="press"><link name="ram" mass="2" position="0 0 0" inertia="1 1 1"/>

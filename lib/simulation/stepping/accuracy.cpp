@@ -63,6 +63,13 @@ double largest_acceleration(const Scenario& scenario) {
   return g + push > 0 ? g + push : 1;
 }
 
+/// m
+double deepest(const std::vector<ContactPoint>& contacts) {
+  double depth = 0;
+  for (const ContactPoint& contact : contacts) depth = std::max(depth, -contact.gap);
+  return depth;
+}
+
 /// Do the modes differ in the direction of friction alone? It jumps then; where a contact begins or ends to stick or to
 /// press it does not.
 bool friction_jumps(const std::vector<BaseStep::Mode>& a, const std::vector<BaseStep::Mode>& b) {
@@ -174,6 +181,7 @@ AccuracyStepping::Try AccuracyStepping::cross(BaseStep& base, int n, double H, s
     const double dt = base.until_contact(h, false, solved);
     if (dt < h) return {Try::arrived, false, k * h + dt};
     base.move(h);
+    if (base.strays()) return {Try::bent, false, k * h};
     base.forget_contacts();
     if (!base.going_on()) return {Try::failed, false, k * h};
   }
@@ -232,9 +240,13 @@ AccuracyStepping::Try AccuracyStepping::judge(double H) {
 // The end of a macro step: what touched touches, and moves as it did.
 AccuracyStepping::Try AccuracyStepping::leave(BaseStep& base, double H, double t_end) {
   base.restore({best_state_, base.energy_input(), start_.spinning});
-  base.close_gaps(touching_, 10 * distance(radius_, best_state_, neighbour_state_));
+  const double reach = 10 * distance(radius_, best_state_, neighbour_state_);
+  base.close_gaps(touching_, reach);
   base.set_rest_speed(acceleration_ * smallest_);
   base.look(0);
+  // Within its last base step a link's arc may have gone into what its tangent passes.
+  if (!base.going_on() || deepest(base.contacts()) > std::max({options_.accuracy, reach, deepest(touching_)}))
+    return {Try::failed};
   base.save(end_);
   end_.state.t = t_end;
   if (base.approach_speed() > acceleration_ * smallest_) {  // an impact, which may change anything
@@ -256,6 +268,8 @@ double AccuracyStepping::next_length(const Try& tried, double H) const {
       return H * std::max(least_shrink, safety * std::pow(tried.excess, -1.0 / growth_order()));
     case Try::arrived:
       return tried.at < H ? tried.at : H / 2;
+    case Try::bent:
+      return H / 2;
     case Try::switched:
       // Up to the last base step that was as at the start; where the first was not, within it.
       return tried.at > 0 ? std::min(tried.at, 0.9 * H) : H / n_.front() / 2;
@@ -348,13 +362,14 @@ void AccuracyStepping::take_macro_step(BaseStep& base, double edge) {
       last_estimate = tried.estimate;
     }
     const double least = tried.jumps ? finest_ : smallest_;
-    if (tries >= most_tries || (tried.what != Try::arrived && H <= least)) {
+    const bool meets = tried.what == Try::arrived || tried.what == Try::bent;  // however short that asks H to be
+    if (tries >= most_tries || (!meets && H <= least)) {
       stumbles_.push_back(t0);
       return take_first_order(base, std::min(H, smallest_), edge,
                               tried.what == Try::switched ? AccuracyStep::switched : AccuracyStep::first_order);
     }
     H = next_length(tried, H);
-    nearing = tried.what == Try::arrived;
+    nearing = meets;
     if (!nearing) next_ = H = std::max(H, std::min(least, limit));
   }
 }
@@ -379,6 +394,7 @@ void AccuracyStepping::step_once(BaseStep& base) {
   base.set_trial(true);
   if (!modes_known_ && !probe(base, looking_, entry_)) {
     ++tally_.refused;
+    ++taken_.refused;
     base.forgive();
     return take_first_order(base, smallest_, edge, AccuracyStep::first_order);
   }

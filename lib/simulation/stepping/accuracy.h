@@ -18,7 +18,7 @@ class AccuracyStepping {
   using Modes = std::vector<BaseStep::Mode>;
   /// What came of a try to cross a macro step.
   struct Try {
-    enum What { taken, inexact, switched, arrived, failed } what = taken;
+    enum What { taken, inexact, switched, arrived, bent, failed } what = taken;
     bool jumps = false;   ///< switched: does friction change at once?
     double at = 0;        ///< s after the start: where the finest sequence was still as at the start, or the arrival
     double estimate = 0;  ///< m
