@@ -128,7 +128,7 @@ class Motion(Made):
             csv_of(SHAPES, [shape("ground", "", "half_space"), shape("s_one", "one", "box", half=(5e-4, 5e-4, 5e-4))]))
         found = view.Motion(folder).contacts[2]
         self.assertEqual(sorted(found["ry"]), [1, 1, 1, 3])
-        for half, digits in ((5e-4, 4), (4e-4, 5), (5e-3, 3), (0.5, 3), (0, 3)):
+        for half, digits in ((5e-4, 5), (4e-4, 5), (5e-3, 4), (0.5, 3), (0, 3)):
             some = pd.DataFrame([shape("s", "one", "box", half=(half / 2, half, 0))], columns=SHAPES.split(","))
             self.assertEqual(view.decimals(some), digits, half)
 
