@@ -190,8 +190,8 @@ TEST_CASE("by steps a cube that will miss another one, corner past corner, goes 
 }
 
 TEST_CASE("by steps a joint that is struck goes no further than its limit") {
-  // A carriage at rest, 0.05 m before its stop, and a ball of 10 kg that comes at 20 m/s: in a step of 0.01 s both would
-  // go 0.18 m. They come to the stop together, and stay there.
+  // A carriage at rest, 0.05 m before its stop, and a ball of 10 kg that comes at 20 m/s: in a step of 0.01 s both
+  // would go 0.18 m. They come to the stop together, and stay there.
   Scenario s = empty_scene(1e-2, 3e-2);
   s.gravity.constant.setZero();
   add_on_rail(s, sphere_shape(0.5), 1, {0, 0, 0});
