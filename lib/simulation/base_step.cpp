@@ -90,6 +90,7 @@ void BaseStep::look(double horizon) {
 void BaseStep::look_ahead(double h) {
   if (as_before()) return;
   waited_ = false;
+  struck_.clear();
   update_motions();
   find_pairs(h, margin_ + displacement_bound(h));
   ahead_ = h;
@@ -104,7 +105,7 @@ bool BaseStep::event(double bounced) {
     ++left_out_.repeats;
   } else {
     solve_event();
-    while (corners_fall_short()) {  // solved again, with all points of the patches
+    while (corners_fall_short() || limits_fall_short()) {  // solved again, with all points of the patches, or limits
       lap_.leave_out();
       const int told = record_.bounces_left_out;  // of the same contacts
       find_contacts();
@@ -629,6 +630,39 @@ bool BaseStep::moved_by_impulses(int shape) const {
   return tree < 0 || driven_[tree] == 0;
 }
 
+namespace {
+
+bool is_among(const std::vector<LimitContact>& limits, int tree, int joint, double sign) {
+  return std::any_of(limits.begin(), limits.end(), [&](const LimitContact& limit) {
+    return limit.tree == tree && limit.joint == joint && limit.sign == sign;
+  });
+}
+
+}  // namespace
+
+// By steps: does the answer take a joint beyond a limit that was none of the event's, since nothing has moved the joint
+// as fast before? Then the limits found next have it.
+bool BaseStep::limits_fall_short() {
+  if (ahead_ == 0) return false;
+  const std::size_t before = struck_.size();
+  for (std::size_t b = 0; b < owners_.size(); ++b) {
+    const int t = owners_[b].tree;
+    if (t < 0) continue;
+    const Tree& tree = scenario_.model.trees[t];
+    for (int j = 0; j < static_cast<int>(tree.joints.size()); ++j) {
+      const Joint& joint = tree.joints[j];
+      if (joint.q < 0 || !joint.limited()) continue;
+      const double rate = v_plus_[problem_.M.first[b] + joint.v - tree.v] - joint.limit_rate;
+      for (const double sign : {1.0, -1.0}) {
+        const double gap = joint.limit_gap(sign, state_.q[joint.q], state_.t);
+        if (gap + ahead_ * sign * rate < -options_.closed_gap && !is_among(limits_, t, j, sign))
+          struck_.push_back({t, j, sign, gap});
+      }
+    }
+  }
+  return struck_.size() > before;
+}
+
 // Joints at a limit, and which of them go on into it.
 void BaseStep::find_limits() {
   limits_.clear();
@@ -641,9 +675,10 @@ void BaseStep::find_limits() {
       const double rate = state_.qd[joint.v], speed = limit_speed(joint);
       for (const double sign : {1.0, -1.0}) {
         const double gap = joint.limit_gap(sign, state_.q[joint.q], state_.t);
-        // Looked ahead at: what the rate, or one as fast the other way, can close.
+        // Looked ahead at: what the rate, or one as fast the other way, can close; and what impulses have.
         const double closes = ahead_ > 0 ? ahead_ * speed : 0;
-        if (gap > options_.closed_gap + closes) continue;
+        const bool struck = is_among(struck_, t, j, sign);
+        if (gap > options_.closed_gap + closes && !struck) continue;
         limits_.push_back({t, j, sign, gap});
         const double beyond = ahead_ > 0 ? std::max(0.0, gap) / ahead_ : 0;
         approaches_.push_back(sign * (rate - joint.limit_rate) + beyond < -options_.approach * speed ? 1 : 0);

@@ -163,6 +163,7 @@ class BaseStep {
   void put_at_rest(int body);
   void stop_at_limits(int tree);
   bool corners_fall_short();
+  bool limits_fall_short();
   bool patch_spins();
   double first_contact(double horizon, double reach);
   double first_limit(double horizon);
@@ -219,6 +220,7 @@ class BaseStep {
   std::mt19937_64 random_;  // of the order of contacts
   std::vector<LimitContact>& event_limits() { return islands_.all() ? limits_ : event_limits_; }
   std::vector<LimitContact> limits_, event_limits_;
+  std::vector<LimitContact> struck_;  // by steps: that impulses of the step take a joint to
   std::vector<BlockOwner> owners_;
   std::vector<Vec3> external_;  // per body, N
   // Of events that repeat themselves.

@@ -504,8 +504,9 @@ TEST_CASE("contacts that are handed over in another order have not switched") {
 }
 
 TEST_CASE("a link that whirls past what its tangent misses does not end a macro step within it") {
-  // A ball of 0.05 m at 1 m from its hinge, at 10 rad/s. At 1.55 rad another one is 0.95 m from the hinge: the first base
-  // steps, of 0.4 rad, end within it, and their straight lines pass it. They touch where cos is (1 + 0.95^2 - 0.1^2) / 1.9.
+  // A ball of 0.05 m at 1 m from its hinge, at 10 rad/s. At 1.55 rad another one is 0.95 m from the hinge: the first
+  // base steps, of 0.4 rad, end within it, and their straight lines pass it. They touch where the cosine of the angle
+  // between them is (1 + 0.95^2 - 0.1^2) / 1.9.
   Scenario s = scene(R"(<robot name="mill"><link name="arm" mass="1" position="1 0 0" inertia="1e-3 1e-3 1e-3">
     <sphere name="ball" radius="0.05" position="1 0 0"/></link>
     <joint name="hinge" kind="revolute" parent="world" child="arm" anchor="0 0 0" axis="0 0 1" velocity="10"/></robot>

@@ -110,7 +110,8 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("restitution that is left out is told once, also where the event is solved again with all points of a patch") {
+TEST_CASE(
+    "restitution that is left out is told once, also where the event is solved again with all points of a patch") {
   // Beside the ball a box with a grid of 3 x 3 points turns about the normal.
   Scenario s = landing(0.1, 0, 0.5);
   test::add_box(s, {1, 0.2, 1}, 2, {{3, 0.1, 0}, Quat::Identity()}, {0, -0.1, 0}, {0, 3, 0});
