@@ -83,7 +83,7 @@ class Shell(Folder):
         fuzzer = '#!/bin/sh\ncase "$*" in *-merge=1*) exit ;; esac\nfor last; do :; done\ncat "$last"/* >> said\n'
         for name in ("scene", "problem"):
             self.write(f"build-fuzz/bin/fuzz_{name}", fuzzer)
-        for name, text in (("scenarios/pile.xml", "one\n"), ("scenarios/engines/pile.xml", "two\n"), ("test/data/broken/a.xml", "three\n"),
+        for name, text in (("scenarios/pile.xml", "one\n"), ("scenarios/engines/pile.xml", "two\n"), ("test/data/broken/blank.xml", "three\n"),
                            ("test/data/scenes/a.urdf", "four\n"), ("test/data/siconos/a.dat", "five\n"), ("test/data/contact/a.dat", "six\n"),
                            ("test/data/problems/b.dat", "seven\n"), ("scenarios/stress/problems/c.dat", "eight\n")):
             self.write(name, text)

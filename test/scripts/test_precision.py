@@ -107,7 +107,7 @@ class Motions(Results):
         self.assertTrue(math.isnan(precision.apart(one, none)))
         self.assertTrue(math.isnan(precision.apart(one, two, 0.05)))  # all begin alike, which says nothing
         # In space, of each body.
-        three, four = ([(0, "a", a), (0, "b", b)] for a, b in (((1, 2, 2), (0, 0, 0)), ((0, 0, 0), (2, 0, 0))))
+        three, four = ([(0.1, "a", a), (0.1, "b", b)] for a, b in (((1, 2, 2), (0, 0, 0)), ((0, 0, 0), (2, 0, 0))))
         cells = self.results(
             row("three") | {"files": {"trajectory.csv": made.trajectory(three)}},
             row("four", k="4") | {"files": {"trajectory.csv": made.trajectory(four)}}).cells(sweep="error_time")
