@@ -137,8 +137,8 @@ class BaseStep {
   void accelerate_trees(const Vec3& gravity);
   struct Lent;
   void kick(const Tree& tree, Lent& lent);
-  double bending_of_links() const;     // m/s^2
-  double bending_of_contacts() const;  // 1/s^2
+  double bending_of_links() const;               // m/s^2
+  double bending_of_contacts() const;            // 1/s^2
   static constexpr double most_off_line = 0.05;  // -: of the smallest shape; half of what ends the run
   double off_line(double dt) const;
   Vec3 shape_velocity(int shape, const Vec3& position) const;

@@ -305,8 +305,9 @@ def main(options):
         scene for scene in some
         if (not options.family or scene.family in options.family) and options.kind in (None, scene.kind)]
     if options.random and not some:
-        print(f"none of the scenes {numbers.start} to {numbers.stop - 1} is of that family and kind; there are "
-              f"{', '.join(scenes.FAMILIES)}; with --shapes {', '.join(scenes.SHAPES)}", file=sys.stderr)
+        print(
+            f"none of the scenes {numbers.start} to {numbers.stop - 1} is of that family and kind; there are "
+            f"{', '.join(scenes.FAMILIES)}; with --shapes {', '.join(scenes.SHAPES)}", file=sys.stderr)
         return 2
     if options.write_scenes:
         for scene in some:

@@ -165,8 +165,9 @@ TEST_CASE("an engine's run leaves no file of an earlier one, and refuses before 
   CHECK(read_file(directory.path() / "out/summary.json") == before);
   fs::create_directories(directory.path() / "own");
   std::ofstream(directory.path() / "own/step_000001.hdf5") << "old";
-  const std::vector<std::string> nowhere = {"run",   scenes + "fall.xml", "--engine", "broken", "--variant", "falls",
-                                            "--out", "/proc/nope",        "--quiet",  "--save-problems", "own"};
+  const std::vector<std::string> nowhere = {
+      "run",   scenes + "fall.xml", "--engine", "broken",          "--variant", "falls",
+      "--out", "/proc/nope",        "--quiet",  "--save-problems", "own"};
   CHECK(run(directory.path(), nowhere, broken_too).code == 2);
   CHECK(fs::exists(directory.path() / "own/step_000001.hdf5"));
 }
@@ -205,8 +206,8 @@ TEST_CASE("shapes of one link that a pattern names do not overlap in an engine's
 <box name="head" size="1 1 1" position="0 1 0"/><box name="handle" size="0.1 2 0.1" position="0 1 0"/></link>
 <joint name="floats" kind="free" parent="world" child="hammer"/></robot></bodies>
 <contacts><pair a="*" b="*" mu="0.5"/></contacts></scenario>)";
-  const Result result = run(directory.path(), {"run", "hammer.xml", "--engine", "broken", "--out", "out", "--quiet"},
-                            broken_too);
+  const Result result =
+      run(directory.path(), {"run", "hammer.xml", "--engine", "broken", "--out", "out", "--quiet"}, broken_too);
   INFO(result.err);
   REQUIRE(result.code == 0);
   CHECK(summary(directory.path() / "out")["max_penetration"] == 0);

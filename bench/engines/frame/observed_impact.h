@@ -28,7 +28,7 @@ class ObservedImpact {
 
   std::optional<OnPlane> on_;
   double mass_ = 0, inertia_ = 0;
-  double rounding_;  // of a velocity: less is no contact's push
+  double rounding_;               // of a velocity: less is no contact's push
   std::optional<Impact> impact_;  // that goes on
 };
 
