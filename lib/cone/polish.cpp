@@ -38,7 +38,8 @@ class Polish {
         rules_(rules),
         w_(workspace),
         x_(x),
-        proximal_(std::max(rules.proximal, rules.anchor)) {
+        proximal_(std::max(rules.proximal, rules.anchor)),
+        least_proximal_(std::max(std::min(options.proximal, rules.proximal), rules.anchor)) {
     if (!anchored()) return;
     r0_ = x.r;
     eta0_ = x.eta;
@@ -82,7 +83,7 @@ class Polish {
   const PolishRules& rules_;
   ConeWorkspace& w_;
   ConeSolution& x_;
-  double proximal_;
+  double proximal_, least_proximal_;
   std::vector<double> r0_, eta0_;  // 3 nc, N s, and nc; of a proximal point
   double best_ = HUGE_VAL;         // sqrt(J), least natural map
   double best_impulses_ = 0;       // sqrt(J), size of r there
@@ -199,7 +200,7 @@ void Polish::keep_or_go_back(double residual) {
     best_ = residual;
     best_impulses_ = std::sqrt(sums_.impulses);
     w_.best = x_;
-    proximal_ = std::max({options_.proximal, rules_.anchor, 0.1 * proximal_});
+    proximal_ = std::max(least_proximal_, 0.1 * proximal_);
   } else if (rules_.goes_back) {
     w_.best.iterations = x_.iterations;
     x_ = w_.best;

@@ -5,6 +5,8 @@
 // Problem: as in interior_point.cpp, with terms t w (r - r0) in y and t w (eta - eta0) in u_n, (r0, eta0) the point
 // before. The larger t, the better conditioned, and the nearer its answer: Newton's method (polish.h) finds it in some
 // steps. t falls as fast as it goes on finding them, and each point is tried as the start of the program's own answer.
+// Both may go as far as t allows along what the program leaves next to undetermined: a proximal term of polish.h larger
+// than t would bound their steps in its place.
 //
 // Source: R. T. Rockafellar, Monotone operators and the proximal point algorithm, SIAM J. Control Optim. 14 (1976): the
 // points come to an answer whatever t, where there is one; the smaller t, the faster. Difference: s has no such term.
@@ -32,20 +34,21 @@ bool go_by_points(const ConeProgram& p, const ConeOptions& options, ConeWorkspac
   if (!p.has_eta()) x.eta.assign(p.nc(), 0.0);
   const int until = x.iterations + options.points_limit;
   double least_gap = HUGE_VAL;
-  PolishRules rules{steps, patience, options.proximal, false};
+  PolishRules to_point{steps, patience}, to_answer = PolishRules::bold(options, options.iterate_patience);
   ConeSolution last = x, trial, answer;
   int since = 0;
   for (ProximalTerm t(least); !t.over() && since < without && last.iterations < until;) {
-    rules.anchor = t();
+    to_point.anchor = to_point.proximal = t();
+    to_answer.proximal = std::min(options.proximal, t());
     trial = last;
-    const bool found = polish(p, options, rules, workspace, trial);
+    const bool found = polish(p, options, to_point, workspace, trial);
     last.iterations = trial.iterations;
     if (!found) {
       t.missed();
       continue;
     }
     last = answer = trial;
-    const bool solved = polish(p, options, PolishRules::bold(options, options.iterate_patience), workspace, answer);
+    const bool solved = polish(p, options, to_answer, workspace, answer);
     last.iterations = answer.iterations;
     const bool feasible = answer.infeasibility <= options.feasibility;
     const double gap = std::abs(answer.gap);
