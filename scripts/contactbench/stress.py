@@ -378,7 +378,8 @@ def manifest_of(options, runs):
 
 
 def compare(jobs, cells, cases):
-    """What needs a case's first row in the same column: places, and memory. Then the verdicts."""
+    """What needs a case's first row in the same column: places, and memory. Then the verdicts. An engine has none where
+    its runs do not have what a case measures; one that has it in another row has not done what is measured."""
     memory, first = {}, {}  # MB; where it ended
     for job, cell in sorted(zip(jobs, cells), key=lambda pair: not pair[0]["first"]):
         case, column = cases["case"][job["case"]], (job["case"], job["method"])
@@ -395,6 +396,10 @@ def compare(jobs, cells, cases):
             if growth > case["memory_growth_mb"]:
                 cell["error"] = math.inf
         judged(cell, case, job["method"])
+    measured = {(job["case"], job["method"]) for job, cell in zip(jobs, cells) if cell["error"] is not None}
+    for job, cell in zip(jobs, cells):
+        if cell["verdict"] is None and (job["case"], job["method"]) in measured:
+            cell["verdict"] = "engine"
 
 
 def table_of(jobs, cells, cases):

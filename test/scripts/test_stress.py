@@ -163,6 +163,13 @@ class Verdicts(unittest.TestCase):
         stress.compare(jobs, cells, cases)
         self.assertEqual([(r["method"], r["verdict"]) for r in stress.table_of(jobs, cells, cases)], [("dart/dantzig", "right")])
 
+    def test_an_engine_without_what_it_has_in_other_rows_is_off(self):
+        # Bullet in single precision takes steps of 1e-7 s for none: nothing moves, and no impact is measured.
+        jobs = [{"case": 0, "row": row, "method": name, "first": False, "drawn": None} for name in ("bullet", "dart") for row in "ab"]
+        cells = [{**stress.BLANK, "engine": True, "status": "ok", "error": error} for error in (None, 0.0, None, None)]
+        stress.compare(jobs, cells, {"case": [{**self.case, "id": "A", "scene": "ball", "expect": ""}]})
+        self.assertEqual([cell["verdict"] for cell in cells], ["engine", "right", None, None])
+
     def test_an_engine_that_dies_is_shown_by_its_end(self):
         self.assertEqual(stress.shown({"verdict": "engine", "error": None, "status": "not_finite"}), "**engine** not_finite")
 
