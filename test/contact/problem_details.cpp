@@ -46,6 +46,16 @@ TEST_CASE("Each form of a problem's file has its name") {
   CHECK(name(ProblemFormat::siconos_text) == "siconos_text");
 }
 
+// The first contact touches all others: eliminated first, it would leave each of them coupled to each.
+TEST_CASE("J is as sparse as W, in whatever order its contacts come") {
+  const int nc = 31;
+  Eigen::MatrixXd W = 2 * Eigen::MatrixXd::Identity(3 * nc, 3 * nc);
+  for (int i = 3; i < 3 * nc; ++i) W(i, i % 3) = W(i % 3, i) = 0.1;
+  const ContactProblem p =
+      to_problem(local(W, std::vector<double>(3 * nc, 1.0), std::vector<double>(nc, 0.5)), "file", {}).problem;
+  CHECK(p.J.band.back() <= 2 * nc);
+}
+
 TEST_CASE("A W that is negative by seven digits is repaired with a note, by three digits where that is asked for") {
   const ProblemFileOptions asked{.symmetrise = true};
   for (const double d : {1e-6, 1e-4}) {

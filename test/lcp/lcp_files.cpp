@@ -165,6 +165,8 @@ TEST_CASE("Every broken Siconos LCP is refused in one message with its file and 
       {"2 0 2 2 2 2 1 0 0 1 -1", "ends where q"},
       {"2 0 2 2 2 2 1 0 0", "more than the rest"},
       {"2 0 3 3 3 3 1 0 0 0 1 0 0 0 1 -1 -1", "square"},
+      {"2 0 2 3 2 3 1 0 0 1 0 0 -1 -1", "square"},
+      {"2 0 3 2 3 2 1 0 0 0 1 0 -1 -1", "square"},
       {"2 0 2 2 2 2 1 0 0 1 -1 nan", "finite"},
       {"2 5 2 2 2 2 1 0 0 1 -1 -1", "storage"},
   };

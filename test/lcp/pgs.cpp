@@ -53,6 +53,19 @@ TEST_CASE("Gauss-Seidel finds the answer that a positive definite problem was bu
   }
 }
 
+// Row by row of a lower triangular matrix nothing is left to a second sweep, and checks come after ten.
+TEST_CASE("Gauss-Seidel answers a matrix that is not symmetric, a triangular one in one sweep") {
+  LcpProblem p;
+  p.M = (Eigen::MatrixXd(3, 3) << 2, 0, 0, -1, 2, 0, 3, -5, 4).finished();
+  p.q = Eigen::Vector3d(-2, -1, 1);
+  const LcpSolution found = solve(p);
+  CAPTURE(found.reason);
+  REQUIRE(found.status == LcpStatus::solved);
+  // 2 z_1 = 2; 2 z_2 = 1 + z_1; 4 z_3 = -1 - 3 z_1 + 5 z_2.
+  CHECK((found.z - Eigen::Vector3d(1, 1, 0.25)).norm() < 1e-15);
+  CHECK(found.pivots <= 10);
+}
+
 TEST_CASE("Two coupled rows count as solved by Gauss-Seidel only once both rows hold together") {
   // M = [2 1; 1 2], q = (-3, -3): z = (1, 1). Errors shrink by 1/4 a sweep: from z = 0, z_2 - 1 = -1/4, ... so that
   // 1e-10 takes 16 or more sweeps; a residual taken row by row within the sweep is zero after the first.

@@ -215,6 +215,30 @@ TEST_CASE("Both paths give the same velocity on a problem at either side of the 
     for (int i = 0; i < 6; ++i) CHECK(sparse.v[6 * b + i] == Approx(dense.v[i]).margin(1e-12));
 }
 
+TEST_CASE("Friction acts at the contacts that have it, and not at those before and between them that have none") {
+  // One box on rough ground, dense (24 unknowns), and twelve that do not touch, each other one on ice (168, sparse).
+  const Vector3d v(0.3, -0.5, 0.2);
+  const Answer rough = solve(test::box(0.4, v));
+  REQUIRE(rough.solution.status == Status::ok);
+  for (const int boxes : {2, 12}) {
+    ContactProblem p;
+    for (int b = 0; b < boxes; ++b) {
+      test::add_body(p, 1, Vector3d::Constant(1.0 / 6), v);
+      for (const double x : {-0.5, 0.5})
+        for (const double z : {-0.5, 0.5})
+          test::add_contact(p, b, {x, -0.5, z}, -1, {}, test::ground_axes(), b % 2 == 0 ? 0.0 : 0.4);
+    }
+    const Answer all = solve(p);
+    CAPTURE(boxes, all.solution.reason);
+    CHECK(all.solution.status == Status::ok);
+    for (int b = 0; b < boxes; ++b)
+      for (int i = 0; i < 6; ++i) {
+        const double ice = i == 0 || i == 2 ? v[i] : 0;
+        CHECK(all.v[6 * b + i] == Approx(b % 2 == 0 ? ice : rough.v[i]).margin(1e-12));
+      }
+  }
+}
+
 TEST_CASE("The order of the contacts does not matter to a box that is thrown on the ground") {
   const Vector3d v(0.3, -1, -0.2), w(0.5, 0.1, -0.4);
   const Answer straight = solve(test::box(0.3, v, w), 8);

@@ -28,6 +28,7 @@ TEST_CASE("a command that is missing or unknown is named", "[program]") {
 TEST_CASE("a flag that does not exist is an error, flags to come included", "[program]") {
   refused(run_with({"--frobnicate"}), {"--frobnicate"});
   refused(run_with({"--frictoin", "0.5"}), {"--frictoin", "--friction"});
+  refused(run_with({"--stepp=0.01"}), {"--stepp: no such flag; did you mean \"--step\""});
   refused(run_with({"--prune", "some"}), {"--prune", "on, off or rest"});
   refused(run_with({"--prune", "rest", "--accuracy", "1e-6"}), {"--prune rest", "--accuracy"});
   refused(run_with({"--prune", "rest", "--shuffle-contacts", "1"}), {"--prune rest", "--shuffle-contacts"});

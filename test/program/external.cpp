@@ -62,6 +62,22 @@ TEST_CASE("another program answers a stored problem in every way there is to tal
   }
 }
 
+TEST_CASE("a program that is started for every problem has nothing to read: what is piped to ours is not its own",
+          "[program][external]") {
+  TemporaryDirectory directory;
+  const std::string piped = (directory.path() / "piped").string();
+  std::ofstream(piped) << "for another program";
+  const auto piped_in = [&] { dup2(open(piped.c_str(), O_RDONLY), STDIN_FILENO); };
+  const Result result = run(directory.path(),
+                            external("cat > read; " + toy + " file {text} {answer}",
+                                     {"solve", data + "/problems/gen_free_b4_c8_s1.hdf5", "--kind", "contact"}),
+                            piped_in);
+  INFO(result.err);
+  CHECK(result.code == 0);
+  CHECK(fs::exists(directory.path() / "read"));
+  CHECK(read_file(directory.path() / "read").empty());
+}
+
 TEST_CASE("the example of the docs is what is said, byte for byte", "[program][external]") {
   TemporaryDirectory directory;
   std::string to, from;

@@ -94,6 +94,10 @@ TEST_CASE("A mesh that is cut off anywhere, or holds what is no number, is refus
     REQUIRE_FALSE(message(text.substr(0, length), "a.stl").empty());
   for (std::size_t length = 0; length < binary.size(); ++length)
     REQUIRE_FALSE(message(binary.substr(0, length), "a.stl").empty());
+  // Of two solids, the second.
+  CHECK(message(text + text, "a.stl").empty());
+  for (std::size_t length = 1; length + 14 < text.size(); ++length)
+    REQUIRE_FALSE(message(text + text.substr(0, length), "a.stl").empty());
   CHECK_THAT(message(binary + "x", "a.stl"), Catch::Contains("4 facets take 284"));
   CHECK_THAT(message("v 1 2 3\nv 1 2\n", "a.obj"), Catch::Contains("a.obj, line 2: \"\" is no finite number"));
   CHECK_THAT(message("v 1 2 nan\n", "a.obj"), Catch::Contains("\"nan\" is no finite number"));
