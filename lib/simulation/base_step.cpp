@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "contact/feasibility.h"
 #include "geometry/box_box.h"
@@ -105,7 +106,8 @@ bool BaseStep::event(double bounced) {
     ++left_out_.repeats;
   } else {
     solve_event();
-    while (corners_fall_short() || limits_fall_short()) {  // solved again, with all points of the patches, or limits
+    // Solved again, with all points of the patches, or with the limits and points that it sends something to.
+    while (corners_fall_short() || limits_fall_short() || points_fall_short()) {
       lap_.leave_out();
       const int told = record_.bounces_left_out;  // of the same contacts
       find_contacts();
@@ -404,12 +406,17 @@ void BaseStep::update_motions() {
   for (std::size_t i = 0; i < motions_.size(); ++i) shape_motion(scenario_.shapes[i], state_, motions_[i]);
 }
 
-// How far a point of a shape can get within the horizon: of each into travel_, and the largest.
+// How far a point of a shape can get within the horizon, m.
+double BaseStep::travel_within(std::size_t shape, double horizon) const {
+  return (motions_[shape].v.norm() + motions_[shape].w.norm() * radius_[shape]) * horizon;
+}
+
+// Of each shape into travel_, and the largest.
 double BaseStep::displacement_bound(double horizon) {
   double bound = 0;
   for (std::size_t i = 0; i < motions_.size(); ++i)
     if (scenario_.shapes[i].body >= 0) {
-      travel_[i] = (motions_[i].v.norm() + motions_[i].w.norm() * radius_[i]) * horizon;
+      travel_[i] = travel_within(i, horizon);
       bound = std::max(bound, travel_[i]);
     }
   return bound;
@@ -663,6 +670,49 @@ bool BaseStep::limits_fall_short() {
   return struck_.size() > before;
 }
 
+// By steps: do impulses send what they strike further than it was looked ahead, through points of other shapes?
+bool BaseStep::points_fall_short() {
+  if (ahead_ == 0 || !Referee::holds(residuals_, options_.accepted_residual)) return false;
+  before_impulses_ = {state_.v, state_.qd};
+  set_velocities_after();
+  update_motions();
+  double furthest = 0;
+  bool further = false;
+  for (std::size_t i = 0; i < motions_.size(); ++i) {
+    if (scenario_.shapes[i].body < 0) continue;
+    const double travel = travel_within(i, ahead_);
+    further = further || travel > travel_[i] + tolerance_[i];
+    travel_[i] = std::max(travel_[i], travel);
+    furthest = std::max(furthest, travel_[i]);
+  }
+  bool any = false;
+  if (further) {
+    find_pairs(ahead_, margin_ + furthest);
+    any = std::any_of(pairs_->begin(), pairs_->end(),
+                      [&](const auto& pair) { return goes_through(pair.first, pair.second); });
+  }
+  std::tie(state_.v, state_.qd) = before_impulses_;
+  update_motions();
+  return any;
+}
+
+// Does shape i pass a point of shape j that is not looked ahead at, or j one of i?
+bool BaseStep::goes_through(int i, int j) {
+  if (!moved_by_impulses(i) && !moved_by_impulses(j)) return false;
+  const double tolerance = std::min(tolerance_[i], tolerance_[j]);
+  passed_.clear();
+  contact_points(scenario_.shapes[i], motions_[i].pose, i, scenario_.shapes[j], motions_[j].pose, j, tolerance, passed_,
+                 false, tolerance + travel_[i] + travel_[j]);
+  const auto through = [&](const ContactPoint& point) {
+    return point.gap + ahead_ * point.normal.dot(relative_velocity(point).u) < -tolerance;
+  };
+  if (std::none_of(passed_.begin(), passed_.end(), through)) return false;
+  const auto of_both = [&](const ContactPoint& point) {
+    return std::minmax(point.shape_a, point.shape_b) == std::minmax(i, j);
+  };
+  return std::ssize(passed_) > std::count_if(contacts_.begin(), contacts_.end(), of_both);
+}
+
 // Joints at a limit, and which of them go on into it.
 void BaseStep::find_limits() {
   limits_.clear();
@@ -774,16 +824,25 @@ void BaseStep::take_over_velocities() {
   if (residuals_.energy_before > 0)
     record_.event_energy_gain_relative =
         std::max(record_.event_energy_gain_relative, residuals_.energy_gain / residuals_.energy_before);
+  set_velocities_after();
+  for (const BlockOwner& owner : owners_) {
+    if (owner.tree >= 0)
+      stop_at_limits(owner.tree);
+    else if (options_.prune.repeats)
+      put_at_rest(owner.body);
+  }
+}
+
+// Those of the answer, of what the event is made of.
+void BaseStep::set_velocities_after() {
   for (std::size_t b = 0; b < owners_.size(); ++b) {
     const auto v_plus = v_plus_.begin() + problem_.M.first[b];
     if (owners_[b].tree < 0) {
       std::copy_n(v_plus, 6, state_.v.begin() + 6 * owners_[b].body);
-      if (options_.prune.repeats) put_at_rest(owners_[b].body);
       continue;
     }
     const Tree& tree = scenario_.model.trees[owners_[b].tree];
     std::copy_n(v_plus, tree.nv, state_.qd.begin() + tree.v);
-    stop_at_limits(owners_[b].tree);
     link_twists(scenario_.model, tree, state_);
   }
 }
@@ -803,12 +862,16 @@ void BaseStep::put_at_rest(int body) {
 // is about at that limit.
 void BaseStep::stop_at_limits(int tree) {
   if (ahead_ > 0) return;
+  bool stopped = false;
   for (const LimitContact& limit : event_limits()) {
     if (limit.tree != tree) continue;
     const Joint& joint = scenario_.model.trees[tree].joints[limit.joint];
     double& rate = state_.qd[joint.v];
-    if (std::abs(rate - joint.limit_rate) <= options_.approach * limit_speed(joint)) rate = joint.limit_rate;
+    if (std::abs(rate - joint.limit_rate) > options_.approach * limit_speed(joint)) continue;
+    rate = joint.limit_rate;
+    stopped = true;
   }
+  if (stopped) link_twists(scenario_.model, scenario_.model.trees[tree], state_);
 }
 
 // What rounding of a joint's rate is a part of.

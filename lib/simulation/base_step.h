@@ -164,12 +164,16 @@ class BaseStep {
   void stop_at_limits(int tree);
   bool corners_fall_short();
   bool limits_fall_short();
+  bool points_fall_short();
+  bool goes_through(int i, int j);
+  void set_velocities_after();
   bool patch_spins();
   double first_contact(double horizon, double reach);
   double first_limit(double horizon);
   double bounce_wait(int i, int j, double horizon) const;
   void observe_bounces(double remaining);
   void advance_positions(double dt);
+  double travel_within(std::size_t shape, double horizon) const;
   double displacement_bound(double horizon);
   void fail(Status status, std::string reason);
   double closing_speed(const ContactPoint& contact, double u_n) const;
@@ -221,6 +225,8 @@ class BaseStep {
   std::vector<LimitContact>& event_limits() { return islands_.all() ? limits_ : event_limits_; }
   std::vector<LimitContact> limits_, event_limits_;
   std::vector<LimitContact> struck_;  // by steps: that impulses of the step take a joint to
+  std::vector<ContactPoint> passed_;  // by steps: of a pair, as far as these take it
+  std::pair<std::vector<double>, std::vector<double>> before_impulses_;  // State::v, qd
   std::vector<BlockOwner> owners_;
   std::vector<Vec3> external_;  // per body, N
   // Of events that repeat themselves.

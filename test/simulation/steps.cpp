@@ -189,6 +189,32 @@ TEST_CASE("by steps a cube that will miss another one, corner past corner, goes 
   CHECK(end.pose[0].p.y() == Approx(0.9908).epsilon(1e-12));
 }
 
+// The second and third ball are at rest, and so near to nothing until the first one strikes.
+TEST_CASE("by steps a ball that is struck goes through no other one that it would not have come to") {
+  const double h = 0.01, r = 0.1;
+  Scenario s = empty_scene(h, h);
+  add_sphere(s, r, 10, {0, 0, 0}, {20, 0, 0});
+  add_sphere(s, r, 1, {2 * r + 0.01, 0, 0});
+  add_sphere(s, r, 1, {4 * r + 0.011, 0, 0});
+  collide_all(s, 0);
+  for (const MethodRow& row : rigid_methods()) {
+    INFO(row.name);
+    const State end = run(s, std::string(row.name), [](const State&, const StepRecord& record) {
+      CHECK(record.contacts == 2);
+      CHECK(record.penetration_displacement == 0);
+    });
+    // Both gaps close: 10 (v + 1) + v + v - 0.1 = 200.
+    const double v = 190.1 / 12;
+    CHECK(end.v[0] == Approx(v + 1).epsilon(1e-12));
+    CHECK(end.v[6] == Approx(v).epsilon(1e-12));
+    CHECK(end.v[12] == Approx(v - 0.1).epsilon(1e-12));
+  }
+  // Out of its reach, though not of the first ball's, were there no second: one contact, and free flight behind it.
+  s.initial.pose[2].p.x() += 0.2;
+  const State end = run(s, "ap", [](const State&, const StepRecord& record) { CHECK(record.contacts == 1); });
+  CHECK(end.v[12] == 0);
+}
+
 TEST_CASE("by steps a joint that is struck goes no further than its limit") {
   // A carriage at rest, 0.05 m before its stop, and a ball of 10 kg that comes at 20 m/s: in a step of 0.01 s both
   // would go 0.18 m. They come to the stop together, and stay there.

@@ -8,8 +8,10 @@
 //   1. Points that touch have w_n = 0, however their gap is rounded; what overlaps at the end is taken away as in
 //      stepping by events (overlap.h).
 //   2. Restitution: a point of a pair with e > 0 whose gap would close within the step counts as touching, w_n = 0, so
-//      that u_n+ >= -e u_n- holds for the speed with which it comes. It parts by up to h u_n- early. Others part with
-//      e = 0.
+//      that u_n+ >= -e u_n- holds for the speed with which it comes. It parts by up to h u_n- early. Others have
+//      nothing to part with but what laws of Poisson's give back of the impulse that closes them.
+//   3. "Can come to touch" is asked of the velocities before the event, and again of those after it: where impulses
+//      send something further, through points that were not looked ahead at, the problem is solved again with these.
 // When it fails: points that are looked ahead at are linear in the step. What turns far in one meets other points: it
 // overlaps at the end, up to the penetration limit, and is moved apart there.
 #include "simulation/stepping/steps.h"
