@@ -21,8 +21,10 @@ struct Answer {
   std::vector<double> v;
 };
 
-Answer solve(const ContactProblem& problem, int k = 4, double regularise = 0, std::string_view solver = {}) {
+Answer solve(const ContactProblem& problem, int k = 4, double regularise = 0, std::string_view solver = {},
+             bool idle_friction = true) {
   MethodOptions options;
+  options.idle_friction = idle_friction;
   options.solver = solver;
   options.k = k;
   options.regularise = regularise;
@@ -216,11 +218,12 @@ TEST_CASE("Both paths give the same velocity on a problem at either side of the 
 }
 
 TEST_CASE("Friction acts at the contacts that have it, and not at those before and between them that have none") {
-  // One box on rough ground, dense (24 unknowns), and twelve that do not touch, each other one on ice (168, sparse).
+  // One box on rough ground, dense (24 unknowns), and twelve that do not touch, each other one on ice (168, sparse,
+  // where ice has no unknowns of friction).
   const Vector3d v(0.3, -0.5, 0.2);
   const Answer rough = solve(test::box(0.4, v));
   REQUIRE(rough.solution.status == Status::ok);
-  for (const int boxes : {2, 12}) {
+  for (const auto& [boxes, idle] : {std::pair(2, false), {12, false}, {12, true}}) {
     ContactProblem p;
     for (int b = 0; b < boxes; ++b) {
       test::add_body(p, 1, Vector3d::Constant(1.0 / 6), v);
@@ -228,8 +231,8 @@ TEST_CASE("Friction acts at the contacts that have it, and not at those before a
         for (const double z : {-0.5, 0.5})
           test::add_contact(p, b, {x, -0.5, z}, -1, {}, test::ground_axes(), b % 2 == 0 ? 0.0 : 0.4);
     }
-    const Answer all = solve(p);
-    CAPTURE(boxes, all.solution.reason);
+    const Answer all = solve(p, 4, 0, {}, idle);
+    CAPTURE(boxes, idle, all.solution.reason);
     CHECK(all.solution.status == Status::ok);
     for (int b = 0; b < boxes; ++b)
       for (int i = 0; i < 6; ++i) {

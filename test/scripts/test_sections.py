@@ -239,6 +239,17 @@ class Data(Folder):
         self.assertEqual(table[1][3], "in part (2 of 3 parts)")
         self.assertIn("contradicted : no other model gains more than 1e-9.", words)
 
+    def test_table_one_says_why_and_when_a_run_ended_but_where_a_limit_of_the_machine_s_cut_it(self):
+        ended = {"energy_blowup": "of 3 J", "time_limit": "60 s were over"}
+        rows = [
+            made.row(scene=scene, status=s, reason=r, t_reached=0.5, finished="false")
+            for scene, (s, r) in zip(("impacting_sphere", "sticking_box"), ended.items())]
+        section = sections.table_one(made.results(self.top, rows, sweeps=["paper"]))
+        by_status = {row["status"]: row for row in section.data["rows"]}
+        self.assertEqual((by_status["energy_blowup"]["reason"], float(by_status["energy_blowup"]["t_reached"])), ("of 3 J", 0.5))
+        self.assertEqual({"reason", "t_reached"} & set(by_status["time_limit"]), set())
+        self.assertEqual(len(by_status), len(ended))
+
     def test_orders_and_ways_of_stepping_name_their_runs(self):
         rows = [
             made.row(run=f"o{h}", sweeps="orders", step=h, knobs=f"step={h}", error_position_linf_m=h)
