@@ -92,6 +92,10 @@ void BaseStep::look_ahead(double h) {
   if (as_before()) return;
   waited_ = false;
   struck_.clear();
+  if (!scenario_.model.trees.empty()) {  // what is driven goes as far as its rate takes it, whatever it came with
+    find_driven();
+    drive();
+  }
   update_motions();
   find_pairs_within(displacement_bound(h));
   ahead_ = h;

@@ -258,6 +258,22 @@ TEST_CASE("by steps what impulses turn round is looked ahead at whichever way it
   }
 }
 
+TEST_CASE("by steps what is driven is looked ahead at as far as its rate takes it, from rest, too") {
+  // A ram that has had no rate yet goes 0.1 m in the step; the ball is 0.05 m before it.
+  const double h = 0.01, rate = 10;
+  Scenario s = empty_scene(h, h);
+  s.gravity.constant.setZero();
+  add_on_rail(s, sphere_shape(0.1), 1, {0, 0, 0});
+  Joint& rail = s.model.trees[0].joints[0];
+  rail.lower = rail.upper = 0;
+  rail.limit_rate = rate;
+  add_sphere(s, 0.1, 1, {0.25, 0, 0});
+  collide_all(s, 0);
+  const State end = run(s, "ap", [](const State&, const StepRecord& record) { CHECK(record.contacts == 1); });
+  CHECK(end.v[6] == Approx(rate - 0.05 / h).epsilon(1e-9));
+  CHECK(end.pose[1].p.x() == Approx(0.3).epsilon(1e-9));
+}
+
 TEST_CASE("by steps a joint that is struck goes no further than its limit") {
   // A carriage at rest, 0.05 m before its stop, and a ball of 10 kg that comes at 20 m/s: in a step of 0.01 s both
   // would go 0.18 m. They come to the stop together, and stay there.
