@@ -6,7 +6,8 @@
 //   a side that a neighbour shares is inner;
 //   a seam is sharp where the neighbour bends down; along a normal it carries where the neighbour does not rise above
 //   the plane across that normal, that is between the normals of the two triangles;
-//   a corner carries along the normals above whose planes none of the ground's edges there rises.
+//   a corner carries along the normals above whose planes none of the ground's edges there rises;
+//   the upright edge below a corner of the ground's outline is sharp, also where several triangles share the corner.
 // The bottom, and sides without a neighbour, are the outside of a solid like others.
 #include "geometry/terrain.h"
 
@@ -75,6 +76,12 @@ Mesh mesh_of(const std::vector<Triangle>& triangles) {
   return mesh;
 }
 
+// Is a point of the ground's outline a corner of it? `outward`: normal of an outer side there. Then all of the ground's
+// edges there but that side's are behind its plane; along a straight outline the next side's is in it.
+bool is_outer_corner(const std::vector<Vec3>& around, const Vec3& outward) {
+  return std::count_if(around.begin(), around.end(), [&](const Vec3& d) { return outward.dot(d) >= -flat; }) <= 1;
+}
+
 Seams seams_of(const std::vector<Triangle>& triangles, const Mesh& mesh, int t, const Polytope& prism) {
   Seams seams;
   seams.inner.assign(loops.size(), 0);
@@ -86,6 +93,8 @@ Seams seams_of(const std::vector<Triangle>& triangles, const Mesh& mesh, int t, 
     Directions beyond;
     if (top_or_bottom >= side_face) {
       beyond = mesh.around[mesh.corner[t][edge.from % 3]];  // upright
+      if (seams.inner[edge.left] != seams.inner[edge.right])
+        sharp = is_outer_corner(*beyond, prism.faces[seams.inner[edge.left] ? edge.right : edge.left].normal);
     } else if (!sharp) {
       const int k = std::max(edge.left, edge.right) - side_face;
       const Triangle& other = triangles[mesh.neighbour[t][k]];

@@ -92,8 +92,12 @@ void BaseStep::look_ahead(double h) {
   if (as_before()) return;
   waited_ = false;
   struck_.clear();
+  if (!scenario_.model.trees.empty()) {  // what is driven goes as far as its rate takes it, whatever it came with
+    find_driven();
+    drive();
+  }
   update_motions();
-  find_pairs(h, margin_ + displacement_bound(h));
+  find_pairs_within(displacement_bound(h));
   ahead_ = h;
   find_contacts();
 }
@@ -433,6 +437,10 @@ void BaseStep::find_pairs(double horizon, double margin) {
                                [&](int i, int j) { return scenario_.can_touch(i, j); });
 }
 
+// By steps: those that can meet where no shape gets further than this (m), whichever way it goes. What is swept along
+// the velocities before an event leaves out what it turns round, and along those after it what has just met.
+void BaseStep::find_pairs_within(double travel) { find_pairs(0, margin_ + 2 * travel); }
+
 // All closed features at the present configuration.
 void BaseStep::find_contacts() {
   contacts_known_ = true;
@@ -687,7 +695,7 @@ bool BaseStep::points_fall_short() {
   }
   bool any = false;
   if (further) {
-    find_pairs(ahead_, margin_ + furthest);
+    find_pairs_within(furthest);
     any = std::any_of(pairs_->begin(), pairs_->end(),
                       [&](const auto& pair) { return goes_through(pair.first, pair.second); });
   }

@@ -145,6 +145,7 @@ class BaseStep {
   double largest_pair_tolerance() const;
   bool keeps_pairs() const;
   void find_pairs(double horizon, double margin);
+  void find_pairs_within(double travel);
   void remove_overlap();
   void fail_overlap(int i, int j, double depth);
   bool find_approaching();

@@ -79,6 +79,7 @@ BaseStep::Relative BaseStep::relative_velocity(const ContactPoint& contact) cons
 }
 
 double BaseStep::approach_speed() {
+  if (!scenario_.model.trees.empty()) drive();  // what comes from another rate strikes
   double fastest = 0;
   for (const ContactPoint& contact : contacts_)
     fastest = std::max(fastest, -contact.normal.dot(relative_velocity(contact).u));

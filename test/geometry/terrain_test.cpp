@@ -173,6 +173,41 @@ TEST_CASE("On flat ground a ball's only normal is up, wherever it is beside a se
     }
 }
 
+TEST_CASE("The upright edge below a corner of the outline carries, also where two triangles share the corner") {
+  const auto ground = roof(0);
+  for (const double x : {-1.0, 1.0})
+    for (const double z : {-1.0, 1.0}) {
+      INFO(x << ' ' << z);
+      const Vec3 n = Vec3(x, 0, z).normalized(), edge(x, -0.5, z);
+      Pose pose;
+      pose.p = edge + 0.25 * n;
+      const auto points = points_on(ground, ball(0.25), pose);
+      CHECK_FALSE(points.empty());
+      for (const ContactPoint& point : points) {
+        CHECK((point.normal - n).norm() < 1e-12);
+        CHECK((point.position - edge).norm() < 1e-9);
+      }
+      Motion motion;
+      motion.pose.p = edge + 0.35 * n;
+      motion.v = -n;
+      CHECK(first_contact(ground, ball(0.25), motion, 1) == Approx(0.1).margin(2e-9));
+      // Where two cells meet the outline is straight: the faces carry.
+      pose.p = Vec3(0, -0.5, z * 1.25);
+      for (const ContactPoint& point : points_on(ground, ball(0.25), pose))
+        CHECK((point.normal - Vec3(0, 0, z)).norm() < 2e-8);
+    }
+  // Of straight sides no seam is an edge.
+  for (const Shape& prism : ground) {
+    const Polytope& polytope = prism.hull->polytope;
+    for (std::size_t e = 0; e < polytope.edges.size(); ++e) {
+      const Vec3 from = polytope.vertices[polytope.edges[e].from] + prism.local.p;
+      const Vec3 to = polytope.vertices[polytope.edges[e].to] + prism.local.p;
+      if ((from - to).head<1>().norm() < 1e-12 && (from - to).tail<1>().norm() < 1e-12 && std::abs(from.x()) < 1e-12)
+        CHECK(polytope.seams->sharp_edge[e] == 0);
+    }
+  }
+}
+
 TEST_CASE("Nothing arrives at a body that slides over flat seams, and what falls arrives as on a plane") {
   const auto ground = roof(0);
   Motion motion;

@@ -844,6 +844,23 @@ TEST_CASE("an approach slower than what the smallest step's acceleration gives d
   }
 }
 
+TEST_CASE("to an accuracy a ram that touches a ball strikes it as the run begins, with restitution") {
+  // The ram has no rate before its stops give it theirs.
+  Scenario s = empty_scene(1e-3, 0.1);
+  s.gravity.constant.setZero();
+  add_on_rail(s, sphere_shape(0.1), 1, {0, 0, 0});
+  Joint& rail = s.model.trees[0].joints[0];
+  rail.lower = rail.upper = 0;
+  rail.limit_rate = 1;
+  add_sphere(s, 0.1, 1, {0.2, 0, 0});
+  collide_all(s, 0, 0.5);
+  const Ended end = run(s, accurate(s, 1e-4), "ap");
+  CHECK(end.tally.impacts == 1);
+  CHECK(end.state.v[0] == Approx(1).epsilon(1e-12));
+  CHECK(end.state.v[6] == Approx(1.5).epsilon(1e-9));
+  CHECK(end.state.pose[1].p.x() == Approx(0.35).epsilon(1e-9));
+}
+
 TEST_CASE("after a macro step what touched touches, far more closely than the step is exact") {
   const Scenario s = rolling_down(0.6);
   SimulationOptions options = accurate(s, 1e6, 2);

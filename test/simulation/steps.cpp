@@ -215,6 +215,65 @@ TEST_CASE("by steps a ball that is struck goes through no other one that it woul
   CHECK(end.v[12] == 0);
 }
 
+TEST_CASE("by steps what impulses turn round is looked ahead at whichever way it goes") {
+  const double h = 0.01, r = 0.1;
+  SECTION("two light balls that part, each before a heavy one that drives it back") {
+    // Each comes back by more than half of the way between the two, and none is ever faster than the heavy ones.
+    const double apart = 0.205, gap = 0.05, x = r + apart / 2;
+    Scenario s = empty_scene(h, h);
+    for (const double side : {-1.0, 1.0}) {
+      add_sphere(s, r, 1, {side * x, 0, 0}, {side * 20, 0, 0});
+      add_sphere(s, r, 10, {side * (x + 2 * r + gap), 0, 0}, {-side * 20, 0, 0});
+    }
+    collide_all(s, 0);
+    for (const std::string method : {"ap", "convex", "coulomb"}) {
+      INFO(method);
+      const State end = run(s, method, [](const State&, const StepRecord& record) {
+        CHECK(record.contacts == 3);
+        CHECK(record.penetration_displacement == 0);
+      });
+      // All gaps close.
+      const double v = apart / 2 / h;
+      CHECK(end.v[0] == Approx(v).epsilon(1e-9));
+      CHECK(end.v[6] == Approx(v + gap / h).epsilon(1e-9));
+      CHECK(end.v[12] == Approx(-v).epsilon(1e-9));
+      CHECK(end.v[18] == Approx(-v - gap / h).epsilon(1e-9));
+    }
+  }
+  SECTION("two balls that have met, where elsewhere one is sent on through a third") {
+    // The first pair parts with half of the 40 m/s with which it comes; that is found again with the row of three.
+    Scenario s = empty_scene(h, h);
+    add_sphere(s, r, 1, {-(r + 0.175), 10, 0}, {20, 0, 0});
+    add_sphere(s, r, 1, {r + 0.175, 10, 0}, {-20, 0, 0});
+    add_sphere(s, r, 10, {0, 0, 0}, {20, 0, 0});
+    add_sphere(s, r, 1, {2 * r + 0.01, 0, 0});
+    add_sphere(s, r, 1, {4 * r + 0.011, 0, 0});
+    collide_all(s, 0, 0.5);
+    const State end = run(s, "ap", [](const State&, const StepRecord& record) {
+      CHECK(record.contacts == 3);
+      CHECK(record.penetration_displacement == 0);
+    });
+    CHECK(end.v[0] == Approx(-10).epsilon(1e-9));
+    CHECK(end.v[6] == Approx(10).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("by steps what is driven is looked ahead at as far as its rate takes it, from rest, too") {
+  // A ram that has had no rate yet goes 0.1 m in the step; the ball is 0.05 m before it.
+  const double h = 0.01, rate = 10;
+  Scenario s = empty_scene(h, h);
+  s.gravity.constant.setZero();
+  add_on_rail(s, sphere_shape(0.1), 1, {0, 0, 0});
+  Joint& rail = s.model.trees[0].joints[0];
+  rail.lower = rail.upper = 0;
+  rail.limit_rate = rate;
+  add_sphere(s, 0.1, 1, {0.25, 0, 0});
+  collide_all(s, 0);
+  const State end = run(s, "ap", [](const State&, const StepRecord& record) { CHECK(record.contacts == 1); });
+  CHECK(end.v[6] == Approx(rate - 0.05 / h).epsilon(1e-9));
+  CHECK(end.pose[1].p.x() == Approx(0.3).epsilon(1e-9));
+}
+
 TEST_CASE("by steps a joint that is struck goes no further than its limit") {
   // A carriage at rest, 0.05 m before its stop, and a ball of 10 kg that comes at 20 m/s: in a step of 0.01 s both
   // would go 0.18 m. They come to the stop together, and stay there.
