@@ -316,6 +316,25 @@ TEST_CASE("a start that leads astray costs coulomb no answer", "[warm_start]") {
   }
 }
 
+TEST_CASE("coulomb begins with the event before, and not with one before an event with restitution", "[warm_start]") {
+  MethodOptions options;
+  options.warm_start = true;
+  options.warm_starts = std::make_shared<Counter>(0);
+  const ContactMethod method = find_method("coulomb")->make(options);
+  ContactSolution solution;
+  const auto meets = [&](double slip, double e) {
+    ContactProblem p = moving_sphere(0.2, slip, -0.5);
+    p.restitution[0] = e;
+    method(p, solution);
+    CHECK(solution.status == Status::ok);
+    return *options.warm_starts == 1;
+  };
+  CHECK_FALSE(meets(2, 0));
+  CHECK_FALSE(meets(1.9, 0.5));
+  CHECK_FALSE(meets(1.8, 0));
+  CHECK(meets(1.7, 0));
+}
+
 // Rest is that of the contacts: on a belt that goes on with the box, and not on one that goes on below it.
 TEST_CASE("a box that goes with its belt starts warm as one at rest does, and a belt that sets out is seen",
           "[warm_start]") {
