@@ -55,7 +55,7 @@ bool ActiveSetStart::find(const LcpProblem& problem, const PolygonUnknowns& at, 
     if (!std::isfinite(e)) return false;  // a singular set
     worst = std::max(worst, e);
   }
-  if (!(size > 0) || !(worst <= warm_tolerance * size) || !holds_by_contact(at, u, z)) return false;
+  if (!(size > 0) || !(worst <= warm_tolerance * size) || !holds_by_contact(problem.groups, z)) return false;
   z = z.cwiseMax(0.0);
   answer.status = LcpStatus::solved;
   answer.reason.clear();
@@ -64,27 +64,15 @@ bool ActiveSetStart::find(const LcpProblem& problem, const PolygonUnknowns& at, 
   return true;
 }
 
-// What a contact is about: its impulses, or the fastest velocity were it its own, but no more than all together
-// (PolygonLcp::group_by_contact).
-bool ActiveSetStart::holds_by_contact(const PolygonUnknowns& at, std::span<const double> u, const Eigen::VectorXd& z) {
-  const auto square = [&u](int c) { return Eigen::Map<const Eigen::Vector3d>(&u[3 * c]).squaredNorm(); };
-  double all = 0, fastest = 0;  // J, (m/s)^2
-  for (int c = 0; c < at.nc; ++c) {
-    all += square(c) / scales_.rho[c];
-    fastest = std::max(fastest, square(c));
-  }
-  errors_.setZero(at.nc);
-  sizes_.resize(at.nc);
-  for (int c = 0; c < at.nc; ++c) sizes_[c] = std::min(all, fastest / scales_.rho[c]);
-  const auto look = [&](int c, int i, bool impulse) {
-    const double root = std::sqrt(scales_.rho[i]), of_z = z[i] * root, e = std::min(w_[i] / root, of_z);
+// What a contact is about: its impulses, or what PolygonLcp::group_by_contact() says, which is its own island's.
+bool ActiveSetStart::holds_by_contact(const LcpGroups& groups, const Eigen::VectorXd& z) {
+  errors_.setZero(groups.size.size());
+  sizes_ = groups.size.cwiseAbs2();
+  for (Eigen::Index i = 0; i < z.size(); ++i) {
+    const int c = groups.of_pair[i];
+    const double root = groups.root[i], of_z = z[i] * root, e = std::min(w_[i] / root, of_z);
     errors_[c] += e * e;
-    if (impulse) sizes_[c] = std::max(sizes_[c], of_z * of_z);
-  };
-  for (int c = 0; c < at.nc; ++c) look(c, c, true);
-  for (int f = 0; f < at.rough_count(); ++f) {
-    for (int a = 0; a < at.k; ++a) look(at.rough[f], at.first_direction(f) + a, true);
-    look(at.rough[f], at.slip_bound(f), false);
+    if (!groups.own[i]) sizes_[c] = std::max(sizes_[c], of_z * of_z);
   }
   return (errors_.array() <= contact_tolerance * contact_tolerance * sizes_.array()).all();
 }

@@ -15,14 +15,15 @@ namespace cb {
 class ActiveSetStart {
  public:
   void forget() { previous_ = -1; }
-  /// The answer with that active set. True where it solves `problem`; u: velocities before the event (3 nc).
+  /// The answer with that active set. True where it solves `problem`, which has its groups; u: velocities before the
+  /// event (3 nc).
   bool find(const LcpProblem& problem, const PolygonUnknowns& at, std::span<const double> u, LcpSolution& answer);
   /// Notes the active set of an answer; `impulse`: all of the event's (3 nc), u: velocities before it.
   void remember(const ContactProblem& problem, const BlockCholesky& factor, const PolygonUnknowns& at,
                 std::span<const double> u, std::span<const double> impulse, const LcpSolution& answer);
 
  private:
-  bool holds_by_contact(const PolygonUnknowns& at, std::span<const double> u, const Eigen::VectorXd& z);
+  bool holds_by_contact(const LcpGroups& groups, const Eigen::VectorXd& z);
   void list_friction(const PolygonUnknowns& at, const Eigen::VectorXd& z, double least_impulse, double least_slip);
   void list_bounds(const ContactProblem& problem, const PolygonUnknowns& at, const Eigen::VectorXd& z,
                    double least_impulse, double least_slip);

@@ -166,9 +166,9 @@ double AnitescuPotra::split(double t1, double t2, double* part) const {
 }
 
 bool AnitescuPotra::solve_phase(const ContactProblem& problem, ContactSolution& solution) {
+  if (!grouped_) form_.group_by_contact(problem, factor_, u_);
   const bool warm = warm_ && active_set_.find(form_.lcp(), form_.at(), u_, answer_);
   if (warm && warm_starts_) ++*warm_starts_;
-  if (!warm && !grouped_) form_.group_by_contact(problem, factor_, u_);
   if (!warm) solver_(form_.lcp(), answer_);
   solution.iterations += answer_.pivots;
   solution.claimed_residual = std::max(solution.claimed_residual, answer_.residual);

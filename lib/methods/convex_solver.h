@@ -35,7 +35,7 @@ class ConvexSolver {
   ConvexEnding operator()(double epsilon, ConvexPhase phase, ConvexPrevious* previous, ConvexIsland& island);
 
   const std::vector<double>& r() const { return best_.r; }      ///< 3 nc, N s
-  const std::vector<double>& eta() const { return best_.eta; }  ///< nc, m/s
+  const std::vector<double>& eta() const { return best_.eta; }  ///< nc, N s
   const ConvexBound& bound() const { return bound_; }
 
  private:

@@ -130,6 +130,7 @@ void Coulomb::operator()(const ContactProblem& problem, ContactSolution& solutio
   solve(problem, problem.v_minus, all_, warm_ && !elastic, solution);
   if (!elastic) return;
 
+  previous_.clear();  // two phases are no start, and what was before them is of another event
   solution.restitution_scale = restitution_.give_back(problem, factor_, islands_, all_, solution.impulse);
   if (!approaches_again()) return;
   first_impulse_ = solution.impulse;

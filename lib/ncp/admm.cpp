@@ -106,7 +106,7 @@ void Admm::begin(const NcpProblem& p) {
     for (int i = 0; i < 3 * nc; ++i) x_[i] = root_[i / 3] * p.start[i];
   y_ = x_;
   z_.assign(3 * nc, 0.0);
-  if (static_cast<int>(p.start.size()) == 3 * nc) {  // u~ of it, as far as it lies in K*
+  if (static_cast<int>(p.start.size()) == 3 * nc) {  // u~ of it; an iteration takes it into K*
     measure_.velocities(p.start, v_, u_);
     for (int c = 0; c < nc; ++c) {
       const double slip = std::hypot(u_[3 * c + 1], u_[3 * c + 2]);

@@ -43,6 +43,9 @@ struct NsgsOptions : NcpOptions {
   /// -: largest change of an impulse within a sweep, over the largest impulse, at which it rests. Larger: less of
   /// the law.
   double rest = 1e-14;
+  /// -: W_nn over the trace of W_ii up to which it is the rounding of a row along which no joint moves the contact, and
+  /// velocities of stops over their size. Larger: what is hardly moved carries nothing.
+  double immobile = 1e-28, rounding = 1e-14;
 };
 
 class Nsgs {
@@ -63,6 +66,7 @@ class Nsgs {
   NsgsOptions o_;
   NcpMeasure measure_;
   std::vector<OneContact> contacts_;
+  std::vector<char> idle_;       // nc: does no impulse move it along its normal?
   std::vector<double> columns_;  // M^-1 J_i^T, entry by entry, laid out as J's transposed
   std::vector<double> r_, u_, v_;
   double largest_change_ = 0;  // of the last sweep, of sqrt(w) r, over the largest of these
@@ -72,6 +76,7 @@ class Nsgs {
 bool Nsgs::prepare(const NcpProblem& p) {
   const int nc = p.nc();
   contacts_.clear();
+  idle_.resize(nc);
   columns_.resize(p.J->values.size());
   for (int c = 0; c < nc; ++c) {
     Matrix3d W = Matrix3d::Zero();  // W_ii
@@ -82,14 +87,18 @@ bool Nsgs::prepare(const NcpProblem& p) {
       p.factor->solve_block_in_place(p.J->block[e], column.data(), 3);
       W.noalias() += entry * column;
     }
-    // What no impulse moves along its normal carries nothing, where it does not approach.
-    if (!(W(0, 0) > 0) && !(W(0, 0) == 0 && measure_.q()[3 * c] >= 0)) return false;
+    // What no impulse moves along its normal carries nothing, where no stop drives it in. A row of 1e-17 would ask for
+    // an impulse of 1e17, by which a joint that swings past comes to a stop.
+    idle_[c] = W(0, 0) <= o_.immobile * W.trace();
+    const ConstVec3 offset(&p.offset[3 * c]);
+    if (idle_[c] ? !(offset[0] >= -o_.rounding * offset.norm()) : !(W(0, 0) > 0)) return false;
     contacts_.emplace_back(W, p.mu[c]);
   }
   return true;
 }
 
 void Nsgs::solve_contact(const NcpProblem& p, int c) {
+  if (idle_[c]) return;
   Vec3 r(&r_[3 * c]);
   Vector3d u = ConstVec3(&p.offset[3 * c]);
   for (int e = p.J->band[c]; e < p.J->band[c + 1]; ++e) {
@@ -162,6 +171,8 @@ void Nsgs::operator()(const NcpProblem& p, NcpSolution& solution) {
   }
   r_.assign(3 * nc, 0.0);
   if (static_cast<int>(p.start.size()) == 3 * nc) r_.assign(p.start.begin(), p.start.end());
+  for (int c = 0; c < nc; ++c)
+    if (idle_[c]) std::fill_n(&r_[3 * c], 3, 0.0);
   const int limit = o_.sweeps > 0 ? o_.sweeps : o_.limit;
   const int every = nc > 1 ? o_.check_every : 1;  // of one contact the first sweep is the answer
   bool at_rest = false, done = check(solution);

@@ -195,6 +195,31 @@ TEST_CASE("a slip that ends is seen beside something heavy", "[warm_start]") {
   CHECK(*options.warm_starts == 1);
 }
 
+// Two spheres that no contact joins. Of one friction can take more of its slip than there is, by 7e-10 m/s; the other
+// slides on at 2 km/s, beside which that is nothing.
+TEST_CASE("a slip that ends is seen beside an island that is fast", "[warm_start]") {
+  const double v_n = 0.5, mu = 0.2, ends = 3.5 * mu * v_n;
+  const auto slide = [&](double slip, double fast) {
+    ContactProblem p = moving_sphere(mu, slip, -v_n);
+    const double m = p.M.block(0)(0, 0);
+    add_body(p, m, Vector3d::Constant(0.4 * m), {fast, -v_n, 0});
+    add_contact(p, 1, {0, -1, 0}, -1, {}, ground_axes(), mu);
+    return p;
+  };
+  MethodOptions options;
+  options.warm_start = true;
+  options.warm_starts = std::make_shared<Counter>(0);
+  const ContactMethod ap = find_method("ap")->make(options);
+  ContactSolution solution;
+  for (const double slip : {10 * ends, 9 * ends}) {
+    ap(slide(slip, 2000 + slip), solution);
+    REQUIRE(solution.status == Status::ok);
+  }
+  CHECK(*options.warm_starts == 1);
+  ap(slide(ends * (1 - 2e-9), 2000), solution);
+  CHECK(*options.warm_starts == 1);
+}
+
 TEST_CASE("an event is the one before up to its last bits alone", "[warm_start]") {
   int solved = 0;
   const auto reused = std::make_shared<Counter>(0);
@@ -289,6 +314,25 @@ TEST_CASE("a start that leads astray costs coulomb no answer", "[warm_start]") {
         CHECK(warm.status <= cold.status);
       }
   }
+}
+
+TEST_CASE("coulomb begins with the event before, and not with one before an event with restitution", "[warm_start]") {
+  MethodOptions options;
+  options.warm_start = true;
+  options.warm_starts = std::make_shared<Counter>(0);
+  const ContactMethod method = find_method("coulomb")->make(options);
+  ContactSolution solution;
+  const auto meets = [&](double slip, double e) {
+    ContactProblem p = moving_sphere(0.2, slip, -0.5);
+    p.restitution[0] = e;
+    method(p, solution);
+    CHECK(solution.status == Status::ok);
+    return *options.warm_starts == 1;
+  };
+  CHECK_FALSE(meets(2, 0));
+  CHECK_FALSE(meets(1.9, 0.5));
+  CHECK_FALSE(meets(1.8, 0));
+  CHECK(meets(1.7, 0));
 }
 
 // Rest is that of the contacts: on a belt that goes on with the box, and not on one that goes on below it.

@@ -346,6 +346,33 @@ TEST_CASE("what no impulse moves along its normal carries nothing, and is no fau
   }
 }
 
+// Beside a table that is not level with the world's axes the arm's row is rounding. It pushes a ball, and goes on with
+// it.
+TEST_CASE("what moves along its normal by rounding alone carries nothing, and stops nothing", "[ncp]") {
+  ContactProblem p;
+  p.M.block(p.M.add_block(1))(0, 0) = 2;
+  p.M.block(p.M.add_block(1))(0, 0) = 1;
+  p.v_minus = {-1, 0};
+  p.J.add_band();
+  p.J.entry(p.J.add_entry(0, 1)) = Vector3d(1e-17, 1, 0);
+  p.J.add_band();
+  p.J.entry(p.J.add_entry(0, 1))(0, 0) = 1;
+  p.J.entry(p.J.add_entry(1, 1))(0, 0) = -1;
+  p.offset.assign(6, 0.0);
+  p.mu = {0.5, 0};
+  p.restitution = {0, 0};
+  for (const char* solver : {"nsgs", "bisection"})
+    for (const std::vector<double>& start : {std::vector<double>(), std::vector<double>{1, 0.1, 0, 0, 0, 0}}) {
+      INFO(solver);
+      const Answer at = solve(p, solver, {}, start);
+      CHECK(at.solution.status == NcpStatus::solved);
+      CHECK(Referee::holds(at.residuals, 1e-9));
+      CHECK(at.solution.r[0] == 0);
+      CHECK(at.solution.r[3] == Approx(2.0 / 3));
+      for (const double v : at.v_plus) CHECK(v == Approx(-2.0 / 3));
+    }
+}
+
 TEST_CASE("where nothing approaches but by rounding, nothing is the first guess", "[ncp]") {
   if (!fclib_available()) return;
   for (const char* event : {"coulomb_nothing", "coulomb_next_to_nothing"}) {
