@@ -70,7 +70,9 @@ def row_of(run, record, summary, folder, certified):
     row |= {
         column: text((summary if column in summary else record)[column]) for column in ("t_reached", "peak_memory_mb")}
     row |= {f"error_{name}": text(value) for name, value in (summary.get("errors") or {}).items()}
-    if certified and record["finished"] and not OTHER_SCENE & {*dict(run.knobs)}:
+    if OTHER_SCENE & {*dict(run.knobs)}:
+        certified = None
+    if certified and record["finished"]:
         row[f"error_{references.ERROR}"] = text(
             certified.error(lookup(summary, "options.duration"),
                             Path(folder) / "trajectory.csv"))
