@@ -403,8 +403,9 @@ def c10(claim, results):
         claim.ask("fastest", None)
         claim.ask("growth", None)
     else:
-        last = {n: t.get(16, math.nan) for n, t in growth.items()}
-        claim.ask("fastest", last[name] <= min(last.values()),
+        last = {n: t[16] for n, t in growth.items() if 16 in t}
+        claim.ask("fastest",
+                  math.isfinite(last[name]) and last[name] <= min(last.values()),
                   {n: t if math.isfinite(t) else "did not finish" for n, t in last.items()}, by_size[16], timing=True)
         powers = {
             n: slope(t, t.values()) for n, t in growth.items()

@@ -247,7 +247,14 @@ def solvers(args):
     csv = args.csv
     if csv is None:
         csv = args.out / "siconos_solvers.csv"
-        program.call(args.bench, "--csv", csv, "--limit", args.limit, "--rounds", args.rounds, *args.words)
+        csv.unlink(missing_ok=True)  # an older one would stand for what is not measured
+        try:
+            ended = program.call(args.bench, "--csv", csv, "--limit", args.limit, "--rounds", args.rounds, *args.words)
+        except OSError as error:
+            raise program.ProgramError(f"{args.bench}: {error.strerror}") from None
+        if not csv.exists():
+            words = (ended.stderr.strip() or ended.stdout.strip()).splitlines() or ["ended without a word"]
+            raise program.ProgramError(f"{args.bench}: {words[-1]}")
     rows = table_of(csv).to_dict("records")
     if not rows:
         raise program.ProgramError(f"{csv}: holds no rows")

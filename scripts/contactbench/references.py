@@ -81,7 +81,7 @@ class Reference:
     def error(self, duration, trajectory):
         """Largest distance of a run's bodies from it, m; None for a run that goes on longer than it, or one without
         its moments."""
-        if self.motion is None or duration > self.about["until"]:
+        if self.motion is None or round(duration, 9) > self.about["until"]:  # a moment, as places() has them
             return None
         try:
             return apart(self.motion, places(trajectory))

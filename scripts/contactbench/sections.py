@@ -4,6 +4,7 @@ what depends on the machine."""
 import collections
 import hashlib
 import math
+import shlex
 import statistics
 from dataclasses import dataclass, field
 
@@ -70,8 +71,9 @@ def figure(results, name, sweep="paper", made_by=None):
     profile = "" if results.profile == "default" else results.profile
     if (results.folder / f"{sweep}.toml").exists():  # of one scene, as compare.py and recommend.py make it
         folder = results.folder.resolve().name
-        made = [f"scripts/sweep.py {folder}/{sweep}.toml --runs {folder}/runs --out {folder}"]
-        made += [f"scripts/plots/{name}.py --results {folder} --runs {folder}/runs"]
+        made = [
+            shlex.join(["scripts/sweep.py", f"{folder}/{sweep}.toml", "--runs", f"{folder}/runs", "--out", folder]),
+            shlex.join([f"scripts/plots/{name}.py", "--results", folder, "--runs", f"{folder}/runs"])]
     else:
         made = [made_by or f"scripts/sweep.py scenarios/sweeps/{sweep}.toml" + (profile and f" --profile {profile}")]
         made += [f"scripts/plots/{name}.py --results results --runs results/runs" + (profile and f"/{profile}")]

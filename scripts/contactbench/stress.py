@@ -115,6 +115,8 @@ def plan(cases, columns, options):
     """All runs: dictionaries with case, row, method and flags; those of an ensemble carry size and seed, those of the
     other program its path."""
     jobs, quick = [], options.quick
+    if options.accuracy:  # which engines do not have
+        columns = [c for c in columns if "--engine" not in c[1]]
     for number, case in enumerate(cases["case"]):
         if options.only and case["id"] not in options.only or quick and case.get("long"):
             continue

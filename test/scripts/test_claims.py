@@ -284,6 +284,12 @@ class Claims(Asked):
             {"runs": 6, "sliding_box convex, epsilon 1e-12 J": "inaccurate", "grasp convex, epsilon 1e-12 J": "ray at 0.5 s"})
         self.assertEqual(some[1].numbers["A-P Lemke"], "did not finish")
         self.assertNotIn("A-P Lemke", some[2].numbers)
+        # Who was not run on 16 boxes says nothing of them; where nobody got through them, nobody was the fastest.
+        cell = lambda name, n, time: self.runs("stack", {name: time}, parameters=f"boxes={n}")
+        rows = [row for n in (4, 8, 16) for row in cell("convex", n, 0.1 * n) + cell("lemke", n, 1.0 * n)]
+        found = self.asked("C10", [row for n in (4, 8) for row in cell("mirtich", n, 2.0 * n)] + rows).parts[1]
+        self.assertEqual((found.verdict, found.numbers), (YES, {"convex, epsilon 1e-12 J": 1.6, "A-P Lemke": 16.0}))
+        self.assertEqual(parts({name: lambda n: STOPPED for name in times})[1].verdict, NO)
 
 
 class Said(Asked):

@@ -234,6 +234,14 @@ class Solvers(unittest.TestCase):
             self.assertEqual([of.args[1] for of in draw.call_args_list], [top / "out", top / "again"])
             pages = [(top / where / "siconos_solvers.md").read_text() for where in ("out", "again")]
             self.assertEqual(pages, [isolated.solvers_markdown(solves())] * 2)
+            # What measures nothing leaves no table of another time in place of its own.
+            why = mock.Mock(stderr="", stdout="The stored problems need HDF5: not built\n")
+            with mock.patch.object(program, "call", lambda *_: why):
+                with self.assertRaisesRegex(program.ProgramError, "bench: The stored problems need HDF5: not built"):
+                    isolated.main(["solvers", "--bench", "bench", "--out", str(top / "out")])
+            self.assertFalse((top / "out/siconos_solvers.csv").exists())
+            with self.assertRaisesRegex(program.ProgramError, "/nowhere/bench: No such file"):
+                isolated.main(["solvers", "--bench", "/nowhere/bench", "--out", str(top / "out")])
             (top / "empty.csv").write_text("problem,solver\n")
             with self.assertRaisesRegex(program.ProgramError, "empty.csv: holds no rows"):
                 isolated.main(["solvers", "--csv", str(top / "empty.csv"), "--out", str(top)])

@@ -312,6 +312,12 @@ class References(unittest.TestCase):
         self.assertAlmostEqual(known.error(0.2, self.trajectory(0.25, 0.2)), 0.25)
         self.assertIsNone(known.error(1.0, self.trajectory(0.25, 0.5)), "a run that is not known at the end")
         self.assertIsNone(known.error(1.0, self.top / "none.csv"))
+        # Moments are kept to a nanosecond, and a third of a second is a little longer than the last one of it.
+        third = references.places(self.trajectory(0, 1 / 3))
+        self.store(self.about(duration=1 / 3, until=max(t for t, _ in third)), third)
+        known = references.read(self.top, "scene", "mu=0.5", [self.scene])
+        self.assertAlmostEqual(known.error(1 / 3, self.trajectory(0.25, 1 / 3)), 0.25)
+        self.assertIsNone(known.error(1 / 3 + 1e-8, self.trajectory(0.25, 1 / 3)))
 
     def test_a_reference_of_another_scene_file_is_none(self):
         self.store(self.about(), {(1.0, "box"): (0.0, 0.0, 0.0)})

@@ -50,6 +50,12 @@ class Figures(Folder):
         self.assertEqual(sections.figure(results, "error_time", "error_time")[0]["made"], [
             f"scripts/sweep.py {here}/error_time.toml --runs {here}/runs --out {here}",
             f"scripts/plots/error_time.py --results {here} --runs {here}/runs"])
+        # As a shell takes them, whatever the folder is called.
+        results = made.results(self.top / "two boxes", [made.row(sweeps="error_time")])
+        (results.folder / "error_time.toml").write_text("")
+        self.assertEqual(sections.figure(results, "error_time", "error_time")[0]["made"], [
+            "scripts/sweep.py 'two boxes/error_time.toml' --runs 'two boxes/runs' --out 'two boxes'",
+            "scripts/plots/error_time.py --results 'two boxes' --runs 'two boxes/runs'"])
 
     def test_the_paper_s_come_first_and_those_of_other_sections_stand_there(self):
         section = sections.figures(made.results(self.top, [made.row()]))

@@ -80,6 +80,11 @@ class Plans(unittest.TestCase):
         self.assertEqual([(j["case"], j["program"]) for j in jobs], [(0, "prog")] * 2)
         self.assertEqual(jobs[1]["flags"],
                          ["--method", "convex", "--set", "metre=10.0", "--accuracy", "1e-05", "--record-interval", "1e-3"])
+        # No engine has the flag: that it is refused is no answer of the engine.
+        columns = [("ode/quick", ["--engine", "ode", "--variant", "quick"]), ("ap", ["--method", "ap"])]
+        case = {"id": "A", "rows": [{}], "measure": "displacement"}
+        self.assertEqual([j["method"] for j in self.plan(case, columns=columns, accuracy=1e-6)], ["ap"])
+        self.assertEqual([j["method"] for j in self.plan(case, columns=columns)], ["ode/quick", "ap"])
 
     def test_a_member_of_the_ensemble_starts_with_its_own_last_bits_where_a_row_has_none(self):
         cases = [{"id": "A", "rows": [{}, {"--shuffle-contacts": 5}]}, {

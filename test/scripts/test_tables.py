@@ -1,6 +1,7 @@
 """The table of runs (gather.py), its cells (runs.py) and Table I (table1.py): every number under its own head, on runs whose
 numbers are all different."""
 import csv
+import dataclasses
 import math
 import statistics
 import unittest
@@ -69,6 +70,11 @@ class Gathered(Folder):
         self.assertEqual(row["error_certified_linf_m"], "5.0")
         row = gather.row_of(self.one, self.record(finished=False), self.summary, self.top, certified)
         self.assertNotIn("error_certified_linf_m", row)
+        # With another friction than the scene's own the bodies should be elsewhere.
+        for knob, told in (("step", True), ("friction", False), ("restitution", False)):
+            run = dataclasses.replace(self.one, knobs=((knob, "0.5"), *self.one.knobs))
+            row = gather.row_of(run, self.record(), self.summary, self.top, certified)
+            self.assertEqual("error_certified_linf_m" in row, told, knob)
 
     def test_each_run_is_held_against_the_reference_of_its_scene_and_parameters(self):
         runs = [
