@@ -433,6 +433,20 @@ TEST_CASE("By steps the outcome of an impact is that of the event that ends it")
   CHECK(out.at("polygon_velocity_after_impact_m_per_s") == Approx(1e-3));
 }
 
+TEST_CASE("A sphere that a force pushes, or that gravity moves to and fro, has no flight to be measured against") {
+  for (const bool pushed : {false, true})
+    for (const bool shaken : {false, true}) {
+      Scenario scenario = sphere_scene(Vec3(1, -10, 0), 0.5);
+      if (pushed) scenario.forces = {{0, Vec3(1, 0, 0), 0, 5}};
+      if (shaken) scenario.gravity.harmonic[0] = {0.4, 1, 0};
+      SceneErrors errors(scenario, SimulationOptions(), 8);
+      errors.observe_start(scenario.initial);
+      errors.observe_step(scenario.initial, StepRecord());
+      INFO(pushed << shaken);
+      CHECK(named(errors).count("position_linf_m") == (pushed || shaken ? 0 : 1));
+    }
+}
+
 TEST_CASE("A sphere's exact impact has no error, and what is added to it comes out") {
   const Scenario scenario = sphere_scene(Vec3(1, -10, 0), 0.5);
   SimulationOptions options;

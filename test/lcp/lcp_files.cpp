@@ -49,6 +49,11 @@ TEST_CASE("Every form of a Matrix Market file gives the matrix that it describes
   CHECK(read(banner + "array real general\n2 3\n1 4.5 0 .5 -3 0\n") == general);
   CHECK(read(banner + "coordinate real general\n% a comment\n%\n2 3 4\n1 1 1\n2 1 4.5\n1 3 -3.0E0\n2 2 +0.5\n") ==
         general);
+  // Each entry has a place of its own in a matrix of any shape.
+  const std::string entries = "6\n1 1 1\n2 1 4.5\n1 2 0\n2 2 .5\n1 3 -3\n2 3 0\n";
+  CHECK(read(banner + "coordinate real general\n2 3 " + entries) == general);
+  const std::string transposed = "coordinate real general\n3 2 6\n1 1 1\n1 2 4.5\n2 1 0\n2 2 .5\n3 1 -3\n3 2 0\n";
+  CHECK(read(banner + transposed) == general.transpose());
   CHECK(read(banner + "array real symmetric\n2 2\n1\n2\n3\n") == symmetric);
   CHECK(read(banner + "coordinate integer symmetric\n2 2 3\n1 1 1\n2 1 2\n2 2 3\n") == symmetric);
   CHECK(read(banner + "array real skew-symmetric\n2 2\n2\n") == skew);

@@ -58,7 +58,7 @@ MODULE = "contactbench_python"  # the target that makes the Python module
 # Tests of scripts that a fault there reaches first, where they have another name than the script; the others follow, the quick
 # ones first.
 SCRIPTS = {
-    "references": ("references", "recommend"), "recommend": ("recommend_words", "recommend"), "worth": ("worlds", "worth"),
+    "references": ("references", "recommend"), "scenes": ("scenes", "campaign"), "recommend": ("recommend_words", "recommend"), "worth": ("worlds", "worth"),
     "stress": ("stress_runs", "stress_solves", "stress"), "campaign": ("campaign_runs", "campaign"), "sweep": ("sweep_jobs", "sweep"),
     "problems": ("stress_solves",), "limits": ("stress_solves",), "figures": ("figures", "figures_of_all"),
     "robots": ("looks",), "heatmap": ("figures_of_all",), "view": ("motions", "pages", "view"), "gltf": ("motions", "view"), "replay": ("replay",),

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "contact/problem.h"
+#include "ncp/interior_system.h"
 #include "ncp/ncp.h"
 #include "problems.h"
 
@@ -217,4 +218,31 @@ TEST_CASE("solvers and their endings have the names that users see", "[ncp]") {
   CHECK(solution.iterations == 0);
   CHECK(solution.residual == 0);
   CHECK(solution.who.empty());
+}
+
+TEST_CASE("the interior point's error is the worse of its products and of what its equations miss") {
+  // A point of 1 kg that comes at 1 m/s: from r = s = x the product is x^2, and s is off u = -1 + x by 1.
+  ContactProblem p;
+  p.M.block(p.M.add_block(3)).setIdentity();
+  p.J.add_band();
+  p.J.entry(p.J.add_entry(0, 3)).setIdentity();
+  p.mu.push_back(0);
+  p.restitution.push_back(0);
+  p.v_minus = {-1, 0, 0};
+  p.offset.assign(3, 0.0);
+  const Posed of(p);
+  const NcpProblem view = of.view();
+  VelocitySystem system;
+  system.prepare(of.p.M, of.p.J);
+  NcpMeasure measure;
+  measure.begin(view);
+  for (const auto& [x, error] : {std::pair(0.1, 1.0), {100.0, 100.0}}) {
+    InteriorSystem interior;
+    InteriorSystem::Options options;
+    options.start = x;
+    interior.begin(options, view, system, measure, 1);
+    CHECK(interior.mean() == Approx(x * x).epsilon(1e-14));
+    CHECK(interior.misses()[0].x() == Approx(1).epsilon(1e-13));
+    CHECK(interior.error() == Approx(error).epsilon(1e-13));
+  }
 }

@@ -160,6 +160,7 @@ const Broken table[] = {
     {"controller_element", 24, 8, "did you mean \"close\"?"},
     {"controller_word", 22, 69, "it is one of: computed, torque"},
     {"controller_roles", 22, 6, "it takes 1"},
+    {"controller_roles_more", 22, 6, "2 <left> in a figure_eight controller; it takes 1"},
 };
 
 }  // namespace
