@@ -16,6 +16,7 @@
 #include "limits.h"
 #include "output/number.h"
 #include "output/summary.h"
+#include "problem_folder.h"
 #include "scenario/near_name.h"
 #include "versions.h"
 
@@ -252,19 +253,6 @@ std::string lines_of(const RunSummary& summary) {
   return out;
 }
 
-/// The folder of stored problems is there; returns those of an earlier run.
-std::vector<fs::path> prepare_problems(const fs::path& folder) {
-  std::vector<fs::path> old;
-  if (folder.empty()) return old;
-  std::error_code refused;
-  fs::create_directories(folder, refused);
-  for (const auto& entry : fs::directory_iterator(folder, refused))
-    if (entry.path().filename().string().starts_with("step_")) old.push_back(entry.path());
-  if (refused)
-    throw UsageError(fmt::format("--save-problems: {} cannot be written: {}", folder.string(), refused.message()));
-  return old;
-}
-
 }  // namespace
 
 int run_engine(const EngineRunFlags& flags) {
@@ -272,20 +260,18 @@ int run_engine(const EngineRunFlags& flags) {
   RunSummary& summary = plan.summary;
   const fs::path out = plan.request.out;
   Limits limits({}, {});  // signals; the engine's own limits are kept by run_program
+  const ProblemFolder problems(plan.request.save_problems);
   std::error_code refused;
   fs::create_directories(out, refused);
   const FolderLock lock(out);
-  if (lock.taken())
-    throw UsageError(
-        fmt::format("--out {}: another run is writing into this folder; wait for it, or name another", out.string()));
-  const std::vector<fs::path> stored = prepare_problems(plan.request.save_problems);
+  if (lock.taken() && !problems.is(out)) refuse_taken("out", out);
   SummaryFile file(out / "summary.json", to_json(summary));
   if (!file.ok())
     throw UsageError(fmt::format("--out: {} cannot be written: {}", out.string(), std::strerror(file.error())));
   for (const char* earlier : {"hard_problem.hdf5", "trajectory.csv", "trajectory.npz", "steps.csv", "joints.csv",
                               "loads.csv", "stepping.csv", "contacts.csv", "shapes.csv", "hulls.csv"})
     fs::remove(out / earlier, refused);
-  for (const fs::path& earlier : stored) fs::remove(earlier, refused);
+  problems.clear();
   if (plan.chosen.program.empty()) {
     summary.status = Status::unavailable;
     summary.reason = plan.chosen.missing;
