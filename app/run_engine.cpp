@@ -37,10 +37,14 @@ struct Chosen {
 
 /// --knob NAME=VALUE over what the setting has.
 void own_knobs(const std::vector<std::string>& given, std::map<std::string, double, std::less<>>& knobs) {
+  std::vector<std::string> seen;
   for (const std::string& pair : given) {
     const std::size_t equals = pair.find('=');
     if (equals == std::string::npos) throw UsageError(fmt::format("--knob {}: must be NAME=VALUE", pair));
     const std::string key = pair.substr(0, equals);
+    if (std::find(seen.begin(), seen.end(), key) != seen.end())
+      throw UsageError(fmt::format("--knob {}: {} is given twice; leave one of them out", pair, key));
+    seen.push_back(key);
     std::vector<std::string> known;
     for (const auto& knob : knobs) known.push_back(knob.first);
     const auto at = knobs.find(key);
@@ -108,6 +112,7 @@ fs::path default_directory(const EngineRunFlags& flags, const Chosen& chosen, co
   const auto add = [&](const std::string& part) { name += "__" + file_name_part(part); };
   if (!chosen.variant.empty()) add(chosen.variant);
   if (chosen.use.setting != "default") add(chosen.use.setting);
+  if (chosen.use.setting == "own" && flags.setting == "tuned") add("tuned");  // what the other knobs are of
   for (const auto& [prefix, value] :
        {std::pair("h", flags.step), std::pair("T", flags.duration), std::pair("mu", flags.friction),
         std::pair("e", flags.restitution), std::pair("perturb", flags.perturb), std::pair("seed", flags.seed),

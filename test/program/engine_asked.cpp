@@ -182,9 +182,29 @@ TEST_CASE("an engine's knobs that nobody has tuned, or that it does not have, ar
   };
   refused_with({"--knob", "z=1"}, "--knob z: no such knob; there are x, y");
   refused_with({"--knob", "x"}, "--knob x: must be NAME=VALUE");
+  refused_with({"--knob", "x=2", "--knob", "y=3", "--knob", "x=4"}, "--knob x=4: x is given twice");
   refused_with({"--knob", "x=fast"}, "--knob fast: must be NAME=NUMBER");
   refused_with({"--variant", "c"}, "--variant c: odd has no such variant; there are a, b");
   CHECK_FALSE(fs::exists(directory.path() / "asked"));
+}
+
+TEST_CASE("runs whose knobs lie over the defaults and over those tuned have a folder each", "[program][engines]") {
+  const TemporaryDirectory directory;
+  // In the place of an engine that has been tuned.
+  const fs::path program = directory.path() / "contactbench-engine-ode";
+  std::ofstream(program) << "#!/bin/sh\nif [ \"$1\" = --describe ]; then\nprintf '%s' '"
+                         << R"({"knobs": [], "variants": [{"name": "quick", "knobs": {"erp": 1, "iterations": 2}}]})"
+                         << "' >&3\nelse\nprintf '%s' '{\"status\": \"unsupported\"}' >&3\nfi\n";
+  fs::permissions(program, fs::perms::owner_all);
+  for (const char* setting : {"default", "tuned"}) {
+    const Result result = by_engine(
+        directory.path(), {"run", fall, "--engine", "ode", "--setting", setting, "--knob", "iterations=50", "--quiet"});
+    INFO(result.err);
+    CHECK(result.code == 3);
+  }
+  const fs::path runs = directory.path() / "results/runs";
+  CHECK(summary(runs / "fall__ode__quick__own__iterations_50")["engine"]["knobs"]["erp"] == 1);
+  CHECK(summary(runs / "fall__ode__quick__own__tuned__iterations_50")["engine"]["knobs"]["erp"] != 1);
 }
 
 TEST_CASE("an engine is listed with what it says of itself, or with why it says nothing", "[program][engines]") {
