@@ -280,6 +280,14 @@ TEST_CASE("a memory limit ends the run with its name", "[program]") {
   CHECK(json["finished"] == false);
 }
 
+TEST_CASE("a memory limit beyond all bytes is none", "[program]") {
+  TemporaryDirectory directory;  // 1e14 MB, which 64 bits do not hold; the scene needs memory once it runs
+  const Result result = run(directory.path(), {"run", "pile.xml", "--method", "newton", "--set", "bodies=1000",
+                                               "--duration", "0.002", "--memory-limit", "1e14", "--quiet"});
+  INFO(result.err);
+  CHECK(result.code == 0);
+}
+
 TEST_CASE("a disk that fills up ends the run with whole files and a summary", "[program]") {
   // No file may grow beyond 64 kB: the summary has its place by then, the rows run into it.
   TemporaryDirectory directory;

@@ -105,6 +105,7 @@ TEST_CASE("whatever an engine does is a typed row, with the time it came to", "[
 TEST_CASE("an engine that eats memory is stopped at its limit", "[program][engines]") {
   TemporaryDirectory directory;
   CHECK(fall(directory.path(), "eats", {"--memory-limit", "200"}).summary["status"] == "memory_limit");
+  CHECK(fall(directory.path(), "falls", {"--memory-limit", "1e14"}).summary["status"] == "ok");  // beyond 64 bits
 }
 #endif
 
