@@ -225,6 +225,7 @@ TEST_CASE("an engine is listed with what it says of itself, or with why it says 
   CHECK(entry["variants"][1]["knobs"] == Json({{"x", 3}}));
   const std::string plain = by_engine(directory.path(), {"list", "engines"}).out;
   CHECK(plain.find(" (odd 1.2, single precision, libodd)\n") != std::string::npos);
+  CHECK(plain.find("    a             \n") != std::string::npos);  // its variants have no summary
   std::ofstream(directory.path() / "contactbench-engine-odd") << "#!/bin/sh\necho first >&2; echo 'no library' >&2\n";
   CHECK(listed()["unavailable"] == "contactbench-engine-odd does not say what it is: no library");
 }
@@ -285,6 +286,17 @@ TEST_CASE("the preflight of an engine is that of each variant, or of the one tha
   CHECK(rows[0]["fault"].is_null());
   CHECK(rows[0]["knobs"] == Json({{"x", 1}, {"y", 2}}));
   CHECK(rows[0]["lines"] == Json::parse("[" + good + ", " + bad + "]"));
+
+  // The fall of the preflight takes half a second.
+  const Result too_long = by_engine(directory.path(), {"check", "--engine", "odd", "--variant", "a", "--step", "10"});
+  CHECK(too_long.code == 2);
+  CHECK(too_long.err.find("--step 10: must be a positive number of seconds, at most 0.5") != std::string::npos);
+  for (const std::string odd : {R"({"lines": [{"name": "good"}]})", R"({"lines": 3})"}) {
+    write_engine(directory.path(), odd);
+    const Result unlike = by_engine(directory.path(), {"check", "--engine", "odd", "--variant", "a"});
+    CHECK(unlike.code == 3);
+    CHECK(unlike.out.starts_with("odd a, default, h = 0.001 s: crash: its preflight has no lines"));
+  }
 
   write_engine(directory.path(), "' >&3; echo 'what was last said' >&2; exit 5; printf '");
   const Result dies = by_engine(directory.path(), {"check", "--engine", "odd", "--variant", "a"});
