@@ -126,19 +126,6 @@ RunSummary provisional_summary(const RunFlags& flags, const RunPlan& plan) {
   return summary;
 }
 
-/// More steps than anybody means, unless they say how long they will wait.
-void check_steps(const RunPlan& plan) {
-  constexpr double many = 1e9;   // a quarter of an hour at least, and a trajectory of 100 GB; days as a rule
-  constexpr double most = 1e12;  // decades of computing; far below what a step counter holds
-  if (plan.simulation.stepping == Stepping::accuracy) return;
-  const double steps = plan.simulation.duration / plan.simulation.step;
-  if (steps <= (plan.time_limit_s ? most : many)) return;
-  throw UsageError(
-      fmt::format("--step {}: {:g} s would take {:.3g} steps; give a longer step, or a shorter --duration{}",
-                  number_text(plan.simulation.step), plan.simulation.duration, steps,
-                  steps <= most ? ", or a --time-limit, until which it goes on" : ""));
-}
-
 /// How time goes on. `--accuracy` asks for its way of stepping by itself, in place of a step.
 void stepping_flags(const RunFlags& flags, SimulationOptions& simulation) {
   constexpr const char* lengths = "a positive length in m, as in --accuracy 1e-6";
@@ -281,7 +268,8 @@ RunPlan make_plan(const RunFlags& flags) {
   if (flags.joint_forces)
     plan.simulation.joint_forces =
         *flags.joint_forces == "implicit" ? JointForces::implicit : JointForces::explicit_euler;
-  check_steps(plan);
+  if (plan.simulation.stepping != Stepping::accuracy)
+    check_steps(plan.simulation.step, plan.simulation.duration, plan.time_limit_s.has_value());
   plan.out = flags.out ? fs::path(*flags.out) : default_directory(flags, plan);
   plan.summary.control_eigenvalue =
       largest_eigenvalue(plan.scenario, plan.simulation.step, plan.simulation.joint_forces);

@@ -170,6 +170,7 @@ EnginePlan make_plan(const EngineRunFlags& flags) {
   request.scene = scenario.file;
   request.step = flags.step ? positive_flag("step", *flags.step, seconds) : scenario.step;
   request.duration = flags.duration ? positive_flag("duration", *flags.duration, seconds) : scenario.duration;
+  check_steps(request.step, request.duration, request.time_limit_s.has_value());
   request.out = flags.out ? *flags.out : default_directory(flags, plan.chosen, scenario.name).string();
 
   RunSummary& summary = plan.summary;

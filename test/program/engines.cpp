@@ -231,6 +231,7 @@ TEST_CASE("flags of engines that cannot be meant are refused", "[program][engine
   refused({"run", "stack", "--engine", "od"}, {"--engine od", "did you mean", "ode"});
   refused({"run", "stack", "--engine", "ode", "--k", "8"}, {"--k", "methods"});
   refused({"run", "stack", "--engine", "ode", "--method", "ap"}, {"--method", "leave it"});
+  refused({"run", "stack", "--engine", "ode", "--step", "1e-11"}, {"--step 1e-11", "1e+11 steps", "--time-limit"});
   refused({"run", "stack", "--engine", "ode", "--setting", "best"}, {"--setting best", "default or tuned"});
 }
 
