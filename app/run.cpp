@@ -338,7 +338,8 @@ Status solve_afresh(const RunPlan& plan, const ContactProblem& problem, bool pru
 
 /// A word as a shell takes it.
 std::string quoted(const std::string& word) {
-  if (word.find_first_of(" \t\"'{}()<>|&;$`*?~\\") == std::string::npos) return word;
+  const auto plain = [](unsigned char c) { return std::isalnum(c) != 0 || std::strchr("%+,-./:@_", c) != nullptr; };
+  if (std::all_of(word.begin(), word.end(), plain)) return word;
   std::string out = "'";
   for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return out + "'";
