@@ -291,6 +291,8 @@ int check(const CheckFlags& flags) {
   const std::string& name = flags.scenario;
   const auto& [method, trial_steps, set, files] = std::tie(flags.method, flags.steps, flags.set, flags.files);
   const Overrides overrides = set_flags(set);
+  if (method == "external")  // check has no --command to ask for
+    throw UsageError("--method external: check tries the program's own methods; leave it out, and run the scene by it");
   const std::shared_ptr<const MethodRow> row = method ? method_flag(*method, {}) : nullptr;
   if (trial_steps && !row)
     throw UsageError(fmt::format("--steps {}: says how long --method METHOD is tried; give that too", *trial_steps));

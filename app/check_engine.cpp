@@ -17,6 +17,16 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// Has a line what is printed of it?
+bool is_line(const nlohmann::json& line) {
+  if (!line.is_object()) return false;
+  const auto word = [&](const char* key) { return line.contains(key) && line[key].is_string(); };
+  const auto number = [&](const char* key) { return line.contains(key) && line[key].is_number(); };
+  const bool wants = line.contains("unsupported") || (number("expected") && number("allowed") && word("unit"));
+  return wants && word("name") && word("note") && line.contains("measured") && line.contains("passed") &&
+         line["passed"].is_boolean();
+}
+
 /// The preflight of one variant: its lines, or the fault that stands in their place.
 Json measure(const std::filesystem::path& program, const std::string& engine, const nlohmann::json& variant,
              const std::string& setting, double step) {
@@ -34,10 +44,13 @@ Json measure(const std::filesystem::path& program, const std::string& engine, co
   row["knobs"] = request.knobs;
   const Ended ended = run_program(program, {"--preflight", nlohmann::json(request).dump()}, patience, memory_mb);
   const nlohmann::json said = nlohmann::json::parse(ended.answer, nullptr, false);
-  if (ended.code == 0 && said.is_object() && said.contains("lines"))
+  if (ended.code == 0 && said.is_object() && said.contains("lines") && said["lines"].is_array() &&
+      std::ranges::all_of(said["lines"], is_line))
     row["lines"] = said["lines"];
   else if (ended.overdue)
     row["fault"] = fmt::format("time_limit: it did not come back within {:g} s", patience);
+  else if (ended.code == 0)
+    row["fault"] = "crash: its preflight has no lines as docs/engines.md says";
   else
     row["fault"] =
         fmt::format("crash: {}{}{}",
@@ -74,7 +87,10 @@ int check_engine(const std::string& engine, const Text& variant, const Text& set
     throw UsageError(fmt::format("--engine {}: no such engine; {}", engine, suggest(engine, names, "there are")));
   if (setting && *setting != "default" && *setting != "tuned")
     throw UsageError(fmt::format("--setting {}: must be default or tuned", *setting));
-  const double h = step ? positive_flag("step", *step, "a positive number of seconds") : 1e-3;
+  constexpr double longest = 0.5;  // s, what the shortest of the preflight's scenes takes
+  constexpr const char* seconds = "a positive number of seconds, at most 0.5";
+  const double h = step ? positive_flag("step", *step, seconds) : 1e-3;
+  if (h > longest) throw UsageError(fmt::format("--step {}: must be {}", *step, seconds));
   std::string fault = engine_missing(engine);
   const std::filesystem::path program = engine_program(engine);
   const nlohmann::json said = program.empty() ? nlohmann::json() : describe_engine(program, fault);

@@ -16,6 +16,7 @@
 #include <cstring>
 #include <fstream>
 
+#include "limits.h"
 #include "linalg/stop.h"
 #include "scenario/scenario.h"
 
@@ -85,7 +86,7 @@ struct Pipe {
   if (page >= 0) dup2(page, pulse_file);
   for (const int signal : {SIGPIPE, SIGXFSZ, SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_DFL);
   if (memory_mb) {
-    const auto bytes = static_cast<rlim_t>(*memory_mb * 1048576);
+    const rlim_t bytes = bytes_of(*memory_mb);
     const rlimit limit = {bytes, bytes};
     setrlimit(RLIMIT_DATA, &limit);
   }

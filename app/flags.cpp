@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "commands.h"
+#include "output/number.h"
 #include "scenario/near_name.h"
 
 namespace cb {
@@ -65,6 +66,16 @@ Overrides set_flags(const std::vector<std::string>& values) {
     overrides.emplace_back(name, value.substr(equals + 1));
   }
   return overrides;
+}
+
+void check_steps(double step, double duration, bool time_limit) {
+  constexpr double many = 1e9;   // a quarter of an hour at least, and a trajectory of 100 GB; days as a rule
+  constexpr double most = 1e12;  // decades of computing; far below what a step counter holds
+  const double steps = duration / step;
+  if (steps <= (time_limit ? most : many)) return;
+  throw UsageError(fmt::format(
+      "--step {}: {:g} s would take {:.3g} steps; give a longer step, or a shorter --duration{}", number_text(step),
+      duration, steps, steps <= most ? ", or a --time-limit, until which it goes on" : ""));
 }
 
 namespace {

@@ -24,6 +24,8 @@ long whole_flag(std::string_view flag, const std::string& value, long low, long 
 bool on_off_flag(std::string_view flag, const std::string& value, std::string_view expected = "on or off");
 /// NAME=VALUE pairs of --set.
 Overrides set_flags(const std::vector<std::string>& values);
+/// Throws UsageError where there are more steps than anybody means, unless they say how long they will wait.
+void check_steps(double step, double duration, bool time_limit);
 
 /// Throws UsageError where the first argument is neither a flag nor a command.
 void check_command(const CLI::App& program, const std::string& first);

@@ -1,10 +1,13 @@
 #include "folder_lock.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/file.h>
 #include <unistd.h>
 
 #include <cerrno>
+
+#include "commands.h"
 
 namespace cb {
 
@@ -15,6 +18,12 @@ FolderLock::FolderLock(const std::filesystem::path& folder)
 
 FolderLock::~FolderLock() {
   if (folder_ >= 0) ::close(folder_);
+}
+
+void refuse_taken(std::string_view flag, const std::filesystem::path& folder) {
+  throw UsageError(
+      fmt::format("--{} {}: another run is writing into this folder; wait for it, or name a folder for this one", flag,
+                  folder.string()));
 }
 
 }  // namespace cb

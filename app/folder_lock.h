@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string_view>
 
 namespace cb {
 
@@ -20,5 +21,8 @@ class FolderLock {
   int folder_ = -1;
   bool taken_ = false;
 };
+
+/// Throws UsageError: the folder that `flag` names is another run's.
+[[noreturn]] void refuse_taken(std::string_view flag, const std::filesystem::path& folder);
 
 }  // namespace cb

@@ -75,6 +75,11 @@ rlim_t limit_data(rlim_t bytes) {
 
 }  // namespace
 
+unsigned long bytes_of(double mb) {
+  constexpr double most = 0x1p60, one = 1048576;
+  return static_cast<unsigned long>(std::min(mb * one, most));
+}
+
 Limits::Limits(std::optional<double> time_s, std::optional<double> memory_mb) : time_s_(time_s), memory_mb_(memory_mb) {
   cause = 0;
   const int once = static_cast<int>(SA_RESETHAND);
@@ -89,7 +94,7 @@ Limits::Limits(std::optional<double> time_s, std::optional<double> memory_mb) : 
 void Limits::bound_memory() {
   if (address_sanitizer || !memory_mb_) return;
   const rlim_t data = data_size();
-  if (data > 0) data_limit_before_ = limit_data(data + static_cast<rlim_t>(*memory_mb_ * 1048576));
+  if (data > 0) data_limit_before_ = limit_data(data + bytes_of(*memory_mb_));
 }
 
 void Limits::lift() {

@@ -8,6 +8,9 @@
 
 namespace cb {
 
+/// Bytes of so many MB; what no memory reaches where they are more than a number of bytes can be.
+unsigned long bytes_of(double mb);
+
 /// What may end a computation from outside: a signal (SIGINT, SIGTERM, SIGHUP), the time, the memory. Each asks for a
 /// stop, which poll_stop() (linalg/stop.h) hears wherever it stands.
 class Limits {

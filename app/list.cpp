@@ -179,20 +179,22 @@ constexpr Topic topics[] = {
 /// A line for each entry, the errors of a reference or the gains of a controller below it.
 void print(const Json& list, const char* indent) {
   const auto word = [](const Json& value) { return value.is_string() ? value.get<std::string>() : std::string(); };
+  // What an engine's program says of itself may leave these out.
+  const auto said = [&](const Json& of, const char* key) { return of.contains(key) ? word(of[key]) : std::string(); };
   std::size_t width = 0;
   for (const Json& entry : list) width = std::max(width, word(entry["name"]).size());
   for (const Json& entry : list) {
     fmt::print("{}{:<{}}  {}", indent, word(entry["name"]), width, word(entry["summary"]));
     if (entry.contains("precision"))
-      fmt::print(" ({} {}, {} precision, {})", word(entry["name"]), word(entry["version"]), word(entry["precision"]),
-                 word(entry["package"]));
+      fmt::print(" ({} {}, {} precision, {})", word(entry["name"]), said(entry, "version"), word(entry["precision"]),
+                 said(entry, "package"));
     if (entry.contains("method")) fmt::print(" ({})", entry["method"].is_null() ? "LCP" : word(entry["method"]));
     if (entry.contains("unavailable") && !entry["unavailable"].is_null())
       fmt::print(" (unavailable: {})", word(entry["unavailable"]));
     fmt::print("\n");
     if (entry.contains("variants") && entry.contains("precision"))
       for (const Json& variant : entry["variants"])
-        fmt::print("{}    {:<12}  {}\n", indent, word(variant["name"]), word(variant["summary"]));
+        fmt::print("{}    {:<12}  {}\n", indent, word(variant["name"]), said(variant, "summary"));
     const char* details = entry.contains("errors") ? "errors" : "gains";
     if (!entry.contains(details)) continue;
     std::size_t inner = 0;

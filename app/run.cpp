@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -25,6 +24,7 @@
 #include "output/progress.h"
 #include "output/run_files.h"
 #include "output/summary.h"
+#include "problem_folder.h"
 #include "run_engine.h"
 #include "scenario/near_name.h"
 #include "scenario/perturb.h"
@@ -124,19 +124,6 @@ RunSummary provisional_summary(const RunFlags& flags, const RunPlan& plan) {
   summary.status = Status::crash;
   summary.reason = "did not finish: the program was killed, or the machine stopped";
   return summary;
-}
-
-/// More steps than anybody means, unless they say how long they will wait.
-void check_steps(const RunPlan& plan) {
-  constexpr double many = 1e9;   // a quarter of an hour at least, and a trajectory of 100 GB; days as a rule
-  constexpr double most = 1e12;  // decades of computing; far below what a step counter holds
-  if (plan.simulation.stepping == Stepping::accuracy) return;
-  const double steps = plan.simulation.duration / plan.simulation.step;
-  if (steps <= (plan.time_limit_s ? most : many)) return;
-  throw UsageError(
-      fmt::format("--step {}: {:g} s would take {:.3g} steps; give a longer step, or a shorter --duration{}",
-                  number_text(plan.simulation.step), plan.simulation.duration, steps,
-                  steps <= most ? ", or a --time-limit, until which it goes on" : ""));
 }
 
 /// How time goes on. `--accuracy` asks for its way of stepping by itself, in place of a step.
@@ -281,7 +268,8 @@ RunPlan make_plan(const RunFlags& flags) {
   if (flags.joint_forces)
     plan.simulation.joint_forces =
         *flags.joint_forces == "implicit" ? JointForces::implicit : JointForces::explicit_euler;
-  check_steps(plan);
+  if (plan.simulation.stepping != Stepping::accuracy)
+    check_steps(plan.simulation.step, plan.simulation.duration, plan.time_limit_s.has_value());
   plan.out = flags.out ? fs::path(*flags.out) : default_directory(flags, plan);
   plan.summary.control_eigenvalue =
       largest_eigenvalue(plan.scenario, plan.simulation.step, plan.simulation.joint_forces);
@@ -298,23 +286,6 @@ bool is_full(int error) { return error == ENOSPC || error == EDQUOT || error == 
 [[noreturn]] void refuse_directory(const fs::path& what, const std::string& why) {
   throw UsageError(fmt::format("--out: {} cannot be written: {}; name a directory that can, as in --out runs/mine",
                                what.string(), why));
-}
-
-[[noreturn]] void refuse_taken(std::string_view flag, const fs::path& folder) {
-  throw UsageError(
-      fmt::format("--{} {}: another run is writing into this folder; wait for it, or name a folder for this one", flag,
-                  folder.string()));
-}
-
-/// What an earlier run stored there: a folder holds the problems of one run.
-void remove_stored_problems(const fs::path& folder) {
-  std::error_code ignored;
-  std::vector<fs::path> stored;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
-    const std::string name = entry.path().filename().string();
-    if (name.starts_with("event_") && name.ends_with(".hdf5")) stored.push_back(entry.path());
-  }
-  for (const fs::path& path : stored) fs::remove(path, ignored);
 }
 
 /// Ends a run with the status that a full disk or another failure of writing has.
@@ -367,7 +338,8 @@ Status solve_afresh(const RunPlan& plan, const ContactProblem& problem, bool pru
 
 /// A word as a shell takes it.
 std::string quoted(const std::string& word) {
-  if (word.find_first_of(" \t\"'{}()<>|&;$`*?~\\") == std::string::npos) return word;
+  const auto plain = [](unsigned char c) { return std::isalnum(c) != 0 || std::strchr("%+,-./:@_", c) != nullptr; };
+  if (std::all_of(word.begin(), word.end(), plain)) return word;
   std::string out = "'";
   for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return out + "'";
@@ -566,25 +538,14 @@ int execute(const RunPlan& plan) {
   Limits limits(plan.time_limit_s, plan.memory_limit_mb);
   RunSummary summary = plan.summary;
 
-  std::optional<FolderLock> problems_lock;
-  if (!plan.save_problems.empty()) {
-    std::error_code refused;
-    fs::create_directories(plan.save_problems, refused);
-    if (!refused && access(plan.save_problems.c_str(), W_OK) != 0) refused.assign(errno, std::generic_category());
-    if (refused)
-      throw UsageError(fmt::format("--save-problems: {} cannot be written: {}; name a directory that can",
-                                   plan.save_problems.string(), refused.message()));
-    problems_lock.emplace(plan.save_problems);
-    if (problems_lock->taken()) refuse_taken("save-problems", plan.save_problems);
-  }
+  const ProblemFolder problems(plan.save_problems);
 
   // The place of the summary first; then the other files, whose failure leaves no half-made run behind.
   std::error_code refused;
   fs::create_directories(plan.out, refused);
   if (refused && !is_full(refused.value())) refuse_directory(plan.out, refused.message());
   const FolderLock lock(plan.out);
-  const bool same_folder = problems_lock && fs::equivalent(plan.out, plan.save_problems, refused);
-  if (lock.taken() && !same_folder) refuse_taken("out", plan.out);
+  if (lock.taken() && !problems.is(plan.out)) refuse_taken("out", plan.out);
   const fs::path summary_path = plan.out / "summary.json";
   SummaryFile summary_file(summary_path, to_json(summary));
   if (!summary_file.ok() && !refused && !is_full(summary_file.error()))
@@ -601,7 +562,7 @@ int execute(const RunPlan& plan) {
     refuse_directory(contacts.failed_path(), std::strerror(contacts.error()));
   }
   // Nothing is refused from here on: what earlier runs left may go.
-  if (!plan.save_problems.empty()) remove_stored_problems(plan.save_problems);
+  problems.clear();
   for (const char* earlier : {hard_problem_file, "trajectory.npz"}) fs::remove(plan.out / earlier, refused);
 
   const bool polygon = std::any_of(plan.method->options.begin(), plan.method->options.end(),

@@ -16,6 +16,7 @@
 #include "limits.h"
 #include "output/number.h"
 #include "output/summary.h"
+#include "problem_folder.h"
 #include "scenario/near_name.h"
 #include "versions.h"
 
@@ -36,10 +37,14 @@ struct Chosen {
 
 /// --knob NAME=VALUE over what the setting has.
 void own_knobs(const std::vector<std::string>& given, std::map<std::string, double, std::less<>>& knobs) {
+  std::vector<std::string> seen;
   for (const std::string& pair : given) {
     const std::size_t equals = pair.find('=');
     if (equals == std::string::npos) throw UsageError(fmt::format("--knob {}: must be NAME=VALUE", pair));
     const std::string key = pair.substr(0, equals);
+    if (std::find(seen.begin(), seen.end(), key) != seen.end())
+      throw UsageError(fmt::format("--knob {}: {} is given twice; leave one of them out", pair, key));
+    seen.push_back(key);
     std::vector<std::string> known;
     for (const auto& knob : knobs) known.push_back(knob.first);
     const auto at = knobs.find(key);
@@ -107,6 +112,7 @@ fs::path default_directory(const EngineRunFlags& flags, const Chosen& chosen, co
   const auto add = [&](const std::string& part) { name += "__" + file_name_part(part); };
   if (!chosen.variant.empty()) add(chosen.variant);
   if (chosen.use.setting != "default") add(chosen.use.setting);
+  if (chosen.use.setting == "own" && flags.setting == "tuned") add("tuned");  // what the other knobs are of
   for (const auto& [prefix, value] :
        {std::pair("h", flags.step), std::pair("T", flags.duration), std::pair("mu", flags.friction),
         std::pair("e", flags.restitution), std::pair("perturb", flags.perturb), std::pair("seed", flags.seed),
@@ -164,6 +170,7 @@ EnginePlan make_plan(const EngineRunFlags& flags) {
   request.scene = scenario.file;
   request.step = flags.step ? positive_flag("step", *flags.step, seconds) : scenario.step;
   request.duration = flags.duration ? positive_flag("duration", *flags.duration, seconds) : scenario.duration;
+  check_steps(request.step, request.duration, request.time_limit_s.has_value());
   request.out = flags.out ? *flags.out : default_directory(flags, plan.chosen, scenario.name).string();
 
   RunSummary& summary = plan.summary;
@@ -252,19 +259,6 @@ std::string lines_of(const RunSummary& summary) {
   return out;
 }
 
-/// The folder of stored problems is there; returns those of an earlier run.
-std::vector<fs::path> prepare_problems(const fs::path& folder) {
-  std::vector<fs::path> old;
-  if (folder.empty()) return old;
-  std::error_code refused;
-  fs::create_directories(folder, refused);
-  for (const auto& entry : fs::directory_iterator(folder, refused))
-    if (entry.path().filename().string().starts_with("step_")) old.push_back(entry.path());
-  if (refused)
-    throw UsageError(fmt::format("--save-problems: {} cannot be written: {}", folder.string(), refused.message()));
-  return old;
-}
-
 }  // namespace
 
 int run_engine(const EngineRunFlags& flags) {
@@ -272,20 +266,18 @@ int run_engine(const EngineRunFlags& flags) {
   RunSummary& summary = plan.summary;
   const fs::path out = plan.request.out;
   Limits limits({}, {});  // signals; the engine's own limits are kept by run_program
+  const ProblemFolder problems(plan.request.save_problems);
   std::error_code refused;
   fs::create_directories(out, refused);
   const FolderLock lock(out);
-  if (lock.taken())
-    throw UsageError(
-        fmt::format("--out {}: another run is writing into this folder; wait for it, or name another", out.string()));
-  const std::vector<fs::path> stored = prepare_problems(plan.request.save_problems);
+  if (lock.taken() && !problems.is(out)) refuse_taken("out", out);
   SummaryFile file(out / "summary.json", to_json(summary));
   if (!file.ok())
     throw UsageError(fmt::format("--out: {} cannot be written: {}", out.string(), std::strerror(file.error())));
   for (const char* earlier : {"hard_problem.hdf5", "trajectory.csv", "trajectory.npz", "steps.csv", "joints.csv",
                               "loads.csv", "stepping.csv", "contacts.csv", "shapes.csv", "hulls.csv"})
     fs::remove(out / earlier, refused);
-  for (const fs::path& earlier : stored) fs::remove(earlier, refused);
+  problems.clear();
   if (plan.chosen.program.empty()) {
     summary.status = Status::unavailable;
     summary.reason = plan.chosen.missing;

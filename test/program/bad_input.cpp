@@ -102,6 +102,10 @@ TEST_CASE("steps, durations and limits are positive finite numbers", "[program]"
   refused(run_with({"--law", "coulomb", "--command", "true", "--jobs", "2"}, "external"), {"--jobs 2", "external"});
 }
 
+TEST_CASE("a remedy is one that the command takes: check has no program to ask", "[program]") {
+  refused({"check", "stack", "--method", "external"}, {"--method external", "own methods; leave it out"});
+}
+
 TEST_CASE("physical numbers stay in their range", "[program]") {
   for (const char* value : {"-0.1", "1.1", "nan", "two"})
     refused(run_with({std::string("--restitution=") + value}), {"--restitution", "from 0 to 1"});

@@ -280,6 +280,14 @@ TEST_CASE("a memory limit ends the run with its name", "[program]") {
   CHECK(json["finished"] == false);
 }
 
+TEST_CASE("a memory limit beyond all bytes is none", "[program]") {
+  TemporaryDirectory directory;  // 1e14 MB, which 64 bits do not hold; the scene needs memory once it runs
+  const Result result = run(directory.path(), {"run", "pile.xml", "--method", "newton", "--set", "bodies=1000",
+                                               "--duration", "0.002", "--memory-limit", "1e14", "--quiet"});
+  INFO(result.err);
+  CHECK(result.code == 0);
+}
+
 TEST_CASE("a disk that fills up ends the run with whole files and a summary", "[program]") {
   // No file may grow beyond 64 kB: the summary has its place by then, the rows run into it.
   TemporaryDirectory directory;
@@ -449,6 +457,16 @@ TEST_CASE("a folder of stored problems holds those of one run", "[program]") {
   CHECK(store("0.01").code == 0);
   CHECK(fs::exists(directory.path() / "p" / "event_000000010.hdf5"));
   CHECK_FALSE(fs::exists(directory.path() / "p" / "event_000000020.hdf5"));
+
+  // Nor those of an engine's run; what no run names so is somebody's.
+  const std::vector<std::string> stored = {"step_000000001.hdf5", "step_000000001.json"},
+                                 others = {"step_response.csv", "step_1.hdf5", "event_000000001.json", "event_.hdf5",
+                                           "event_mine.hdf5"};
+  for (const auto* files : {&stored, &others})
+    for (const std::string& file : *files) std::ofstream(directory.path() / "p" / file) << "old";
+  CHECK(store("0.01").code == 0);
+  for (const std::string& file : stored) CHECK_FALSE(fs::exists(directory.path() / "p" / file));
+  for (const std::string& file : others) CHECK(fs::exists(directory.path() / "p" / file));
 }
 
 TEST_CASE("a run that is refused its folder leaves the problems that another one stored", "[program]") {

@@ -182,9 +182,29 @@ TEST_CASE("an engine's knobs that nobody has tuned, or that it does not have, ar
   };
   refused_with({"--knob", "z=1"}, "--knob z: no such knob; there are x, y");
   refused_with({"--knob", "x"}, "--knob x: must be NAME=VALUE");
+  refused_with({"--knob", "x=2", "--knob", "y=3", "--knob", "x=4"}, "--knob x=4: x is given twice");
   refused_with({"--knob", "x=fast"}, "--knob fast: must be NAME=NUMBER");
   refused_with({"--variant", "c"}, "--variant c: odd has no such variant; there are a, b");
   CHECK_FALSE(fs::exists(directory.path() / "asked"));
+}
+
+TEST_CASE("runs whose knobs lie over the defaults and over those tuned have a folder each", "[program][engines]") {
+  const TemporaryDirectory directory;
+  // In the place of an engine that has been tuned.
+  const fs::path program = directory.path() / "contactbench-engine-ode";
+  std::ofstream(program) << "#!/bin/sh\nif [ \"$1\" = --describe ]; then\nprintf '%s' '"
+                         << R"({"knobs": [], "variants": [{"name": "quick", "knobs": {"erp": 1, "iterations": 2}}]})"
+                         << "' >&3\nelse\nprintf '%s' '{\"status\": \"unsupported\"}' >&3\nfi\n";
+  fs::permissions(program, fs::perms::owner_all);
+  for (const char* setting : {"default", "tuned"}) {
+    const Result result = by_engine(
+        directory.path(), {"run", fall, "--engine", "ode", "--setting", setting, "--knob", "iterations=50", "--quiet"});
+    INFO(result.err);
+    CHECK(result.code == 3);
+  }
+  const fs::path runs = directory.path() / "results/runs";
+  CHECK(summary(runs / "fall__ode__quick__own__iterations_50")["engine"]["knobs"]["erp"] == 1);
+  CHECK(summary(runs / "fall__ode__quick__own__tuned__iterations_50")["engine"]["knobs"]["erp"] != 1);
 }
 
 TEST_CASE("an engine is listed with what it says of itself, or with why it says nothing", "[program][engines]") {
@@ -205,6 +225,7 @@ TEST_CASE("an engine is listed with what it says of itself, or with why it says 
   CHECK(entry["variants"][1]["knobs"] == Json({{"x", 3}}));
   const std::string plain = by_engine(directory.path(), {"list", "engines"}).out;
   CHECK(plain.find(" (odd 1.2, single precision, libodd)\n") != std::string::npos);
+  CHECK(plain.find("    a             \n") != std::string::npos);  // its variants have no summary
   std::ofstream(directory.path() / "contactbench-engine-odd") << "#!/bin/sh\necho first >&2; echo 'no library' >&2\n";
   CHECK(listed()["unavailable"] == "contactbench-engine-odd does not say what it is: no library");
 }
@@ -265,6 +286,17 @@ TEST_CASE("the preflight of an engine is that of each variant, or of the one tha
   CHECK(rows[0]["fault"].is_null());
   CHECK(rows[0]["knobs"] == Json({{"x", 1}, {"y", 2}}));
   CHECK(rows[0]["lines"] == Json::parse("[" + good + ", " + bad + "]"));
+
+  // The fall of the preflight takes half a second.
+  const Result too_long = by_engine(directory.path(), {"check", "--engine", "odd", "--variant", "a", "--step", "10"});
+  CHECK(too_long.code == 2);
+  CHECK(too_long.err.find("--step 10: must be a positive number of seconds, at most 0.5") != std::string::npos);
+  for (const std::string odd : {R"({"lines": [{"name": "good"}]})", R"({"lines": 3})"}) {
+    write_engine(directory.path(), odd);
+    const Result unlike = by_engine(directory.path(), {"check", "--engine", "odd", "--variant", "a"});
+    CHECK(unlike.code == 3);
+    CHECK(unlike.out.starts_with("odd a, default, h = 0.001 s: crash: its preflight has no lines"));
+  }
 
   write_engine(directory.path(), "' >&3; echo 'what was last said' >&2; exit 5; printf '");
   const Result dies = by_engine(directory.path(), {"check", "--engine", "odd", "--variant", "a"});

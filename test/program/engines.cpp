@@ -105,6 +105,7 @@ TEST_CASE("whatever an engine does is a typed row, with the time it came to", "[
 TEST_CASE("an engine that eats memory is stopped at its limit", "[program][engines]") {
   TemporaryDirectory directory;
   CHECK(fall(directory.path(), "eats", {"--memory-limit", "200"}).summary["status"] == "memory_limit");
+  CHECK(fall(directory.path(), "falls", {"--memory-limit", "1e14"}).summary["status"] == "ok");  // beyond 64 bits
 }
 #endif
 
@@ -230,6 +231,7 @@ TEST_CASE("flags of engines that cannot be meant are refused", "[program][engine
   refused({"run", "stack", "--engine", "od"}, {"--engine od", "did you mean", "ode"});
   refused({"run", "stack", "--engine", "ode", "--k", "8"}, {"--k", "methods"});
   refused({"run", "stack", "--engine", "ode", "--method", "ap"}, {"--method", "leave it"});
+  refused({"run", "stack", "--engine", "ode", "--step", "1e-11"}, {"--step 1e-11", "1e+11 steps", "--time-limit"});
   refused({"run", "stack", "--engine", "ode", "--setting", "best"}, {"--setting best", "default or tuned"});
 }
 

@@ -1,7 +1,10 @@
 // Engines' own contact problems: the data that a file holds are those of the engine's step.
 
+#include <sys/file.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdlib>
 
 #include "contact/problem_files.h"
 #include "program/program.h"
@@ -43,6 +46,37 @@ std::vector<fs::path> own_problems(const fs::path& directory, const std::string&
 }
 
 }  // namespace
+
+TEST_CASE("a folder of an engine's problems is that of one run, and nobody's other files", "[program][engines]") {
+  if (!cb::fclib_available()) return;
+  const TemporaryDirectory directory;
+  const fs::path own = directory.path() / "own";
+  const auto store = [&](const char* out) {
+    return run(directory.path(),
+               {"run", std::string(SOURCE_ROOT) + "/scenarios/preflight/fall.xml", "--engine", "broken", "--variant",
+                "falls", "--save-problems", "own", "--out", out, "--quiet"},
+               [] { setenv("CONTACTBENCH_ENGINES", BROKEN_ENGINE_FOLDER, 1); });
+  };
+  fs::create_directories(own);
+  const std::vector<std::string> stored = {"step_000000001.hdf5", "step_000000001.json", "event_000000001.hdf5"},
+                                 others = {"step_response.csv", "step_1.hdf5", "step_by_step.json"};
+  for (const auto* files : {&stored, &others})
+    for (const std::string& file : *files) std::ofstream(own / file) << "old";
+  {
+    const int folder = open(own.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);  // as another run has it
+    REQUIRE(flock(folder, LOCK_EX | LOCK_NB) == 0);
+    const Result refused = store("out");
+    CHECK(refused.code == 2);
+    CHECK(refused.err.find("--save-problems own: another run") != std::string::npos);
+    CHECK_FALSE(fs::exists(directory.path() / "out"));
+    CHECK(fs::exists(own / stored[0]));
+    close(folder);
+  }
+  CHECK(store("out").code == 3);  // this one keeps no problem
+  for (const std::string& file : stored) CHECK_FALSE(fs::exists(own / file));
+  for (const std::string& file : others) CHECK(fs::exists(own / file));
+  CHECK(store("own").code == 3);  // one folder for both
+}
 
 TEST_CASE("the momentum that an engine's own impulses give is that of its step", "[program][engines]") {
   if (!cb::fclib_available()) return;

@@ -402,6 +402,11 @@ TEST_CASE("a run some of whose answers do not hold counts them, names the worst,
   const std::string command = json["hard_problem_command"];
   CHECK(command.starts_with(
       "contactbench solve r/hard_problem.hdf5 --kind contact --method coulomb --solver nsgs --sweeps 3"));
+  // A shell takes r[1] for r1 where there is one.
+  run(directory.path(), {"run", "stack.xml", "--set", "boxes=4", "--method", "coulomb", "--solver", "nsgs", "--sweeps",
+                         "3", "--duration", "0.02", "--out", "r[1]", "--quiet"});
+  const std::string of_folder = summary(directory.path() / "r[1]")["hard_problem_command"];
+  CHECK(of_folder.starts_with("contactbench solve 'r[1]/hard_problem.hdf5' --kind contact"));
 }
 
 TEST_CASE("a run tells in lines what its summary says, and where its files are", "[program]") {
