@@ -240,8 +240,10 @@ Ended run_program(const fs::path& program, const std::vector<std::string>& argum
       kill(-child, SIGKILL);
       kill(child, SIGKILL);
     }
-    const pid_t gone = wait4(child, &status, WNOHANG, &usage);
-    if (gone == 0) continue;
+    siginfo_t gone = {};
+    if (waitid(P_PID, static_cast<id_t>(child), &gone, WEXITED | WNOHANG | WNOWAIT) == 0 && gone.si_pid == 0) continue;
+    kill(-child, SIGKILL);  // what it left running holds the pipes open, and would be waited for
+    wait4(child, &status, 0, &usage);
     while (answer.read.number >= 0 && drain(answer.read, ended.answer)) {
     }
     while (errors.read.number >= 0 && drain(errors.read, said)) {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 
 #include "commands.h"
 #include "output/number.h"
@@ -76,6 +78,18 @@ void check_steps(double step, double duration, bool time_limit) {
   throw UsageError(fmt::format(
       "--step {}: {:g} s would take {:.3g} steps; give a longer step, or a shorter --duration{}", number_text(step),
       duration, steps, steps <= most ? ", or a --time-limit, until which it goes on" : ""));
+}
+
+std::string file_name_part(const std::string& value) {
+  constexpr std::size_t enough = 60;  // of a command line
+  std::string part;
+  for (const char c : value.substr(0, enough))
+    part += std::isalnum(static_cast<unsigned char>(c)) || std::strchr("+-._", c) ? c : '_';
+  if (value.size() <= enough) return part;
+  // Two that differ further on are two runs: FNV-1a.
+  std::uint32_t all = 2166136261U;
+  for (const char c : value) all = (all ^ static_cast<unsigned char>(c)) * 16777619U;
+  return part + fmt::format("-{:08x}", all);
 }
 
 namespace {

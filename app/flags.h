@@ -26,6 +26,8 @@ bool on_off_flag(std::string_view flag, const std::string& value, std::string_vi
 Overrides set_flags(const std::vector<std::string>& values);
 /// Throws UsageError where there are more steps than anybody means, unless they say how long they will wait.
 void check_steps(double step, double duration, bool time_limit);
+/// The part of a folder's name that a value makes: of a long one its head, and a number that all of it has.
+std::string file_name_part(const std::string& value);
 
 /// Throws UsageError where the first argument is neither a flag nor a command.
 void check_command(const CLI::App& program, const std::string& first);

@@ -70,15 +70,6 @@ struct RunPlan {
   RunSummary summary;         ///< what is known before the run
 };
 
-/// The part of a directory's name that a value makes.
-std::string file_name_part(const std::string& value) {
-  std::string part;
-  constexpr std::size_t enough = 60;  // of a command line
-  for (const char c : value.substr(0, enough))
-    part += std::isalnum(static_cast<unsigned char>(c)) || std::strchr("+-._", c) ? c : '_';
-  return part;
-}
-
 /// results/runs/<scenario>__<method>[__<solver>][__<variant>][__k8][__eps1e-12][__<overrides>]
 fs::path default_directory(const RunFlags& flags, const RunPlan& plan) {
   const MethodOptions& options = plan.options;

@@ -101,12 +101,6 @@ Chosen choose(const std::string& name, const Text& variant, const Text& setting,
   return chosen;
 }
 
-std::string file_name_part(const std::string& value) {
-  std::string part;
-  for (const char c : value) part += std::isalnum(static_cast<unsigned char>(c)) || std::strchr("+-._", c) ? c : '_';
-  return part;
-}
-
 fs::path default_directory(const EngineRunFlags& flags, const Chosen& chosen, const std::string& scene) {
   std::string name = scene + "__" + flags.engine;
   const auto add = [&](const std::string& part) { name += "__" + file_name_part(part); };

@@ -153,6 +153,13 @@ TEST_CASE("what an engine's program answers is believed where it is an answer, a
   }
 }
 
+TEST_CASE("what an engine's program leaves running is not waited for", "[program][engines]") {
+  const TemporaryDirectory directory;
+  const auto start = std::chrono::steady_clock::now();
+  CHECK(by_odd_engine(directory.path(), "sleep 30 &").code == 3);
+  CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(15));
+}
+
 TEST_CASE("an engine's run leaves no file of an earlier one, and refuses before it does", "[program][engines]") {
   const TemporaryDirectory directory;
   fs::create_directories(directory.path() / "out");

@@ -256,6 +256,17 @@ TEST_CASE("scenes, references and controllers are listed with what belongs to ea
   CHECK(explanations.size() == 18);
 }
 
+TEST_CASE("commands that differ late have a folder each", "[program]") {
+  const TemporaryDirectory directory;
+  const std::string long_command = "true " + std::string(60, 'x');
+  for (const char* last : {"1", "2"})
+    CHECK(run(directory.path(), {"run", "sticking_box.xml", "--method", "external", "--law", "coulomb", "--command",
+                                 long_command + last, "--duration", "0.002", "--quiet"})
+              .code == 3);
+  const auto folders = fs::directory_iterator(directory.path() / "results/runs");
+  CHECK(std::distance(begin(folders), end(folders)) == 2);
+}
+
 TEST_CASE("each flag of a run is in the name of its folder and in its summary", "[program]") {
   const TemporaryDirectory directory;
   const fs::path runs = directory.path() / "results/runs";
