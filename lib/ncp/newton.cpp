@@ -21,7 +21,9 @@
 //   cut      by many steps that end where the first contact opens or slips. Where rows are all but redundant (corners
 //            that are level to a billionth) contacts want to let go by impulses that are large beside what they carry
 //   patient  by many whole steps that make nothing better: for those whose friction must turn far
-// Every impulse that is met is measured on fresh velocities (NcpMeasure); the best is returned, whatever its ending.
+// And where none of these came to the tolerance, but one came near: points again from the best of all, in rounds, each
+// from where the finish has left the one before. Every impulse that is met is measured on fresh velocities
+// (NcpMeasure); the best is returned, whatever its ending.
 //
 // Source: D. Stewart, J. Trinkle (1996) for the problem in the form that interior_system.cpp has; Mehrotra's steps;
 // E. Allgower, K. Georg (2003) for the path; P. Alart, A. Curnier (1991) for the finish; R. T. Rockafellar, Monotone
@@ -69,6 +71,8 @@ struct NewtonOptions : NcpOptions {
   double least_error = 1e-12;     ///< -: error that is rounding
   double as_it_is = 1e-9;         ///< -: error from which the interior point is offered as it is, too
   double ahead = 1e-4;            ///< -: proximal term of the finish, over that error
+  double again_from = 1e-6;       ///< -: natural residual of all starts from which points go on, and
+  int rounds = 8;                 ///< how often, each from where the finish has left the one before
   double near_rounding = 1e-3;    ///< -: natural residual after the finish from which rounding is looked at
   /// -: of the fastest velocity before: contacts that part more slowly carry in the first guess.
   double touching = 1e-10;
@@ -85,6 +89,7 @@ class NcpNewton {
   void operator()(const NcpProblem& problem, NcpSolution& solution);
 
  private:
+  bool settles(std::string_view who, NcpSolution& solution);
   bool attempt(std::string_view who, NcpSolution& solution);
   bool guess(std::string_view who, NcpSolution& solution);
   bool go_straight(std::string_view who, NcpSolution& solution);
@@ -299,6 +304,13 @@ bool NcpNewton::attempt(std::string_view who, NcpSolution& solution) {
   return follow_path(who == "path" ? 1 : who == "far" ? o_.far : o_.near, who, solution);
 }
 
+bool NcpNewton::settles(std::string_view who, NcpSolution& solution) {
+  const bool done = attempt(who, solution) || finish_best(who, solution);
+  if (!done && solution.residual > o_.accepted) return false;
+  solution.status = NcpStatus::solved;
+  return true;
+}
+
 void NcpNewton::operator()(const NcpProblem& p, NcpSolution& solution) {
   const int nc = p.nc();
   problem_ = &p;
@@ -319,11 +331,13 @@ void NcpNewton::operator()(const NcpProblem& p, NcpSolution& solution) {
        {"guess", "long", "stops", "points", "path", "points", "far", "points", "near", "points"}) {
     poll_stop();
     if (who != "stops" && who != "points") own_.residual = HUGE_VAL;
-    const bool done = attempt(who, solution) || finish_best(who, solution);
-    if (done || solution.residual <= o_.accepted) {
-      solution.status = NcpStatus::solved;
-      return;
-    }
+    if (settles(who, solution)) return;
+  }
+  own_.residual = HUGE_VAL;  // from the best of all
+  for (int round = 0; round < o_.rounds && solution.residual <= o_.again_from; ++round) {
+    poll_stop();
+    if (settles("points", solution)) return;
+    if (own_.residual == HUGE_VAL) break;  // from there they went already
   }
   solution.reason = "no start came to the tolerance";
 }
