@@ -1,3 +1,4 @@
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <memory>
@@ -50,6 +51,21 @@ ContactProblem pushed_stack(int boxes, double mu, double push) {
 }
 
 ContactProblem moving_sphere(double mu, double vx, double vy) { return sphere({vx, vy, 0}, {0, 0, 0}, mu); }
+
+/// Of three events, one after another, the second goes on from the first, and the third, in which a slip
+/// ends, from none: what held before does not hold there.
+void last_begins_cold(const std::array<ContactProblem, 3>& events) {
+  MethodOptions options;
+  options.warm_start = true;
+  options.warm_starts = std::make_shared<Counter>(0);
+  const ContactMethod ap = find_method("ap")->make(options);
+  ContactSolution solution;
+  for (std::size_t i = 0; i < 3; ++i) {
+    ap(events[i], solution);
+    CHECK(solution.status == Status::ok);
+    CHECK(*options.warm_starts == (i > 0 ? 1 : 0));
+  }
+}
 
 }  // namespace
 
@@ -181,18 +197,7 @@ TEST_CASE("a slip that ends is seen beside something heavy", "[warm_start]") {
     add_contact(p, 1, {0, 0, 0}, 0, {0, 1, 0}, ground_axes(), mu);
     return p;
   };
-  MethodOptions options;
-  options.warm_start = true;
-  options.warm_starts = std::make_shared<Counter>(0);
-  const ContactMethod ap = find_method("ap")->make(options);
-  ContactSolution solution;
-  for (const double slip : {10 * taken, 9 * taken}) {
-    ap(slides(slip), solution);
-    REQUIRE(solution.status == Status::ok);
-  }
-  CHECK(*options.warm_starts == 1);
-  ap(slides(taken * (1 - 4e-6)), solution);
-  CHECK(*options.warm_starts == 1);
+  last_begins_cold({slides(10 * taken), slides(9 * taken), slides(taken * (1 - 4e-6))});
 }
 
 // Two spheres that no contact joins. Of one friction can take more of its slip than there is, by 7e-10 m/s; the other
@@ -206,18 +211,8 @@ TEST_CASE("a slip that ends is seen beside an island that is fast", "[warm_start
     add_contact(p, 1, {0, -1, 0}, -1, {}, ground_axes(), mu);
     return p;
   };
-  MethodOptions options;
-  options.warm_start = true;
-  options.warm_starts = std::make_shared<Counter>(0);
-  const ContactMethod ap = find_method("ap")->make(options);
-  ContactSolution solution;
-  for (const double slip : {10 * ends, 9 * ends}) {
-    ap(slide(slip, 2000 + slip), solution);
-    REQUIRE(solution.status == Status::ok);
-  }
-  CHECK(*options.warm_starts == 1);
-  ap(slide(ends * (1 - 2e-9), 2000), solution);
-  CHECK(*options.warm_starts == 1);
+  const double first = 10 * ends, second = 9 * ends;
+  last_begins_cold({slide(first, 2000 + first), slide(second, 2000 + second), slide(ends * (1 - 2e-9), 2000)});
 }
 
 TEST_CASE("an event is the one before up to its last bits alone", "[warm_start]") {
