@@ -101,26 +101,55 @@ void polygon_under_end(const Collector& to, const PlacedCylinder& c, int end) {
   }
 }
 
+/// The plane of an end above the points of a flat face: where it is the end, and how its distance from the rim changes.
+struct EndAbove {
+  const Vec3 &middle, &d, &n;
+  double cosine;  // d.n
+
+  double gap_at(const Vec3& foot) const { return d.dot(middle - foot) / cosine; }
+  Vec3 from_middle(const Vec3& foot) const { return foot + gap_at(foot) * n - middle; }
+};
+
+// Turns a point of the rim about `centre` to where the other end's rim, of `radius`, is above it; false if that is
+// nowhere near. By Newton's method on the angle.
+bool turn_to_rim(const EndAbove& above, double radius, const Vec3& centre, double slack, Vec3& foot) {
+  constexpr int most_steps = 20;
+  constexpr double longest = 0.5;  // rad
+  const double r = (foot - centre).norm();
+  for (int k = 0; k < most_steps; ++k) {
+    const Vec3 q = above.from_middle(foot);
+    const double distance = q.norm();
+    if (std::abs(distance - radius) <= slack) return true;
+    const Vec3 along = above.n.cross(foot - centre);  // m/rad
+    const double rate = q.dot(along - (above.d.dot(along) / above.cosine) * above.n) / distance;
+    if (!(std::abs(rate) > 0)) return false;
+    const double turn = std::clamp((radius - distance) / rate, -longest, longest);
+    foot = centre + r * (foot - centre + turn * along).normalized();
+  }
+  return false;
+}
+
 // Two ends, flat on each other: the points of the one below that are under the other, and where the rims cross.
 void end_under_end(const Collector& to, const PlacedCylinder& c, int end) {
   const Flat& flat = to.flat;
-  const Vec3 middle = c.middle(end);
+  const Vec3 middle = c.middle(end), d = c.d();
   const double height = flat.height(middle), r = flat.cylinder->r;
   const Vec3 offset = middle - height * flat.n - flat.middle();
   const double distance = offset.norm();
   if (distance + c.r <= r + flat.slack || distance > r + c.r) return;
-  const auto gap_at = [&](const Vec3& foot) -> double { return c.d().dot(middle - foot) / c.d().dot(flat.n); };
+  const EndAbove above{middle, d, flat.n, d.dot(flat.n)};
   for (int k = 0; k < 4; ++k) {
     const Vec3 foot = flat.middle() + (k < 2 ? r : -r) * flat.cylinder->R.col(k % 2 == 0 ? 0 : 2);
-    if ((foot - flat.middle() - offset).norm() <= c.r + flat.slack) to.add(foot, gap_at(foot));
+    if (above.from_middle(foot).norm() <= c.r + flat.slack) to.add(foot, above.gap_at(foot));
   }
   if (distance + r <= c.r) return;
   const double along = (distance * distance + (r - c.r) * (r + c.r)) / (2 * distance);
   const double beside = std::sqrt(std::max(0.0, (r - along) * (r + along)));
   const Vec3 u = offset / distance, v = flat.n.cross(u);
   for (const double sign : {1.0, -1.0}) {
-    const Vec3 foot = flat.middle() + along * u + (sign * beside) * v;
-    to.add(foot, gap_at(foot));
+    Vec3 foot = flat.middle() + along * u + (sign * beside) * v;  // but for the square of the tilt
+    if (!turn_to_rim(above, c.r, flat.middle(), flat.slack, foot)) continue;
+    to.add(foot, above.gap_at(foot));
   }
 }
 
@@ -169,7 +198,8 @@ void cylinder_over(const Collector& to, const PlacedCylinder& c, double closed) 
         for (const double sign : {-c.r, c.r}) to.add_over(middle + sign * across);
       if (whole) to.add_over(middle + c.r * u);
     }
-    if (height > to.reach || cosine < steepest) continue;
+    const bool looks_away = c.l > 0 && end * flat.n.dot(c.d()) > 0;  // the cylinder is between
+    if (height > to.reach || cosine < steepest || looks_away) continue;
     if (flat.core != nullptr)
       polygon_under_end(to, c, end);
     else
@@ -274,6 +304,12 @@ Vec3 Curved::point(const Outermost& a, const Outermost& b) const {
   return on_c;
 }
 
+// How far the side is inside of a sphere about its axis, along a unit n that is nearly across it.
+double inside(const PlacedCylinder& c, const Vec3& n) {
+  const double cosine = n.dot(c.d());
+  return c.r * cosine * cosine / (1 + c.across(n).norm());
+}
+
 // The ends of what a side and a line that it nearly lies along have in common, that come next.
 void Curved::next_ends(const Vec3& first) const {
   constexpr double slope = 0.14;         // sine of the angle whose cosine is `nearly`
@@ -292,8 +328,20 @@ void Curved::next_ends(const Vec3& first) const {
   const Ends ends = ends_of(a, b);
   if (!ends.any) return;
   const double near = beside_first * (ends.on_c[1] - ends.on_c[0]).norm();
-  for (std::size_t k = 0; k < 2; ++k)
-    if (ends.gap[k] <= reach && (ends.on_c[k] - first).norm() > near) add(ends.on_c[k], ends.n[k], ends.gap[k]);
+  for (std::size_t k = 0; k < 2; ++k) {
+    // Sides that are not level: the surface is less far out along n, and its point is beside the axis's.
+    const Vec3 &n = ends.n[k], at = ends.on_c[k] - c.r * n;
+    double level = ends.gap[k] + inside(c, n);
+    Vec3 on_c = at + c.r * c.across(n).normalized();
+    if (x.cylinder != nullptr) {
+      const PlacedCylinder& other = *x.cylinder;
+      level += inside(other, n);
+      if (std::abs(n.dot(other.d())) > std::abs(n.dot(c.d())))
+        on_c = ends.on_c[k] + (ends.gap[k] + other.r - level) * n - other.r * other.across(n).normalized();
+    }
+    const double gap = std::max(level, axis.gap);  // nothing is nearer than what is nearest
+    if (gap <= reach && (on_c - first).norm() > near) add(on_c, n, gap);
+  }
 }
 
 // As core_contacts.cpp's next corners, where a flat face nearly lies on the other shape.
@@ -318,10 +366,8 @@ void Curved::next_points(const Vec3& first) const {
   thread_local std::vector<FlatPoint> points;  // does not allocate after its first calls
   points.clear();
   flat_points(c, x, flat, closed, HUGE_VAL, margin, points);
-  double lowest = HUGE_VAL;
-  for (const FlatPoint& p : points) lowest = std::min(lowest, p.gap);
   for (const FlatPoint& p : points) {
-    const double gap = axis.gap + (p.gap - lowest);
+    const double gap = std::max(p.gap, axis.gap);
     const Vec3 on_c = flat.kind == CylinderAxis::Kind::end ? p.foot : Vec3(p.foot - p.gap * flat.n);
     if (gap <= reach && (on_c - first).norm() > margin) add(on_c, flat.n, gap);
   }

@@ -711,9 +711,8 @@ bool BaseStep::goes_through(int i, int j) {
   passed_.clear();
   contact_points(scenario_.shapes[i], motions_[i].pose, i, scenario_.shapes[j], motions_[j].pose, j, tolerance, passed_,
                  false, tolerance + travel_[i] + travel_[j]);
-  // What is behind already is not passed: at a large reach points are listed that have no surface above them.
   const auto through = [&](const ContactPoint& point) {
-    return point.gap >= -tolerance && point.gap + ahead_ * point.normal.dot(relative_velocity(point).u) < -tolerance;
+    return point.gap + ahead_ * point.normal.dot(relative_velocity(point).u) < -tolerance;
   };
   if (std::none_of(passed_.begin(), passed_.end(), through)) return false;
   const auto of_both = [&](const ContactPoint& point) {

@@ -132,6 +132,58 @@ TEST_CASE("The distance of a cylinder is what the best of many directions says, 
   }
 }
 
+TEST_CASE("The way out of an overlap is what the best of many directions says, also of what lies nearly flat") {
+  Random random(76);
+  int overlaps = 0;
+  for (int k = 0; k < 600; ++k) {
+    const Shape can = cylinder(random.in(0.1, 1), k % 4 ? random.in(0.05, 2) : 0), other = partner(random, k % 3);
+    const Pose pose = random.pose(0.3);
+    const bool flat = k % 2 == 0;
+    Pose there = random.pose(0.3);
+    if (flat) there.q = pose.q * (k % 4 ? lying() : Quat::Identity()) * turn(1e-3, random.vector(1));
+    const Vec3 way = flat ? Vec3(pose.q * Vec3(random.in(-0.3, 0.3), 1, random.in(-0.3, 0.3))) : random.vector(1);
+    bring_to(can, pose, other, there, way.normalized(), flat ? -1e-4 : -0.04);
+    const double gap = separation(can, pose, other, there);
+    overlaps += gap < 0;
+    INFO(k << ": " << name(other.kind) << " " << gap);
+    CHECK(gap >= searched_gap(can, pose, other, there, random) - 1e-4 * std::abs(gap));
+  }
+  CHECK(overlaps > 550);
+}
+
+TEST_CASE("However far is looked, no point is nearer than the two are, and it is where both have their surfaces") {
+  constexpr double reach = 0.3, deep = -1e-4;
+  Random random(77);
+  std::size_t open = 0;
+  for (int k = 0; k < 3000; ++k) {
+    const Shape can = k % 6 == 5 ? partner(random, k % 3) : cylinder(random.in(0.1, 1), k % 4 ? random.in(0.05, 2) : 0);
+    const Shape other = partner(random, k);
+    const Pose pose = random.pose(0.3);
+    Pose there = random.pose(0.3);
+    if (k % 2 == 0) there.q = pose.q * (k % 4 ? lying() : Quat::Identity()) * turn(random.in(0, 0.1), random.vector(1));
+    const double apart[] = {0, 1e-2, deep};
+    bring_to(can, pose, other, there, random.vector(1).normalized(), apart[k / 7 % 3]);
+    const double gap = separation(can, pose, other, there);
+    std::vector<ContactPoint> found;
+    contact_points(can, pose, 0, other, there, 1, tol, found, false, reach);
+    // A capsule's point may be that of a sphere within it; corners of a box may pass another's beyond its faces.
+    const auto exact = [](const Shape& shape) { return shape.kind != ShapeKind::capsule; };
+    const bool surfaces = can.kind == ShapeKind::cylinder && exact(other);
+    for (const ContactPoint& p : found) {
+      INFO(k << ": " << name(can.kind) << " " << name(other.kind) << " " << gap << " " << p.gap);
+      CHECK(p.gap >= gap - tol);
+      if (!surfaces) continue;
+      const double rough = 0.02 * std::min(can.bounding_radius(), other.bounding_radius());
+      const Vec3 half = p.gap / 2 * p.normal;
+      const bool touches = p.gap <= std::max(0.0, gap) + tol;
+      open += !touches;
+      CHECK(std::abs(separation(can, pose, sphere(0), at(p.position + half))) <= rough);
+      CHECK(std::abs(separation(other, there, sphere(0), at(p.position - half))) <= rough);
+    }
+  }
+  CHECK(open > 2500);
+}
+
 TEST_CASE("A cylinder on the face of a huge box is as on a half-space: points, distance and time") {
   Random random(72);
   const Shape table = box(100, 2, 100);
