@@ -9,7 +9,7 @@
 //   one point where they come closest. Distances are exact.
 //   On a plane: each vertex of the core.
 //   A core with seams (polytope.h): those of these points that it carries; where it is an inner face that the other is
-//   beside, beyond the tolerance, none.
+//   beside, beyond the tolerance, those that come next over its other faces.
 // Does not fail: whenever the gap is within the tolerance there is at least one point, but where there are seams.
 #include <algorithm>
 #include <cmath>
@@ -111,6 +111,7 @@ struct ThinOnCore {
   bool along_face(const NearestCore& near) const;
   bool along_edges(const NearestCore& near) const;
   bool at_seam(int face, int side) const;
+  void next_on_faces() const;
   void points() const;
 };
 
@@ -194,22 +195,40 @@ bool ThinOnCore::along_edges(const NearestCore& near) const {
   return listed;
 }
 
+// What is nearest is a neighbour's: the ends of s over the faces of this one.
+void ThinOnCore::next_on_faces() const {
+  for (int face = 0; face < static_cast<int>(x.n.size()); ++face) {
+    if (x.inner(face)) continue;
+    Vec3 p = s.x.front(), q = s.x.back();
+    ClippedEnds clipped;
+    if (!clip_to_face(x, face, margin, p, q, &clipped)) continue;
+    for (const auto& [at, side] : {std::pair(p, clipped.p), std::pair(q, clipped.q)}) {
+      const double height = x.n[face].dot(at) - x.offset[face], gap = height - radius;
+      if (gap > closed && gap <= reach && !at_seam(face, side)) add(at - height * x.n[face], x.n[face], gap);
+    }
+  }
+}
+
 void ThinOnCore::points() const {
   const NearestCore near = nearest(s, x);
   const double gap = near.distance - radius;
   if (gap > reach) return;
   if (along_face(near)) return;
-  if (!carries(x, near)) return;
+  if (!carries(x, near)) {
+    if (reach > closed && s.x.size() > 1) next_on_faces();
+    return;
+  }
   if (near.distance > 0 && along_edges(near)) return;
   add(near.on_x, near.n, gap);
 }
 
-/// The points of a patch that are at most `tolerance` above the reference face.
-int add_patch(const CorePatch& patch, const Vec3& origin, double tolerance, const Sink& sink) {
+/// The points of a patch that are at most `tolerance` above the reference face, and more than `least`.
+int add_patch(const CorePatch& patch, const Vec3& origin, double tolerance, const Sink& sink,
+              double least = -HUGE_VAL) {
   const Vec3 normal = patch.reference_is_a ? Vec3(-patch.n) : patch.n;
   int added = 0;
   for (const CorePatchPoint& point : patch.point) {
-    if (point.gap > tolerance) continue;
+    if (point.gap > tolerance || point.gap <= least) continue;
     sink.add(origin + point.foot + (point.gap / 2) * patch.n, normal, point.gap);
     ++added;
   }
@@ -267,7 +286,12 @@ void solid_on_solid(const Placed& placed, double closed, double reach, double ma
   if (seams) {
     const double apart = axis.gap;
     axis = carrying_axis(a, b, margin);
-    if (apart > closed && axis.gap < apart - margin) return;  // a neighbour is in between
+    if (apart > closed && axis.gap < apart - margin) {  // a neighbour is in between
+      const bool of_a = a.seams() != nullptr;
+      if (reach > closed && axis.kind == (of_a ? CoreAxis::Kind::face_a : CoreAxis::Kind::face_b))
+        add_patch(patch_of(a, b, of_a, of_a ? axis.a : axis.b, margin), origin, reach, sink, closed);
+      return;
+    }
   }
   const Vec3 normal = -axis.n;
   if (axis.kind == CoreAxis::Kind::edges) {

@@ -418,10 +418,12 @@ void cylinder_points(const PlacedCylinder& c, const Opposite& x, const Vec3& ori
   CylinderAxis axis = separating_axis(c, x, margin, reach);
   if (axis.gap > reach) return;
   const bool seams = x.seams() != nullptr;
+  bool beside = false;  // a neighbour is in between: what comes next
   if (seams) {
     const double apart = axis.gap;
     axis = carrying_axis(c, *x.core, margin);
-    if (axis.gap == -HUGE_VAL || (apart > closed && axis.gap < apart - margin)) return;  // a neighbour is in between
+    beside = apart > closed && axis.gap < apart - margin;
+    if (axis.gap == -HUGE_VAL || (beside && (reach <= closed || axis.kind != Kind::face))) return;
   }
   thread_local std::vector<FlatPoint> points;  // does not allocate after its first calls
   points.clear();
@@ -430,10 +432,12 @@ void cylinder_points(const PlacedCylinder& c, const Opposite& x, const Vec3& ori
     if (points.empty() && seams) return;  // a neighbour carries
   }
   for (const FlatPoint& p : points) {
+    if (beside && p.gap <= closed) continue;
     const Vec3 on_face = origin + p.foot;
     sink.add(axis.kind == Kind::end ? Vec3(on_face + (p.gap / 2) * axis.n) : Vec3(on_face - (p.gap / 2) * axis.n),
              -axis.n, p.gap);
   }
+  if (beside) return;
   const auto lowest = std::ranges::min_element(points, {}, &FlatPoint::gap);
   const bool explained = lowest != points.end() && (seams || lowest->gap <= axis.gap + closed);
   // What is nearest is beside the face, if by less than the margin.

@@ -264,6 +264,47 @@ TEST_CASE("Of a ball that lies on one slope a ridge is no contact, however far i
   for (const ContactPoint& point : points) CHECK((point.normal - Vec3::UnitY()).norm() < 1e-8);
 }
 
+TEST_CASE("However far is looked ahead, flat ground has the points of a plane, on whichever triangles they are") {
+  constexpr double reach = 0.06;
+  const auto ground = roof(0);
+  Shape plane;
+  plane.kind = ShapeKind::half_space;
+  Shape rod = cylinder(0.08, 0.3);
+  rod.kind = ShapeKind::capsule;
+  std::mt19937 random(5);
+  const auto in = [&](double low, double high) {
+    return low + (high - low) * (static_cast<double>(random()) / 4294967295.0);
+  };
+  int found = 0, open = 0;
+  for (int k = 0; k < 2000; ++k) {
+    const Shape shapes[] = {box(Vec3(0.3, 0.1, 0.25)), rod, cylinder(0.25, 0.1), cylinder(0.08, 0.3)};
+    const Shape& shape = shapes[k % 4];
+    const Quat lying(Eigen::AngleAxisd(k % 4 % 2 * M_PI / 2, Vec3::UnitX()));
+    const Vec3 tilt(in(-0.2, 0.2), in(-3, 3), in(-0.2, 0.2));
+    Pose pose;
+    pose.q = Quat(Eigen::AngleAxisd(tilt.norm(), tilt.normalized())) * lying;
+    pose.p = Vec3(in(-0.5, 0.5), 0, in(-0.5, 0.5));
+    const double gap = k % 3 == 0 ? 0 : in(0, reach);
+    pose.p.y() += gap - separation(shape, pose, plane, Pose());
+    std::vector<ContactPoint> level, points;
+    contact_points(shape, pose, 0, plane, Pose(), 1, 1e-9, level, false, reach);
+    for (const Shape& prism : ground) contact_points(shape, pose, 0, prism, prism.local, 1, 1e-9, points, false, reach);
+    for (const ContactPoint& expected : level) {
+      double nearest = 1;
+      for (const ContactPoint& point : points)
+        nearest = std::min(nearest, (point.position - expected.position).norm() +
+                                        (point.normal - expected.normal).norm() + std::abs(point.gap - expected.gap));
+      INFO(k << ": " << expected.gap << " beside " << gap);
+      CHECK(nearest < 1e-7);
+      ++found;
+      open += expected.gap > gap + 1e-3;
+    }
+    for (const ContactPoint& point : points) CHECK(point.gap > gap - 1e-8);
+  }
+  CHECK(found > 3500);
+  CHECK(open > 1500);
+}
+
 TEST_CASE("What passes a ridge's inner sides far below the ridge's other slope meets nothing of it") {
   // A box flush on the left slope whose lower edge is far below the right slope's plane, up to the ridge.
   const double slope = 0.5, tilt = std::atan(slope);
