@@ -100,7 +100,15 @@ void ConvexBoundFinder::take(const ConvexIsland& island, ConvexBound& b) {
 bool ConvexBoundFinder::prove(const ConvexIsland& island, bool solved, ConvexBound& b) {
   b.miss = HUGE_VAL;
   set_.assign(island.nc(), 1);
-  if (solved && (lifts_all(island, b) || lifts_touching(island, b))) return true;
+  if (solved && (lifts_all(island, b) || lifts_touching(island, b))) {
+    if (!rests_on_rounding(island, b)) return true;
+    const ConvexBound first = b;
+    const std::vector<char> first_set = set_;
+    if (lifts_densely(island, open_by_rounding(island, b.f), b)) return true;
+    b = first;
+    set_ = first_set;
+    return true;
+  }
   return lifts_densely(island, open_by_rounding(island, b.f), b) || lifts_densely(island, own_rounding(b), b);
 }
 
@@ -115,6 +123,15 @@ bool ConvexBoundFinder::lifts_touching(const ConvexIsland& island, ConvexBound& 
     set_[c] = b.u_f[3 * c] <= t_.surely_touching * island.scale() * std::sqrt(island.weight[c]) ? 1 : 0;
   lift(island, t_, set_, lift_, b);
   return proves_least_sum(island, t_, b);
+}
+
+// Does the proof count on a contact to part that does so by no more than rounding? Then another may prove a lesser sum.
+bool ConvexBoundFinder::rests_on_rounding(const ConvexIsland& island, const ConvexBound& b) const {
+  double slowest = HUGE_VAL;
+  for (int c = 0; c < island.nc(); ++c)
+    if (b.J_z[3 * c] - island.share[c] > t_.backward)
+      slowest = std::min(slowest, b.u_f[3 * c] / std::sqrt(island.weight[c]));
+  return slowest < HUGE_VAL && slowest <= open_by_rounding(island, b.f);
 }
 
 // What rounding makes of a normal velocity at most, sqrt(J).

@@ -289,6 +289,15 @@ TEST_CASE("stored problems are solved on the original data, or fail with a type"
   CHECK(solved == count - 1);
 }
 
+TEST_CASE("a vertex that the tolerance asked for does not take for exact is repaired, and none else", "[path]") {
+  const std::string stem = TEST_DATA "/problems/lcp_copositive_20";
+  const LcpProblem p = read_lcp_matrix_market(stem + ".M.mtx", stem + ".q.mtx");
+  CHECK(solve(p).factorisations == 0);
+  LcpOptions options;
+  options.tolerance = 1e-17;  // below rounding
+  CHECK(solve(p, options).factorisations > 0);
+}
+
 // path-lib: the library is looked for once a process, so each case is a process of its own.
 namespace {
 

@@ -64,7 +64,8 @@ TEST_CASE("what rounding leaves of a velocity is no error, and what is more is n
                            "convex_elastic_gap",
                            "convex_proof_beside_rounding",
                            "convex_touches_unevenly",
-                           "convex_least_sum_large"})
+                           "convex_least_sum_large",
+                           "convex_parted_by_rounding"})
     for (const bool bounded : {true, false}) {
       const StoredProblem stored =
           read_contact_problem(std::string(SOURCE_ROOT) + "/test/data/events/" + name + ".hdf5");
