@@ -321,13 +321,40 @@ double features_time(const Pair& pair, Goal goal) {
   return goal.horizon;
 }
 
+/// The gap of the deepest point that carries at the time t, m; infinite where none does.
+double carried_gap(const Pair& pair, double t, double tolerance) {
+  thread_local std::vector<ContactPoint> points;  // does not allocate after its first calls
+  points.clear();
+  contact_points(pair.a.shape, advance(pair.a.motion, t), 0, pair.b.shape, advance(pair.b.motion, t), 1, tolerance,
+                 points);
+  double gap = HUGE_VAL;
+  for (const ContactPoint& point : points) gap = std::min(gap, point.gap);
+  return gap;
+}
+
+// Of a core with seams the gap may be that of an inner side, which a body sinks into that slides on over the next
+// prism, or along a ridge beside it. Where something carries it is as deep as that is; where nothing does, depths are
+// looked at twice as deep each, until something carries.
 double time_to_depth(const Pair& pair, double gap_now, const Goal& goal) {
-  const auto depth =
-      depth_of_arrival(pair.a.shape, pair.a.motion, pair.b.shape, pair.b.motion, pair.fastest, gap_now, goal);
+  const auto depth_from = [&](double gap) {
+    return depth_of_arrival(pair.a.shape, pair.a.motion, pair.b.shape, pair.b.motion, pair.fastest, gap, goal);
+  };
+  const auto time_at = [&](double depth) {
+    bool arrived = false;
+    const double t = time_to_gap(pair, depth, depth + goal.closed, goal.horizon, [&](double, bool) { arrived = true; });
+    return arrived ? t : HUGE_VAL;
+  };
+  const auto depth = depth_from(gap_now);
   if (!depth) return goal.horizon;
-  bool arrived = false;
-  const double t = time_to_gap(pair, *depth, *depth + goal.closed, goal.horizon, [&](double, bool) { arrived = true; });
-  return arrived ? t : goal.horizon;
+  double t = time_at(*depth);
+  if (t == HUGE_VAL || !pair.seams) return std::min(t, goal.horizon);
+  if (const double carried = carried_gap(pair, 0, goal.closed); carried < HUGE_VAL) {
+    const auto below = depth_from(std::min(gap_now, carried));
+    return below ? std::min(time_at(*below), goal.horizon) : goal.horizon;
+  }
+  for (double deeper = 2 * *depth; t < HUGE_VAL && carried_gap(pair, t, goal.closed) == HUGE_VAL; deeper *= 2)
+    t = time_at(deeper);
+  return std::min(t, goal.horizon);
 }
 
 // What arrives at two that touch now, with that gap.

@@ -202,8 +202,10 @@ bool Search::end_meets(const PlacedCylinder& of, const Vec3& n, const Outermost&
   return of.across(at.b - of.c).squaredNorm() <= of.r * of.r;
 }
 
-// Does an edge or a vertex carry along n, and is what it touches there?
+// Does an edge or a vertex carry along n, is it outermost, and is what it touches there?
 bool Search::carried(const Vec3& n, double gap, int edge, int vertex) const {
+  const Vec3& corner = x.core->x[vertex >= 0 ? vertex : x.core->form->edges[edge].from];
+  if (n.dot(corner) > x.lowest(n) + margin) return false;
   if (vertex >= 0) return vertex_carries(*x.core, vertex, -n);
   if (!edge_carries(*x.core, edge, -n)) return false;
   const Vec3 p = x.core->x[x.core->form->edges[edge].from], v = x.core->along(edge);
@@ -211,9 +213,9 @@ bool Search::carried(const Vec3& n, double gap, int edge, int vertex) const {
     const SegmentPair at = closest(c.middle(-1), 2 * c.l * c.d(), p, v);
     return (at.b - at.a - (gap + c.r) * n).cwiseAbs().maxCoeff() <= margin;
   }
-  const Vec3 on_edge = c.rim(n.dot(c.d()) > 0 ? 1 : -1, n) + gap * n;
-  const double along = (on_edge - p).dot(v) / v.norm();
-  return along >= -margin && along <= v.norm() + margin;
+  const Vec3 e = v.normalized(), on_edge = c.rim(n.dot(c.d()) > 0 ? 1 : -1, n) + gap * n - p;
+  const double along = on_edge.dot(e);
+  return along >= -margin && along <= v.norm() + margin && (on_edge - along * e).norm() <= margin;
 }
 
 void Search::over_faces() {

@@ -394,16 +394,19 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("On rough ground something carries a cylinder or a disc wherever it has come down") {
+TEST_CASE("On rough ground something carries a body wherever it has come down, and nothing deeper than it is in") {
   std::mt19937 engine(7);
   const auto in = [&](double low, double high) {
     return low + (high - low) * (static_cast<double>(engine()) / 4294967295.0);
   };
   int down = 0;
-  for (int k = 0; k < 300; ++k) {
+  for (int k = 0; k < 2400; ++k) {
+    const double roughness = k % 2 ? 0.15 : 0.5;
     double height[3][3];
     for (auto& row : height)
-      for (double& h : row) h = in(0, 0.15);
+      for (double& h : row) h = in(0, roughness);
+    const bool peak = k / 24 % 2 == 0;
+    if (peak) height[1][1] += 0.3;
     const auto at = [&](int i, int j) { return Vec3(0.5 * i - 0.5, height[j][i], 0.5 * j - 0.5); };
     std::vector<Triangle> triangles;
     for (int j = 0; j < 2; ++j)
@@ -412,19 +415,30 @@ TEST_CASE("On rough ground something carries a cylinder or a disc wherever it ha
         triangles.push_back({at(i, j), at(i + 1, j + 1), at(i + 1, j)});
       }
     const auto ground = shapes_of(triangles);
-    const Shape can = cylinder(in(0.05, 0.2), k % 2 ? in(0.01, 0.2) : 0);
+    Shape rod = cylinder(in(0.05, 0.1), in(0.05, 0.2));
+    rod.kind = ShapeKind::capsule;
+    const Shape shapes[] = {cylinder(in(0.05, 0.2), in(0.01, 0.2)), cylinder(in(0.05, 0.2), 0), rod,
+                            box(Vec3(in(0.05, 0.2), in(0.05, 0.2), in(0.05, 0.2)))};
+    const Shape& shape = shapes[k / 2 % 4];
     Pose pose;
-    pose.p = Vec3(in(-0.2, 0.2), 1, in(-0.2, 0.2));
+    const double beside = peak ? 0.1 : 0.2;
+    pose.p = Vec3(in(-beside, beside), 1.5, in(-beside, beside));
     pose.q = Quat(in(-1, 1), in(-1, 1), in(-1, 1), in(-1, 1)).normalized();
+    // Down to where it touches; or on, until it is so deep in the ground.
+    const double depth = k / 8 % 3 == 0 ? 0 : k / 8 % 3 == 1 ? 1e-7 : 1e-5;
     double gap = 1;
     for (int i = 0; i < 400 && gap > 5e-10; ++i) {
       gap = 1;
-      for (const Shape& prism : ground) gap = std::min(gap, separation(can, pose, prism, prism.local));
+      for (const Shape& prism : ground) gap = std::min(gap, separation(shape, pose, prism, prism.local));
       if (gap > 5e-10) pose.p.y() -= gap - 4e-10;
     }
     if (gap > 5e-10) continue;
     ++down;
-    CHECK(!points_on(ground, can, pose).empty());
+    pose.p.y() -= depth;
+    const auto points = points_on(ground, shape, pose);
+    INFO(k << ": " << name(shape.kind) << ", " << depth);
+    CHECK(!points.empty());
+    for (const ContactPoint& point : points) CHECK(point.gap >= -depth - 1e-9);
   }
-  CHECK(down > 250);
+  CHECK(down > 2000);
 }
