@@ -362,3 +362,14 @@ TEST_CASE("a body that turns too fast for its times of contact ends the run as a
   CHECK(seen.status == Status::event_stall);
   CHECK(seen.reason.find("come together more than 1000 times") != std::string::npos);
 }
+
+// It goes along a ridge to where that ends in a peak, and is in the prisms beside it by what it sinks in on the way.
+TEST_CASE("a box that slides over the ridges of a rough ground is not met again by what carries nothing of it") {
+  for (const char* file : {"rough_ridge", "rough_peak"}) {
+    INFO(file);
+    const Seen seen = look(load_scenario(std::string(SOURCE_ROOT "/test/data/scenes/") + file + ".xml", {}), "convex");
+    CHECK(seen.status == Status::ok);
+    CHECK(seen.inside < 1e-3);
+    CHECK(seen.deepest < 1e-8);
+  }
+}
