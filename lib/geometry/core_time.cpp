@@ -349,7 +349,8 @@ double time_to_depth(const Pair& pair, double gap_now, const Goal& goal) {
   double t = time_at(*depth);
   if (t == HUGE_VAL || !pair.seams) return std::min(t, goal.horizon);
   if (const double carried = carried_gap(pair, 0, goal.closed); carried < HUGE_VAL) {
-    const auto below = depth_from(std::min(gap_now, carried));
+    if (carried >= gap_now) return t;
+    const auto below = depth_from(carried);
     return below ? std::min(time_at(*below), goal.horizon) : goal.horizon;
   }
   for (double deeper = 2 * *depth; t < HUGE_VAL && carried_gap(pair, t, goal.closed) == HUGE_VAL; deeper *= 2)

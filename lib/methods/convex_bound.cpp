@@ -101,10 +101,12 @@ bool ConvexBoundFinder::prove(const ConvexIsland& island, bool solved, ConvexBou
   b.miss = HUGE_VAL;
   set_.assign(island.nc(), 1);
   if (solved && (lifts_all(island, b) || lifts_touching(island, b))) {
-    if (!rests_on_rounding(island, b)) return true;
+    // A contact that parts by no more than rounding may touch: then another proves a lesser sum.
+    const double slowest = slowest_parted(island, b), open = slowest < HUGE_VAL ? open_by_rounding(island, b.f) : 0;
+    if (slowest > open) return true;
     const ConvexBound first = b;
     const std::vector<char> first_set = set_;
-    if (lifts_densely(island, open_by_rounding(island, b.f), b)) return true;
+    if (lifts_densely(island, open, b)) return true;
     b = first;
     set_ = first_set;
     return true;
@@ -125,13 +127,13 @@ bool ConvexBoundFinder::lifts_touching(const ConvexIsland& island, ConvexBound& 
   return proves_least_sum(island, t_, b);
 }
 
-// Does the proof count on a contact to part that does so by no more than rounding? Then another may prove a lesser sum.
-bool ConvexBoundFinder::rests_on_rounding(const ConvexIsland& island, const ConvexBound& b) const {
+// Of the contacts that the proof counts on to part, the slowest one's velocity, sqrt(J); infinite where there is none.
+double ConvexBoundFinder::slowest_parted(const ConvexIsland& island, const ConvexBound& b) const {
   double slowest = HUGE_VAL;
   for (int c = 0; c < island.nc(); ++c)
     if (b.J_z[3 * c] - island.share[c] > t_.backward)
       slowest = std::min(slowest, b.u_f[3 * c] / std::sqrt(island.weight[c]));
-  return slowest < HUGE_VAL && slowest <= open_by_rounding(island, b.f);
+  return slowest;
 }
 
 // What rounding makes of a normal velocity at most, sqrt(J).

@@ -29,7 +29,7 @@ class ConvexBoundFinder {
   // Ways to the least sum and its proof.
   bool lifts_all(const ConvexIsland& island, ConvexBound& bound);
   bool lifts_touching(const ConvexIsland& island, ConvexBound& bound);
-  bool rests_on_rounding(const ConvexIsland& island, const ConvexBound& bound) const;
+  double slowest_parted(const ConvexIsland& island, const ConvexBound& bound) const;
   // `open`, sqrt(J): normal velocity up to which a contact may carry.
   bool lifts_densely(const ConvexIsland& island, double open, ConvexBound& bound);
   double own_rounding(const ConvexBound& bound);

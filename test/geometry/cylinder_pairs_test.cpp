@@ -552,3 +552,35 @@ TEST_CASE(
         }
       }
 }
+
+TEST_CASE("of a cylinder that stands on a post no point is that of the end that looks up, however far is looked") {
+  std::vector<ContactPoint> found;
+  contact_points(cylinder(0.4, 0.3), at(0, 0.15, 0), 0, box(0.2, 1, 0.3), at(0, -0.5, 0), 1, tol, found, false, 0.5);
+  CHECK(found.size() == 4);
+  for (const ContactPoint& p : found) CHECK(std::abs(p.gap) <= tol);
+}
+
+TEST_CASE("the far end of a cylinder that touches another with one end, and rises from it, is as far as it is") {
+  constexpr double rise = 0.1;
+  for (const bool swapped : {false, true}) {
+    const Shape low = cylinder(0.2, 0.6), high = cylinder(0.25, 0.5);
+    const Pose under = at(Vec3::Zero(), lying());
+    Pose over = at(Vec3(0, 1, 0), turn(rise, Vec3(0, 0, 1)) * lying());
+    for (int k = 0; k < 60; ++k) over.p.y() -= separation(low, under, high, over);
+    std::vector<ContactPoint> found;
+    if (swapped)
+      contact_points(high, over, 0, low, under, 1, tol, found, false, 0.2);
+    else
+      contact_points(low, under, 0, high, over, 1, tol, found, false, 0.2);
+    REQUIRE(found.size() == 2);
+    double furthest = 0;
+    for (const ContactPoint& p : found) {
+      const Vec3 half = p.gap / 2 * (swapped ? Vec3(-p.normal) : p.normal);
+      CHECK(std::abs(separation(low, under, sphere(0), at(p.position + half))) <= 1e-5);
+      CHECK(std::abs(separation(high, over, sphere(0), at(p.position - half))) <= 1e-5);
+      furthest = std::max(furthest, p.gap);
+    }
+    CHECK(furthest > 0.9 * 0.5 * std::sin(rise));
+    CHECK(furthest <= 0.5 * std::sin(rise) + tol);  // the whole line's
+  }
+}

@@ -320,6 +320,33 @@ TEST_CASE("What passes a ridge's inner sides far below the ridge's other slope m
   }
 }
 
+TEST_CASE("However far is looked, what lies on one side of a ridge has no points below the other side's plane") {
+  Shape rod = cylinder(0.05, 0.15);
+  rod.kind = ShapeKind::capsule;
+  std::size_t points = 0;
+  for (const double slope : {0.5, 1.0, 2.0}) {
+    const double tilt = std::atan(slope);
+    const auto ground = roof(slope);
+    for (const Shape& shape : {box(Vec3(0.15, 0.05, 0.1)), rod, cylinder(0.1, 0.05), cylinder(0.05, 0.15)})
+      for (const double below : {0.16, 0.3, 0.6}) {
+        Pose pose;
+        const bool round = shape.kind != ShapeKind::box && shape.half_extents.y() > 0.1;
+        const Quat lying(Eigen::AngleAxisd(round ? M_PI / 2 : 0, Vec3::UnitZ()));
+        pose.q = Quat(Eigen::AngleAxisd(tilt, Vec3::UnitZ()));
+        pose.p = pose.q * Vec3(-below, 0.05, 0) + Vec3(0, 0, 0.3);
+        pose.q = pose.q * lying;
+        std::vector<ContactPoint> found;
+        for (const Shape& prism : ground)
+          contact_points(shape, pose, 0, prism, prism.local, 1, 1e-9, found, false, 0.5);
+        INFO(slope << ' ' << name(shape.kind) << ' ' << below);
+        CHECK(!found.empty());
+        for (const ContactPoint& point : found) CHECK(point.gap > -1e-9);
+        points += found.size();
+      }
+  }
+  CHECK(points > 72);
+}
+
 TEST_CASE("On flat ground a cylinder stands on points of its rim and lies on those of its ends, beside a seam or not") {
   const auto ground = roof(0);
   const Quat lying(Eigen::AngleAxisd(M_PI / 2, Vec3(0.6, 0, 0.8)));
