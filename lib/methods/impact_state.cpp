@@ -18,7 +18,6 @@ using Eigen::Vector3d;
 Status ImpactState::start(const ContactProblem& problem, const Tolerances& tolerances, std::string& reason) {
   problem_ = &problem;
   has_neighbours_ = false;
-  approach_before_ = 0;
   const BandMatrix& J = problem.J;
   const int contacts = problem.nc();
   v_ = problem.v_minus;
@@ -76,16 +75,15 @@ Status ImpactState::start(const ContactProblem& problem, const Tolerances& toler
   return Status::ok;
 }
 
-double ImpactState::weight(int c) const {
-  const double tangential = K_[c](1, 1) + K_[c](2, 2);
-  return tangential > 0 ? (K_[c](0, 0) + tangential) / 3 : std::max(K_[c](0, 0), 0.0);
-}
+double ImpactState::weight(int c) const { return is_limit(c) ? std::max(K_[c](0, 0), 0.0) : K_[c].trace() / 3; }
 
 void ImpactState::measure(const Tolerances& tolerances) {
+  constexpr std::size_t fields = 4;
   find_islands(*problem_, islands_);
-  approach_.assign(islands_.count, 0.0);
-  weighted_.assign(islands_.count, 0.0);
-  rounding_.assign(islands_.count, 0.0);
+  of_island_.assign(fields * static_cast<std::size_t>(islands_.count), 0.0);
+  const auto of_island = [&](int c) { return &of_island_[fields * static_cast<std::size_t>(islands_.of_contact[c])]; };
+  approach_ = tolerances.approach;
+  for (std::vector<double>* x : {&before_, &most_, &rounding_, &stopping_, &given_}) x->assign(K_.size(), 0.0);
   for (int c = 0; c < nc(); ++c) {
     double size[3] = {std::abs(problem_->offset[3 * c]), std::abs(problem_->offset[3 * c + 1]),
                       std::abs(problem_->offset[3 * c + 2])};
@@ -98,23 +96,45 @@ void ImpactState::measure(const Tolerances& tolerances) {
       for (int row = 0; row < 3; ++row, j += entry.size)
         for (int i = 0; i < entry.size; ++i) size[row] += std::abs(j[i] * v[i]);
     }
-    const int island = islands_.of_contact[c];
-    approach_[island] = std::max(approach_[island], -u_n);
-    if (weight(c) > 0) weighted_[island] = std::max(weighted_[island], -u_n / std::sqrt(weight(c)));
-    rounding_[island] = std::max({rounding_[island], size[0], size[1], size[2]});
+    double* island = of_island(c);
+    before_[c] = std::max(0.0, -u_n);
+    rounding_[c] = tolerances.rounding * std::max({size[0], size[1], size[2]});
+    if (weight(c) > 0) island[1] = std::max(island[1], before_[c] / std::sqrt(weight(c)));
+    if (is_limit(c)) {
+      island[3] = 1;
+      continue;
+    }
+    island[0] = std::max(island[0], before_[c]);
+    island[2] = std::max(island[2], rounding_[c]);
   }
-  for (double approach : approach_) approach_before_ = std::max(approach_before_, approach);
-  for (double& rounding : rounding_) rounding *= tolerances.rounding;
-  tolerance_.resize(nc());
   for (int c = 0; c < nc(); ++c) {
-    const int island = islands_.of_contact[c];
-    const double scale = std::min(approach_[island], std::sqrt(weight(c)) * weighted_[island]);
-    tolerance_[c] = std::max(tolerances.approach * scale, rounding_[island]);
+    const double* island = of_island(c);
+    most_[c] = std::sqrt(weight(c)) * island[1];
+    stopping_[c] = weight(c) * island[3];
+    if (is_limit(c)) continue;
+    before_[c] = island[0];
+    rounding_[c] = island[2];
   }
+}
+
+double ImpactState::approach_left() const {
+  double fastest = 0, before = 0, worst = 0;
+  for (int c = 0; c < nc(); ++c) {
+    const double left = std::max(0.0, -normal_velocity(c));
+    if (!is_limit(c)) {
+      fastest = std::max(fastest, left);
+      before = std::max(before, before_[c]);
+    } else if (left > 0) {
+      const double own = std::max(before_[c], stopping_[c] * given_[c]);
+      worst = std::max(worst, own > 0 ? left / own : 1.0);
+    }
+  }
+  return before > 0 ? std::max(worst, fastest / before) : worst;
 }
 
 void ImpactState::restart(const std::vector<double>& r) {
   v_ = problem_->v_minus;
+  given_.assign(K_.size(), 0.0);
   for (int c = 0; c < nc(); ++c) apply(c, Map<const Vector3d>(r.data() + 3 * c));
 }
 
@@ -148,6 +168,7 @@ Vector3d ImpactState::velocity(int c) const {
 }
 
 void ImpactState::apply(int c, const Vector3d& r) {
+  given_[c] += r[0];
   for (int e = band_[c]; e < band_[c + 1]; ++e) {
     const Entry& entry = entry_[e];
     const double* b = mjt_.data() + entry.values;

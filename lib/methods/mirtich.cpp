@@ -106,26 +106,27 @@ class Mirtich {
     for (int c = 0; c < state_.nc(); ++c) normal_velocity_[c] = state_.normal_velocity(c);
   }
 
-  /// The contact with the least u_n of those that approach, or -1. The first of equals, up to round-off, so that the
-  /// choice does not hang on the last bit.
+  /// The contact with the least u_n of those that approach (in sqrt(J) where limits are on the island), or -1. The
+  /// first of equals, up to round-off, so that the choice does not hang on the last bit.
   int fastest_approach() const {
     int fastest = -1;
     double least = 0;
-    for (int c = 0; c < state_.nc(); ++c)
-      if (normal_velocity_[c] < -state_.approach_tolerance(c) && normal_velocity_[c] < least) {
-        fastest = c;
-        least = normal_velocity_[c] * (1 + 1e-12);
-      }
+    for (int c = 0; c < state_.nc(); ++c) {
+      if (!(normal_velocity_[c] < -state_.approach_tolerance(c))) continue;
+      const double u_n = normal_velocity_[c] * state_.measure_of(c);
+      if (!(u_n < least)) continue;
+      fastest = c;
+      least = u_n * (1 + 1e-12);
+    }
     return fastest;
   }
 
-  /// The fastest remaining approach as a fraction of the fastest before the event, or the worst work returned in
+  /// The approach that is left as a fraction of that before the event, or the worst work returned in
   /// excess or want of e^2 times the work stored as a fraction of the latter, -.
   double residual(const ContactProblem& problem, const ContactSolution& solution) const {
-    double worst = 0;
+    double worst = state_.approach_left();
     const WorkWitness& work = solution.as<WorkWitness>();
     for (int c = 0; c < problem.nc(); ++c) {
-      if (state_.approach_before() > 0) worst = std::max(worst, -state_.normal_velocity(c) / state_.approach_before());
       const double stored = -work.compression[c], e = problem.restitution[c];
       if (stored > 0) worst = std::max(worst, std::abs(work.restitution[c] - e * e * stored) / stored);
     }

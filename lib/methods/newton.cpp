@@ -134,7 +134,7 @@ class Newton {
       solution.status = Status::nonconverged;
       solution.reason = "contacts still approach after " + std::to_string(solution.iterations) + " sweeps";
     }
-    solution.claimed_residual = residual(problem);
+    solution.claimed_residual = state_.approach_left();
   }
 
  private:
@@ -159,13 +159,6 @@ class Newton {
     for (int c = 0; c < state_.nc(); ++c)
       if (!(state_.normal_velocity(c) >= -state_.approach_tolerance(c))) return true;
     return false;
-  }
-
-  /// The fastest remaining approach as a fraction of the fastest before the event, -.
-  double residual(const ContactProblem& problem) const {
-    double worst = 0;
-    for (int c = 0; c < problem.nc(); ++c) worst = std::max(worst, -state_.normal_velocity(c));
-    return state_.approach_before() > 0 ? worst / state_.approach_before() : 0;
   }
 
   NewtonOptions options_;
