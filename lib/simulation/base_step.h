@@ -90,10 +90,11 @@ class BaseStep {
   void choose_forces_at(double t);
   /// Restitution is left out where no contact would part with more than this, m/s.
   void set_rest_speed(double speed) { rest_speed_ = speed; }
-  /// Are contacts of free bodies kept closed as those of robots are (drift.h)?
-  void hold_contacts(bool hold) {
+  /// Which contacts are kept closed as bodies turn and links go on arcs (drift.h)?
+  enum class Hold { of_robots, all, none };
+  void hold_contacts(Hold hold) {
     hold_contacts_ = hold;
-    drift_.set_exact(hold);
+    drift_.set_exact(hold == Hold::all);
   }
   void record(const AccuracyStep& step) { record_.accuracy = step; }
   /// Are the events to come of base steps that are extrapolated from?
@@ -106,7 +107,9 @@ class BaseStep {
     int facet;  ///< -1: sticks; else 0, or twice the facet of the polygon that it slips in, odd between two
     Vec3 slip;  ///< m/s, tangential; of what has no friction 0, as its facet is
   };
-  void read_modes(std::vector<Mode>& modes);
+  void read_modes(std::vector<Mode>& modes) const;
+  /// What touches and does not part.
+  void read_held(std::vector<ContactPoint>& held) const;
   /// Fastest approach of what touches, m/s.
   double approach_speed();
   /// Brings the points of the pairs that touched at `touching` to gap 0, where they are off by at most `reach` (m).
@@ -186,6 +189,7 @@ class BaseStep {
     double terms;
   };
   Relative relative_velocity(const ContactPoint& contact) const;
+  double still(const Relative& relative) const;
 
   const Scenario& scenario_;
   SimulationOptions options_;
@@ -198,7 +202,8 @@ class BaseStep {
   std::vector<char> force_on_;  // per force of the scene: does it push in this step?
   double step_ = 0;             // s, h of the last kick
   double rest_speed_ = 0;       // m/s: where no contact would part with more, none has restitution
-  bool hold_contacts_ = false, trial_ = false;
+  Hold hold_contacts_ = Hold::of_robots;
+  bool trial_ = false;
   StepRecord before_trial_;  // and
   std::string reason_before_trial_;
   double ahead_ = 0;                                              // s: what is looked ahead in contacts_; 0: they touch
@@ -219,6 +224,7 @@ class BaseStep {
     return islands_.all() && options_.shuffle == 0 ? contacts_ : event_contacts_;
   }
   std::vector<ContactPoint> contacts_, event_contacts_;  // all that touch
+  std::vector<ContactPoint> held_;                       // those that do not part
   std::vector<char> approaches_;                         // per contact and limit that was found
   std::vector<double> partings_;                         // per contact that was found: e times its approach, m/s
   EventIslands islands_;

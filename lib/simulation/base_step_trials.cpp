@@ -8,6 +8,12 @@
 
 namespace cb {
 
+namespace {
+
+constexpr double noise = 1e-9;  // -: of the sizes of the terms of a velocity; what solvers leave is below it
+
+}  // namespace
+
 void BaseStep::restore(const Checkpoint& from) {
   energy_input_ = from.energy_input;
   spinning_ = from.spinning;
@@ -93,22 +99,32 @@ double BaseStep::approach_speed() {
   return fastest;
 }
 
-void BaseStep::read_modes(std::vector<Mode>& modes) {
-  constexpr double noise = 1e-9;     // -: of the sizes of the terms of a velocity; what solvers leave is below it
+// m/s: below it a velocity is none.
+double BaseStep::still(const Relative& relative) const { return noise * (gravity_speed_ + relative.terms); }
+
+void BaseStep::read_held(std::vector<ContactPoint>& held) const {
+  held.clear();
+  for (const ContactPoint& contact : contacts_) {
+    const Relative relative = relative_velocity(contact);
+    if (contact.normal.dot(relative.u) <= still(relative)) held.push_back(contact);
+  }
+}
+
+void BaseStep::read_modes(std::vector<Mode>& modes) const {
   constexpr double on_edge = 1e-12;  // rad: solvers that pivot put a slip on an edge to rounding
   const double pi = std::numbers::pi;
   const int edges = law_.polygon_edges ? law_.polygon_edges(solution_) : 0;
   modes.clear();
   for (const ContactPoint& contact : contacts_) {
     const Relative relative = relative_velocity(contact);
-    const double still = noise * (gravity_speed_ + relative.terms), u_n = contact.normal.dot(relative.u);
-    if (u_n > still) continue;
+    const double none = still(relative), u_n = contact.normal.dot(relative.u);
+    if (u_n > none) continue;
     if (scenario_.pairs.find(contact.shape_a, contact.shape_b)->mu == 0) {  // nothing depends on its slip
       modes.push_back({contact.shape_a, contact.shape_b, 0, Vec3::Zero()});
       continue;
     }
     const Vec3 slip = relative.u - u_n * contact.normal;
-    int facet = slip.norm() <= still ? -1 : 0;
+    int facet = slip.norm() <= none ? -1 : 0;
     if (facet == 0 && edges > 0) {
       // Friction is a corner of the polygon while the slip's direction is between the normals of two edges.
       Vec3 t1, t2;

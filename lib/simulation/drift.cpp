@@ -54,6 +54,7 @@ void Drift::remove(const Scenario& scenario, std::vector<Motion>& motions, const
   // Linear opening speed of the pairs in touch; infinite for those that are not. How fast they slip.
   delta_.assign(pairs.size(), HUGE_VAL);
   slip_.assign(pairs.size(), 0.0);
+  touched_.assign(pairs.size(), 0);
   for (const ContactPoint& contact : touching) {
     const auto pair = std::pair(std::min(contact.shape_a, contact.shape_b), std::max(contact.shape_a, contact.shape_b));
     const auto at = std::lower_bound(pairs.begin(), pairs.end(), pair);
@@ -61,6 +62,7 @@ void Drift::remove(const Scenario& scenario, std::vector<Motion>& motions, const
     const Vec3 u = velocity_at(motions[contact.shape_a], contact.position) -
                    velocity_at(motions[contact.shape_b], contact.position);
     const auto k = static_cast<std::size_t>(at - pairs.begin());
+    ++touched_[k];
     delta_[k] = std::min(delta_[k], contact.normal.dot(u));
     slip_[k] = std::max(slip_[k], u.norm());
   }
@@ -99,12 +101,14 @@ void Drift::close(const Scenario& scenario, std::vector<Motion>& motions, const 
                   State& state) {
   take_driven(scenario, driven);
   delta_.assign(pairs.size(), 0.0);  // no point of such a pair is looked for
+  touched_.assign(pairs.size(), 0);
   for (const ContactPoint& contact : touching) {
     const auto pair = std::pair(std::min(contact.shape_a, contact.shape_b), std::max(contact.shape_a, contact.shape_b));
     const auto at = std::lower_bound(pairs.begin(), pairs.end(), pair);
     if (at == pairs.end() || *at != pair) continue;
-    delta_[static_cast<std::size_t>(at - pairs.begin())] =
-        std::max(reach, std::min(tolerance[contact.shape_a], tolerance[contact.shape_b]));
+    const auto k = static_cast<std::size_t>(at - pairs.begin());
+    ++touched_[k];
+    delta_[k] = std::max(reach, std::min(tolerance[contact.shape_a], tolerance[contact.shape_b]));
   }
   bring_to_zero(scenario, motions, tolerance, limit_tolerance, pairs, state);
 }
@@ -165,8 +169,11 @@ void Drift::find_points(const Scenario& scenario, const std::vector<Motion>& mot
     found_.clear();
     contact_points(scenario.shapes[i], motions[i].pose, i, scenario.shapes[j], motions[j].pose, j, closed, found_,
                    false, delta_[k] > 0 ? delta : closed);
+    std::erase_if(found_, [&](const ContactPoint& point) {
+      return point.gap < -delta || (delta_[k] < 0 && point.gap > -closed);
+    });
+    if (exact_ && delta_[k] > 0) keep_touched(touched_[k], closed);
     for (const ContactPoint& point : found_) {
-      if (point.gap < -delta || (delta_[k] < 0 && point.gap > -closed)) continue;
       points_.push_back(point);
       pair_of_.push_back(static_cast<int>(k));
       worst_ = std::max(worst_, std::abs(point.gap) / closed);
@@ -174,6 +181,17 @@ void Drift::find_points(const Scenario& scenario, const std::vector<Motion>& mot
                                    ulps * std::numeric_limits<double>::epsilon() * point.position.cwiseAbs().maxCoeff();
     }
   }
+}
+
+// Of found_ those that overlap, and as many of the others as touched before, the nearest to gap 0: what only comes near
+// closes in its own time.
+void Drift::keep_touched(int touched, double closed) {
+  gaps_.clear();
+  for (const ContactPoint& point : found_) gaps_.push_back(std::abs(point.gap));
+  if (static_cast<int>(gaps_.size()) <= touched) return;
+  std::ranges::nth_element(gaps_, gaps_.begin() + (touched - 1));
+  const double furthest = gaps_[static_cast<std::size_t>(touched - 1)];
+  std::erase_if(found_, [&](const ContactPoint& point) { return point.gap > closed && point.gap > furthest; });
 }
 
 // The tree or body that carries the shape; -1: none that passes a displacement on.

@@ -38,7 +38,8 @@ class Drift {
   void remove(const Scenario& scenario, std::vector<Motion>& motions, const std::vector<ContactPoint>& touching,
               const std::vector<double>& tolerance, double limit_tolerance, const std::vector<double>& radius,
               const std::vector<std::pair<int, int>>& pairs, const std::vector<char>& driven, double dt, State& state);
-  /// Gaps within a tenth of the tolerance are left alone, which is no smooth function of dt; or none is, but rounding.
+  /// Gaps within a tenth of the tolerance are left alone, which is no smooth function of dt; or none is, but rounding,
+  /// and of a pair no more open points are closed than touched.
   void set_exact(bool exact) { exact_ = exact; }
   /// The points of the pairs of `touching` whose gap is within +-reach (m) are brought to gap 0 likewise; others are
   /// left alone. For poses that are off by no more than that.
@@ -52,6 +53,7 @@ class Drift {
                      double limit_tolerance, const std::vector<std::pair<int, int>>& pairs, State& state);
   void find_points(const Scenario& scenario, const std::vector<Motion>& motions, const std::vector<double>& tolerance,
                    const std::vector<std::pair<int, int>>& pairs);
+  void keep_touched(int touched, double closed);
   void take_driven(const Scenario& scenario, const std::vector<char>& driven);
   int owner(const Scenario& scenario, int shape) const;
   int component_of(const Scenario& scenario, const ContactPoint& point) const;
@@ -67,6 +69,8 @@ class Drift {
   std::vector<double> arc_;    // per shape: how far from steady motion it ended, m
   std::vector<double> delta_;  // per pair, m; negative: did not stay in touch
   std::vector<double> slip_;   // per pair, m/s
+  std::vector<int> touched_;   // per pair: points that did
+  std::vector<double> gaps_;   // m
   std::vector<ContactPoint> points_, found_;
   std::vector<int> pair_of_;               // per point
   std::vector<double> window_;             // per pair, m: its points with gaps within +-this are looked at

@@ -8,7 +8,7 @@ import platform
 from pathlib import Path
 
 from . import references
-from .program import read_json
+from .program import ProgramError, read_json
 
 # Column: where it comes from. `run.` is run.json (what was asked and how it ended), the rest is summary.json.
 COLUMNS = {
@@ -101,6 +101,12 @@ def rows_of(plan, runs, certified):
     return rows, summaries
 
 
+def timing_of(rows):
+    return {
+        "runs_on_a_busy_machine": sum(row["busy"] == "true" for row in rows),
+        "runs_not_judged": sum(row["busy"] == "" for row in rows)}
+
+
 def gather(plan, members, missing, runs, out, sweeps, profile, certified):
     """Writes OUT/runs.csv (cells in the order of the sweep files, the repeats of a cell together), OUT/ensemble.csv
     (the members, where there are any) and OUT/manifest.json: machine, versions, flags, statuses counted, certified
@@ -131,9 +137,45 @@ def gather(plan, members, missing, runs, out, sweeps, profile, certified):
                 summaries, "machine"), "versions": same_or_list(summaries, "versions"), "python": ".".join(
                     platform.python_version_tuple()[:2]), "references": {
                         references.name_of(*scene): {key: found.about.get(key) for key in references.SAID}
-                        for scene, found in sorted(certified.items())}, "timing": {
-                            "runs_on_a_busy_machine": sum(row["busy"] == "true" for row in rows),
-                            "runs_not_judged": sum(row["busy"] == "" for row in rows)}}
+                        for scene, found in sorted(certified.items())}, "timing": timing_of(rows)}
+    (out / "manifest.json").write_text(json.dumps(manifest, indent=1) + "\n")
+
+
+TABLES = ("runs.csv", "ensemble.csv")
+
+
+def put_in_place(plan, members, runs, out, certified):
+    """Rows of these runs and members in place of those of the same names in OUT's tables; what they were made with
+    joins what OUT/manifest.json has."""
+    out, made = Path(out), []
+    for some, file in zip((plan, members), TABLES):
+        rows, summaries = rows_of(some, runs, certified)
+        if not rows:
+            continue
+        made += summaries
+        rows = {row["run"]: row for row in rows}
+        with open(out / file, newline="") as table:
+            reader = csv.DictReader(table)
+            before, columns = list(reader), list(reader.fieldnames)
+        columns += [
+            c for c in dict.fromkeys(c for row in rows.values() for c in row if c.startswith("error_"))
+            if c not in columns]
+        after = [rows.pop(row["run"], row) for row in before]
+        if rows:
+            raise ProgramError(f"{out / file} has no row of {', '.join(rows)}: without --only the sweep writes all")
+        with open(out / file, "w", newline="") as table:
+            writer = csv.DictWriter(table, columns, "", "ignore", lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(after)
+    manifest = read_json(out / "manifest.json") or {}
+    for key in ("machine", "versions"):
+        known = manifest.get(key, [])
+        manifest[key] = same_or_list([{key: one} for one in (known if isinstance(known, list) else [known])] + made,
+                                     key)
+    with open(out / "runs.csv", newline="") as table:
+        rows = list(csv.DictReader(table))
+    manifest["statuses"] = dict(sorted(collections.Counter(row["status"] for row in rows).items()))
+    manifest["timing"] = timing_of(rows)
     (out / "manifest.json").write_text(json.dumps(manifest, indent=1) + "\n")
 
 

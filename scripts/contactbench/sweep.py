@@ -4,11 +4,14 @@ a row with a typed status. What is finished is not done again, whatever interrup
   scripts/sweep.py scenarios/sweeps/paper.toml --profile quick --dry-run
   scripts/sweep.py scenarios/sweeps/*.toml --profile paper --jobs 8 --timed-alone
   scripts/sweep.py scenarios/sweeps/paper.toml --rerun crash --rerun time_limit
+  scripts/sweep.py scenarios/sweeps/*.toml --profile paper --only 'grasp__mirtich*'
   scripts/sweep.py scenarios/sweeps/paper.toml --engine dask:tcp://head:8786
   scripts/sweep.py scenarios/sweeps/paper.toml --engine slurm --slurm "--partition=short --time=1:00:00"
 """
 import contextlib
+import csv
 import fcntl
+import fnmatch
 import json
 import os
 import shlex
@@ -19,7 +22,7 @@ import time
 from pathlib import Path
 
 from . import program, references, slurm
-from .gather import LIMITS, gather, rows_of, settled
+from .gather import LIMITS, TABLES, gather, put_in_place, rows_of, settled
 from .plan import plan
 from .program import ProgramError
 
@@ -52,6 +55,10 @@ def arguments(words):
                         help="do runs with this status again (or `all`)")
     parser.add_argument("--keep", action="store_true",
                         help="keep finished runs although program or scene have changed since")
+    parser.add_argument(
+        "--only", action="append", default=[], metavar="PATTERN",
+        help="do the runs and members with such names (*, ?), and put their rows in place of those in OUT's tables; all "
+        "other rows stay, whatever program and machine they are of")
     parser.add_argument("--dry-run", action="store_true", help="say what would be done, and do nothing")
     parsed = parser.parse_intermixed_args(words)
     on_slurm = parsed.engine == "slurm"
@@ -261,6 +268,15 @@ def unsettled(runs, options, known):
     return sorted(out, key=lambda run: run.member)
 
 
+def names_in(out):
+    """Of the runs and members that have a row in the tables."""
+    names = set()
+    for file in TABLES:
+        with contextlib.suppress(FileNotFoundError), open(out / file, newline="") as table:
+            names |= {row["run"] for row in csv.DictReader(table)}
+    return names
+
+
 def sweep(options):
     try:
         listed = program.listed(options.program)
@@ -273,6 +289,16 @@ def sweep(options):
     known = certified(runs, listed, options)
     # Of each cell the first member of its ensemble; the others of those that this one does not settle.
     members = [run.as_member(1) for run in runs if run.repeat == 1 and run.members > 0]
+    if options.only:
+        there = names_in(options.out)
+        members = [
+            member for run in runs if run.repeat == 1 for member in map(run.as_member, range(1, run.members + 1))
+            if member.name in there]
+        runs, members = ([
+            run for run in some if any(fnmatch.fnmatchcase(run.name, pattern) for pattern in options.only)]
+                         for some in (runs, members))
+        if not runs + members:
+            raise ProgramError(f"no run of these sweeps is named like {' or '.join(options.only)}")
     if options.dry_run:
         to_do(runs + members, listed, options, show=True)
         return
@@ -282,7 +308,7 @@ def sweep(options):
             do_all(to_do(runs + members, listed, options), engine, options)
             if options.submit_only:
                 return
-            further = unsettled(runs, options, known)
+            further = [] if options.only else unsettled(runs, options, known)
             if further:
                 print(f"{len({run.cell for run in further})} cells differ with the last bits of their start or the "
                       "order of contacts: the rest of their ensembles")
@@ -290,6 +316,8 @@ def sweep(options):
                 members += further
         finally:
             program.clear(options.runs / program.DOING)
+        if options.only:
+            return put_in_place(runs, members, options.runs, options.out, known)
         with os.scandir(options.runs) as entries:
             folders = {entry.name for entry in entries if entry.is_dir() and not entry.name.startswith(".")}
         stray = sorted(folders - {run.name for run in runs + members})

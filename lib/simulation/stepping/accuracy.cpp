@@ -24,6 +24,7 @@
 #include <cmath>
 #include <limits>
 
+#include "dynamics/kinematics.h"
 #include "linalg/stop.h"
 #include "simulation/stepping/events.h"
 #include "simulation/stepping/extrapolation.h"
@@ -147,6 +148,7 @@ void AccuracyStepping::take_impact(BaseStep& base) {
   if (!base.approaching() || !base.event(0)) return;
   base.forget_contacts();
   modes_known_ = false;
+  struck_ = true;
   next_ = std::min(next_, 16 * smallest_);
   nearing_ = HUGE_VAL;
   looking_ = smallest_;
@@ -156,12 +158,13 @@ void AccuracyStepping::take_impact(BaseStep& base) {
 }
 
 // Modes as the forces of the present leave them. False where that has no answer. Leaves `base` elsewhere.
-bool AccuracyStepping::probe(BaseStep& base, double h, Modes& modes) {
+bool AccuracyStepping::probe(BaseStep& base, double h, Modes& modes, std::vector<ContactPoint>& held) {
   base.set_rest_speed(HUGE_VAL);
   base.kick(h);
   base.look(h);
   const bool answered = !base.approaching() || base.event(0);
   base.read_modes(modes);
+  base.read_held(held);
   return answered && base.going_on();
 }
 
@@ -231,8 +234,9 @@ AccuracyStepping::Try AccuracyStepping::judge(double H) {
     terms = std::max(
         terms, best_state_.pose[b].p.norm() + radius_[b] +
                    rest * (Vec3(&best_state_.v[6 * b]).norm() + radius_[b] * Vec3(&best_state_.v[6 * b + 3]).norm()));
-  out.excess = std::max(0.0, out.estimate - std::max(rounding * eps * terms, noise_)) * options_.duration /
-               (options_.accuracy * H);
+  double allowed = options_.accuracy * H / options_.duration;
+  if (H <= smallest_) allowed = std::max(allowed, acceleration_ * H * H / 2);  // what a step of first order misses
+  out.excess = std::max(0.0, out.estimate - std::max(rounding * eps * terms, noise_)) / allowed;
   if (out.excess > 1) out.what = Try::inexact;
   return out;
 }
@@ -241,11 +245,11 @@ AccuracyStepping::Try AccuracyStepping::judge(double H) {
 AccuracyStepping::Try AccuracyStepping::leave(BaseStep& base, double H, double t_end) {
   base.restore({best_state_, base.energy_input(), start_.spinning});
   const double reach = 10 * distance(radius_, best_state_, neighbour_state_);
-  base.close_gaps(touching_, reach);
+  base.close_gaps(entry_held_, reach);
   base.set_rest_speed(acceleration_ * smallest_);
   base.look(0);
   // Within its last base step a link's arc may have gone into what its tangent passes.
-  if (!base.going_on() || deepest(base.contacts()) > std::max({options_.accuracy, reach, deepest(touching_)}))
+  if (!base.going_on() || deepest(base.contacts()) > std::max({options_.accuracy, reach, deepest(entry_held_)}))
     return {Try::failed};
   base.save(end_);
   end_.state.t = t_end;
@@ -253,11 +257,12 @@ AccuracyStepping::Try AccuracyStepping::leave(BaseStep& base, double H, double t
     modes_known_ = false;
     return {};
   }
-  if (!probe(base, std::min(smallest_, H / n_.front()), exit_)) return {Try::failed};
+  if (!probe(base, std::min(smallest_, H / n_.front()), exit_, exit_held_)) return {Try::failed};
   const double sampled = H * (n_.front() - 1) / n_.front();
   if (!same(entry_, exit_)) return {Try::switched, friction_jumps(entry_, exit_), std::max(sampled, H / 2)};
   modes_known_ = true;
   entry_ = exit_;
+  entry_held_ = exit_held_;
   return {};
 }
 
@@ -298,16 +303,69 @@ void AccuracyStepping::step(BaseStep& base) {
   tally_.base_solves += base.record().solves;
 }
 
+// Velocities at the places of end_ from the forces of the step of h that led there, bound by what touches at these
+// places: then what bodies turn by within the step counts. False where something else touches than at its start.
+bool AccuracyStepping::bind_at_end(BaseStep& base, double h) {
+  base.restore(start_);
+  base.kick(h);
+  State bound = base.state();
+  bound.pose = end_.state.pose;
+  bound.q = end_.state.q;
+  bound.t = end_.state.t;
+  for (const Tree& tree : model_.trees) link_twists(model_, tree, bound);
+  base.restore({bound, end_.energy_input, end_.spinning});
+  base.look(0);
+  const auto same_pair = [](const ContactPoint& x, const ContactPoint& y) {
+    return std::minmax(x.shape_a, x.shape_b) == std::minmax(y.shape_a, y.shape_b);
+  };
+  for (const ContactPoint& contact : base.contacts()) {
+    const auto of_pair = [&](const ContactPoint& other) { return same_pair(contact, other); };
+    if (std::ranges::count_if(base.contacts(), of_pair) > std::ranges::count_if(touching_, of_pair)) return false;
+  }
+  return !base.approaching() || base.event(0);
+}
+
+// After an impact velocities that are bound where the step begins hold closed what opens at once as bodies turn, and
+// leave what goes on touching with a velocity of its own, both by a h. Those that are bound where it ends do not, and
+// what they open is not held closed on the way there. False, and nothing done, where something else comes to touch.
+bool AccuracyStepping::step_from_impact(BaseStep& base, double h) {
+  using Hold = BaseStep::Hold;
+  const auto go = [&](Hold hold) {  // a trial
+    base.restore(start_);
+    base.hold_contacts(hold);
+    const int events = base.record().events;
+    step_by_events(base, h);
+    base.hold_contacts(Hold::all);
+    base.save(end_);
+    const bool bound = base.going_on() && base.record().events <= events + 1 && bind_at_end(base, h);
+    base.read_held(exit_held_);
+    base.forgive();
+    return bound;
+  };
+  base.restore(start_);
+  base.look(0);
+  touching_ = base.contacts();
+  base.set_trial(true);
+  bool bound = go(Hold::all);
+  if (bound && exit_held_.size() < base.contacts().size()) bound = go(Hold::none);
+  base.set_trial(false);
+  if (!bound || !bind_at_end(base, h)) return false;
+  base.settle();
+  return true;
+}
+
 void AccuracyStepping::take_first_order(BaseStep& base, double h, double edge, AccuracyStep::Kind kind) {
   const double t0 = start_.state.t;
   h = std::min(h, edge - t0);
   taken_.kind = kind;
   taken_.length = h;
   taken_.estimate = acceleration_ * h * h / 2;
-  base.set_trial(false);
-  base.restore(start_);
   base.set_rest_speed(acceleration_ * smallest_);
-  step_by_events(base, h);
+  if (!modes_known_ || !struck_ || !step_from_impact(base, h)) {
+    base.set_trial(false);
+    base.restore(start_);
+    step_by_events(base, h);
+  }
   ++(kind == AccuracyStep::switched ? tally_.switches : tally_.first_order);
   tally_.estimated_error += taken_.estimate;
   modes_known_ = false;
@@ -343,6 +401,7 @@ void AccuracyStepping::take_macro_step(BaseStep& base, double edge) {
   for (int tries = 0;; ++tries) {
     const Try tried = attempt(base, H, H >= limit ? edge : t0 + H);
     if (tried.what == Try::taken) {
+      struck_ = false;
       go_on_from(tried, H, limit, nearing);
       base.set_trial(false);
       base.restore(end_);
@@ -376,7 +435,7 @@ void AccuracyStepping::take_macro_step(BaseStep& base, double edge) {
 
 void AccuracyStepping::step_once(BaseStep& base) {
   const double t0 = base.state().t, edge = until_edge(t0);
-  base.hold_contacts(true);
+  base.hold_contacts(BaseStep::Hold::all);
   base.set_trial(false);
   base.choose_forces_at(t0);
   if (std::binary_search(edges_.begin(), edges_.end(), t0)) {
@@ -389,18 +448,17 @@ void AccuracyStepping::step_once(BaseStep& base) {
   base.save(start_);
   if (first_order_left_ > 0 || piles_up(t0)) {
     --first_order_left_;
+    modes_known_ = false;
     return take_first_order(base, smallest_, edge, AccuracyStep::first_order);
   }
   base.set_trial(true);
-  if (!modes_known_ && !probe(base, looking_, entry_)) {
+  if (!modes_known_ && !probe(base, looking_, entry_, entry_held_)) {
     ++tally_.refused;
     ++taken_.refused;
     base.forgive();
     return take_first_order(base, smallest_, edge, AccuracyStep::first_order);
   }
-  base.restore(start_);
-  base.look(0);
-  touching_ = base.contacts();
+  modes_known_ = true;
   take_macro_step(base, edge);
 }
 

@@ -27,7 +27,7 @@ class AccuracyStepping {
   void step_once(BaseStep& base);
   double until_edge(double t) const;
   void take_impact(BaseStep& base);
-  bool probe(BaseStep& base, double h, Modes& modes);
+  bool probe(BaseStep& base, double h, Modes& modes, std::vector<ContactPoint>& held);
   Try cross(BaseStep& base, int n, double H, std::vector<double>& result);
   Try attempt(BaseStep& base, double H, double t_end);
   Try judge(double H);
@@ -35,6 +35,8 @@ class AccuracyStepping {
   int growth_order() const { return order_ >= 3 ? order_ : std::max(1, order_ - 1); }
   Try leave(BaseStep& base, double H, double t_end);
   double next_length(const Try& tried, double H) const;
+  bool bind_at_end(BaseStep& base, double h);
+  bool step_from_impact(BaseStep& base, double h);
   void take_first_order(BaseStep& base, double h, double edge, AccuracyStep::Kind kind);
   void go_on_from(const Try& taken, double H, double limit, bool nearing);
   void take_macro_step(BaseStep& base, double edge);
@@ -55,13 +57,15 @@ class AccuracyStepping {
   double noise_ = 0;              // m, of estimates
   double nearing_ = HUGE_VAL;     // s, no more than that while a time of contact comes near
   double looking_ = 0;            // s, the base step that the modes at a start are read after
+  bool struck_ = false;           // has no macro step been taken since the last impact?
   bool modes_known_ = false;      // are entry_ those of the present state and forces?
   long first_order_left_ = 0;     // steps to come
   long batch_ = 0;                // of them, when switches pile up next
   std::vector<double> stumbles_;  // s: times of the last impacts and switches
   BaseStep::Checkpoint start_, end_;
   Modes entry_, exit_, modes_;
-  std::vector<ContactPoint> touching_;  // at the start, and not parting
+  std::vector<ContactPoint> entry_held_, exit_held_;  // what touches and does not part, where the modes are read
+  std::vector<ContactPoint> touching_;                // at the start of a step of first order
   std::vector<std::vector<double>> results_;
   std::vector<int> n_;
   std::vector<double> best_, neighbour_, before_;
