@@ -57,8 +57,8 @@ def arguments(words):
                         help="keep finished runs although program or scene have changed since")
     parser.add_argument(
         "--only", action="append", default=[], metavar="PATTERN",
-        help="do the runs and members with such names (*, ?), and put their rows in place of those in OUT's tables; all "
-        "other rows stay, whatever program and machine they are of")
+        help="do the runs and members with such names (*, ?), and put their rows in place of those in OUT's "
+        "tables; all other rows stay, whatever program and machine they are of")
     parser.add_argument("--dry-run", action="store_true", help="say what would be done, and do nothing")
     parsed = parser.parse_intermixed_args(words)
     on_slurm = parsed.engine == "slurm"

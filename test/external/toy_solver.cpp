@@ -2,9 +2,9 @@
 // law (De Saxce and Feng's form), and the ways in which a program can let one down.
 //   toy_solver text|binary [FAULT]     talks by the protocol of docs/external.md
 //   toy_solver file PROBLEM ANSWER [FAULT]
-// FAULT=N: crash, exit, hang, wrong, nan, short, garbage, fail, deaf or silent at the N-th problem; `time` prints at
-// the end, on standard error, the processor's seconds that it took, reading and writing with it, and the problems
-// solved.
+// FAULT=N: crash, exit, hang, wrong, nan, short, long (text alone), garbage, fail, deaf or silent at the N-th problem;
+// `time` prints at the end, on standard error, the processor's seconds that it took, reading and writing with it, and
+// the problems solved.
 
 #include <unistd.h>
 
@@ -139,6 +139,7 @@ int talk(bool binary, const Faults& faults) {
     } else {
       std::putchar('r');
       for (const double x : said) std::printf(" %.17g", x);
+      if (faults.now("long", p.number)) std::printf(" 0");
       std::putchar('\n');
     }
     std::fflush(stdout);

@@ -67,6 +67,15 @@ TEST_CASE(
   CHECK_THROWS_AS(text.number("a number"), FileError);
 }
 
+TEST_CASE("two signs are no number") {
+  for (const char* word : {"+-5", "++5", "-+5", "--5", "+"}) {
+    const File file(word);
+    TextFile text(file.path);
+    INFO(word);
+    CHECK_THROWS_AS(text.number("a number"), FileError);
+  }
+}
+
 namespace {
 
 Eigen::MatrixXd matrix(const std::string& text) {

@@ -153,6 +153,22 @@ TEST_CASE("what an engine's program answers is believed where it is an answer, a
   }
 }
 
+TEST_CASE("an engine that a signal kills is said to have died of it, one that ends has its exit code",
+          "[program][engines]") {
+  for (const auto& [last, words] : {std::pair("kill -KILL $$", "died of signal 9"), {"exit 9", "exit code 9"}}) {
+    const TemporaryDirectory directory;
+    const Result result =
+        by_odd_engine(directory.path(), std::string("if [ \"$1\" = --describe ]; then\n") +
+                                            R"(printf '%s' '{"variants":[{"name":"a","knobs":{}}],"knobs":[]}' >&3)" +
+                                            "\nelse\n" + last + "\nfi");
+    INFO(last << ": " << result.err);
+    CHECK(result.code == 3);
+    const Json row = summary(directory.path() / "out");
+    CHECK(row["status"] == "crash");
+    CHECK(row["reason"].get<std::string>().find(words) != std::string::npos);
+  }
+}
+
 TEST_CASE("what an engine's program leaves running is not waited for", "[program][engines]") {
   const TemporaryDirectory directory;
   const auto start = std::chrono::steady_clock::now();

@@ -119,6 +119,16 @@ TEST_CASE("a whole run by another program has the rows of a run by ours", "[prog
   }
 }
 
+TEST_CASE("an answer in text that goes on after its last number is misread, not cut", "[program][external]") {
+  TemporaryDirectory directory;
+  const Result result = run(directory.path(), external(note_pid + toy + " text long=20", stack()));
+  CHECK(result.code == 3);
+  const Json json = summary(directory.path() / "r");
+  CHECK(json["status"] == "crash");
+  CHECK(json["reason"].get<std::string>().find("is not r and 24 numbers") != std::string::npos);
+  CHECK(json["steps"] == 19);
+}
+
 TEST_CASE("however another program fails, the run ends typed and keeps what it has", "[program][external]") {
   struct Case {
     std::string fault, status, reason;

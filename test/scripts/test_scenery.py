@@ -100,6 +100,8 @@ class Scenery(Folder):
         found = scenery.apart(made, "box", "")
         self.assertEqual(found,
                          {"step": "0.01", "rows": {"A-P Lemke, k = 8": [0, 2, 6], "convex": [2, 0, 4], "soft SAP": [6, 4, 0]}})
+        made = self.results(run(1, "0.001", {"k": "8"}), run(3, "0.001", convex), run(1, "1e-05", {"k": "8"}), run(2, "1e-05", convex))
+        self.assertEqual(scenery.apart(made, "box", ""), {"step": "1e-05", "rows": {"A-P Lemke, k = 8": [0, 1], "convex": [1, 0]}})
         made = self.results(run(1, "0.01", {"k": "8"}),
                             run(3, "0.01", convex) | {"files": {"trajectory.csv": trajectory([(5, "ball", (0, 0, 0))])}})
         (own, other), _ = scenery.apart(made, "box", "")["rows"].values()

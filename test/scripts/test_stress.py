@@ -20,6 +20,11 @@ class Bisection(unittest.TestCase):
         self.assertAlmostEqual(found.value, math.sqrt(2), delta=2e-6)
         self.assertEqual((found.status, found.residual), ("ok", 1e-12))
 
+    def test_it_is_found_to_a_fraction_of_itself_however_small_it_is(self):
+        for edge in (3e-7, 0.4, 5e4):
+            found = limits.bisect(lambda x, edge=edge: ("ok", 0, x >= edge), 0, 4 * edge, 1e-3)
+            self.assertAlmostEqual(found.value / edge, 1, delta=1e-3)
+
     def test_what_falls_or_stands_at_either_end_has_no_such_value(self):
         self.assertEqual(limits.bisect(lambda x: ("ok", 0, False), 1, 2, 1e-6).note, "falls at either end")
         self.assertEqual(limits.bisect(lambda x: ("ok", 0, True), 1, 2, 1e-6).note, "stands at either end")

@@ -183,6 +183,24 @@ class Sweep(unittest.TestCase):
         self.run_sweep("--rerun", "crash")
         self.assertEqual({r["status"] for r in self.table()}, {"ok"})
 
+    def test_some_runs_are_done_again_and_their_rows_put_in_place(self):
+        self.run_sweep()
+        before, manifest = self.table(), self.top / "out" / "manifest.json"
+        self.program.write_text(self.program.read_text().replace('"final_m": 1e-9', '"final_m": 2e-9').replace('"abc"', '"newer"'))
+        said = self.run_sweep("--only", "stack__*ap__*", "--only", "sliding_box__m?rtich*", "--runs", str(self.top / "elsewhere"))
+        self.assertIn("5 of 5 runs to do", said)
+        after = self.table()
+        self.assertEqual([row["run"] for row in after], [row["run"] for row in before])
+        for old, new in zip(before, after):
+            again = (new["scene"], new["method"]) in (("stack", "ap"), ("sliding_box", "mirtich"))
+            self.assertEqual(new["error_final_m"], "2e-09" if again else "1e-09")
+            self.assertEqual({**old, **dict.fromkeys(TIMING), "error_final_m": ""}, {**new, **dict.fromkeys(TIMING), "error_final_m": ""})
+        self.assertEqual(json.loads(manifest.read_text())["versions"], [{"git": "abc"}, {"git": "newer"}])
+        self.assertEqual(json.loads(manifest.read_text())["runs"], len(before))
+        self.assertIn("named like", self.run_sweep("--only", "pile*", code=1))
+        self.sweep.write_text(SMALL.replace("k = [4, 8]", "k = [4, 8, 16]"))
+        self.assertIn("has no row of", self.run_sweep("--only", "*16*", code=1))
+
     def test_an_interrupted_run_is_done_again(self):
         self.run_sweep(stack="interrupted")
         self.assertIn("8 of 15 runs to do", self.run_sweep())

@@ -404,6 +404,15 @@ TEST_CASE("the largest stable step of springs and dampers is that of the lineari
   }
 }
 
+// Of a bar that hangs, weight and spring: q'' = -(w + k) q, k at the step's end. Explicit h^2 (w + k) <= 4; else the
+// step's matrix has 1 + trace + determinant = 4 + h^2 k - h^2 w over 1 + h^2 k, which is 0 at the limit.
+TEST_CASE("a spring at the step's end takes its part of the stiffness and of the damping from the limit", "[robots]") {
+  const double w = 3 * 9.8 * 0.5, k = 5;
+  const Scenario s = scene(pendulum("stiffness=\"5\""), "", 1e-3, 1, "9.8 0 0");
+  CHECK(*largest_stable_step(s) == Approx(2 / std::sqrt(w + k)).epsilon(1e-3));
+  CHECK(*largest_stable_step(s, JointForces::implicit) == Approx(2 / std::sqrt(w - k)).epsilon(1e-3));
+}
+
 TEST_CASE("a motor's rate and angle taken at the step's end brake it by 1 + h d + h^2 k", "[robots]") {
   const Scenario s =
       scene(pendulum(""), R"(<controllers><controller kind="computed_torque" robot="pendulum" kp="1e3" kd="10">
