@@ -123,13 +123,13 @@ double ImpactState::approach_left() const {
     const double left = std::max(0.0, -normal_velocity(c));
     if (!is_limit(c)) {
       fastest = std::max(fastest, left);
-      before = std::max(before, before_[c]);
+      before = std::max({before, before_[c], stopping_[c] * given_[c]});
     } else if (left > 0) {
       const double own = std::max(before_[c], stopping_[c] * given_[c]);
       worst = std::max(worst, own > 0 ? left / own : 1.0);
     }
   }
-  return before > 0 ? std::max(worst, fastest / before) : worst;
+  return fastest > 0 ? std::max(worst, before > 0 ? fastest / before : 1.0) : worst;
 }
 
 void ImpactState::restart(const std::vector<double>& r) {

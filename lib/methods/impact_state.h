@@ -51,8 +51,8 @@ class ImpactState {
 
   /// The fastest approach before the event, of the island of contact c; of a limit its own. m/s, or rad/s.
   double approach_before(int c) const { return before_[c]; }
-  /// -: the fastest approach that is left, as a fraction of the fastest before, of contacts; of a limit of its own
-  /// before, or of what its impulses stopped.
+  /// -: the fastest approach that is left of contacts, as a fraction of the fastest before or of what impulses stopped
+  /// beside a limit; of a limit the same of its own.
   double approach_left() const;
   bool finite() const;
 
@@ -66,7 +66,7 @@ class ImpactState {
     int values;  // of J^T and M^-1 J^T: size x 3, column-major
   };
   double weight(int c) const;  // w_c, 1/kg: trace(W_cc) / 3, or W_nn of a contact without tangents
-  bool is_limit(int c) const { return !(K_[c](1, 1) + K_[c](2, 2) > 0); }
+  bool is_limit(int c) const { return cb::is_limit(*problem_, c); }
   void measure(const Tolerances& tolerances);
 
   const ContactProblem* problem_ = nullptr;

@@ -381,12 +381,12 @@ void BaseStep::kick(const Tree& tree, Lent& lent) {
 void BaseStep::move(double dt) {
   at_start_ = false;
   const std::vector<Tree>& trees = scenario_.model.trees;
-  if (trees.empty() && hold_contacts_ != Hold::all) {  // too short to read the clock for: it counts as collision
+  if (trees.empty() && !hold_contacts_) {  // too short to read the clock for: it counts as collision
     advance_positions(dt);
     return update_motions();
   }
   lap_.add_to(record_.times.collision_s);
-  if (hold_contacts_ == Hold::all) read_held(held_);
+  if (hold_contacts_) read_held(held_);
   kept_.clear();
   for (std::size_t t = 0; t < trees.size(); ++t) {
     const double has = tree_energy(scenario_.model, trees[t], state_);
@@ -401,9 +401,8 @@ void BaseStep::move(double dt) {
     std::erase_if(contacts_, [&](const ContactPoint& contact) {
       return contact.gap > std::min(tolerance_[contact.shape_a], tolerance_[contact.shape_b]);
     });
-  if (hold_contacts_ != Hold::none)
-    drift_.remove(scenario_, motions_, hold_contacts_ == Hold::all ? held_ : contacts_, tolerance_, options_.closed_gap,
-                  radius_, *pairs_, driven_, dt, state_);
+  drift_.remove(scenario_, motions_, hold_contacts_ ? held_ : contacts_, tolerance_, options_.closed_gap, radius_,
+                *pairs_, driven_, dt, state_);
   for (std::size_t t = 0; t < trees.size(); ++t)
     if (driven_[t] == 0) set_tree_energy(scenario_.model, trees[t], kept_[t], state_);
   update_motions();

@@ -90,12 +90,13 @@ class BaseStep {
   void choose_forces_at(double t);
   /// Restitution is left out where no contact would part with more than this, m/s.
   void set_rest_speed(double speed) { rest_speed_ = speed; }
-  /// Which contacts are kept closed as bodies turn and links go on arcs (drift.h)?
-  enum class Hold { of_robots, all, none };
-  void hold_contacts(Hold hold) {
+  /// Are contacts of free bodies kept closed as those of robots are (drift.h), and of all only those that do not part?
+  void hold_contacts(bool hold) {
     hold_contacts_ = hold;
-    drift_.set_exact(hold == Hold::all);
+    drift_.set_exact(hold);
   }
+  /// These are not held in what follows.
+  void release(const std::vector<ContactPoint>& contacts) { released_ = contacts; }
   void record(const AccuracyStep& step) { record_.accuracy = step; }
   /// Are the events to come of base steps that are extrapolated from?
   void set_trial(bool trial);
@@ -108,12 +109,15 @@ class BaseStep {
     Vec3 slip;  ///< m/s, tangential; of what has no friction 0, as its facet is
   };
   void read_modes(std::vector<Mode>& modes) const;
-  /// What touches and does not part.
+  /// Does it part, as it moves now?
+  bool parts(const ContactPoint& contact) const;
+  /// What touches, does not part and is not released.
   void read_held(std::vector<ContactPoint>& held) const;
   /// Fastest approach of what touches, m/s.
   double approach_speed();
-  /// Brings the points of the pairs that touched at `touching` to gap 0, where they are off by at most `reach` (m).
-  void close_gaps(const std::vector<ContactPoint>& touching, double reach);
+  /// Brings the points that touched at `touching`, found at the state `before`, to gap 0, where they are off by at most
+  /// `reach` (m).
+  void close_gaps(const std::vector<ContactPoint>& touching, const State& before, double reach);
   double energy_input() const { return energy_input_; }
   void end_at(double t) { state_.t = t; }
   /// What touches has changed.
@@ -202,8 +206,7 @@ class BaseStep {
   std::vector<char> force_on_;  // per force of the scene: does it push in this step?
   double step_ = 0;             // s, h of the last kick
   double rest_speed_ = 0;       // m/s: where no contact would part with more, none has restitution
-  Hold hold_contacts_ = Hold::of_robots;
-  bool trial_ = false;
+  bool hold_contacts_ = false, trial_ = false;
   StepRecord before_trial_;  // and
   std::string reason_before_trial_;
   double ahead_ = 0;                                              // s: what is looked ahead in contacts_; 0: they touch
@@ -224,7 +227,8 @@ class BaseStep {
     return islands_.all() && options_.shuffle == 0 ? contacts_ : event_contacts_;
   }
   std::vector<ContactPoint> contacts_, event_contacts_;  // all that touch
-  std::vector<ContactPoint> held_;                       // those that do not part
+  std::vector<ContactPoint> held_, released_;            // those that do not part; those that are let go
+  std::vector<Motion> motions_before_;                   // per shape, where they were found
   std::vector<char> approaches_;                         // per contact and limit that was found
   std::vector<double> partings_;                         // per contact that was found: e times its approach, m/s
   EventIslands islands_;

@@ -1,5 +1,6 @@
 // What stepping to an accuracy needs of the base step besides its verbs: checkpoints, and how what touches moves.
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -10,7 +11,8 @@ namespace cb {
 
 namespace {
 
-constexpr double noise = 1e-9;  // -: of the sizes of the terms of a velocity; what solvers leave is below it
+constexpr double noise = 1e-9;       // -: of the sizes of the terms of a velocity; what solvers leave is below it
+constexpr double same_point = 1e-3;  // -: of the smaller shape's size
 
 }  // namespace
 
@@ -49,6 +51,10 @@ void BaseStep::forgive() {
   record_.gap = before.gap;
   record_.infeasibility = before.infeasibility;
   record_.event_energy_gain_relative = before.event_energy_gain_relative;
+  record_.penetration_displacement = before.penetration_displacement;
+  record_.bounces_left_out = before.bounces_left_out;
+  record_.bounce_speed = before.bounce_speed;
+  record_.bounce_distance = before.bounce_distance;
   record_.status = before.status;
   record_.unsolved = before.unsolved;
   reason_ = reason_before_trial_;
@@ -102,12 +108,22 @@ double BaseStep::approach_speed() {
 // m/s: below it a velocity is none.
 double BaseStep::still(const Relative& relative) const { return noise * (gravity_speed_ + relative.terms); }
 
+bool BaseStep::parts(const ContactPoint& contact) const {
+  const Relative relative = relative_velocity(contact);
+  return contact.normal.dot(relative.u) > still(relative);
+}
+
 void BaseStep::read_held(std::vector<ContactPoint>& held) const {
+  const auto released = [&](const ContactPoint& contact) {
+    return std::ranges::any_of(released_, [&](const ContactPoint& r) {
+      const double size = std::min(scenario_.shapes[r.shape_a].size(), scenario_.shapes[r.shape_b].size());
+      return std::minmax(r.shape_a, r.shape_b) == std::minmax(contact.shape_a, contact.shape_b) &&
+             (r.position - contact.position).norm() <= same_point * size;
+    });
+  };
   held.clear();
-  for (const ContactPoint& contact : contacts_) {
-    const Relative relative = relative_velocity(contact);
-    if (contact.normal.dot(relative.u) <= still(relative)) held.push_back(contact);
-  }
+  for (const ContactPoint& contact : contacts_)
+    if (!parts(contact) && !released(contact)) held.push_back(contact);
 }
 
 void BaseStep::read_modes(std::vector<Mode>& modes) const {
@@ -150,11 +166,14 @@ void BaseStep::read_modes(std::vector<Mode>& modes) const {
         modes.push_back({-1000000 - joint.v, 0, torque_[joint.v] > 0 ? 1 : 2, Vec3::Zero()});
 }
 
-void BaseStep::close_gaps(const std::vector<ContactPoint>& touching, double reach) {
+void BaseStep::close_gaps(const std::vector<ContactPoint>& touching, const State& before, double reach) {
   if (touching.empty()) return;
+  motions_before_.resize(motions_.size());
+  for (std::size_t i = 0; i < motions_.size(); ++i) shape_motion(scenario_.shapes[i], before, motions_before_[i]);
   update_motions();
   find_pairs(0, margin_ + reach);
-  drift_.close(scenario_, motions_, touching, tolerance_, options_.closed_gap, *pairs_, driven_, reach, state_);
+  drift_.close(scenario_, motions_before_, motions_, touching, tolerance_, options_.closed_gap, *pairs_, driven_, reach,
+               state_);
   contacts_known_ = false;
 }
 

@@ -54,7 +54,7 @@ void Drift::remove(const Scenario& scenario, std::vector<Motion>& motions, const
   // Linear opening speed of the pairs in touch; infinite for those that are not. How fast they slip.
   delta_.assign(pairs.size(), HUGE_VAL);
   slip_.assign(pairs.size(), 0.0);
-  touched_.assign(pairs.size(), 0);
+  touched_.clear();
   for (const ContactPoint& contact : touching) {
     const auto pair = std::pair(std::min(contact.shape_a, contact.shape_b), std::max(contact.shape_a, contact.shape_b));
     const auto at = std::lower_bound(pairs.begin(), pairs.end(), pair);
@@ -62,7 +62,7 @@ void Drift::remove(const Scenario& scenario, std::vector<Motion>& motions, const
     const Vec3 u = velocity_at(motions[contact.shape_a], contact.position) -
                    velocity_at(motions[contact.shape_b], contact.position);
     const auto k = static_cast<std::size_t>(at - pairs.begin());
-    ++touched_[k];
+    touched_.push_back(place_of(k, contact, motions));
     delta_[k] = std::min(delta_[k], contact.normal.dot(u));
     slip_[k] = std::max(slip_[k], u.norm());
   }
@@ -95,19 +95,19 @@ void Drift::remove(const Scenario& scenario, std::vector<Motion>& motions, const
   bring_to_zero(scenario, motions, tolerance, limit_tolerance, pairs, state);
 }
 
-void Drift::close(const Scenario& scenario, std::vector<Motion>& motions, const std::vector<ContactPoint>& touching,
-                  const std::vector<double>& tolerance, double limit_tolerance,
-                  const std::vector<std::pair<int, int>>& pairs, const std::vector<char>& driven, double reach,
-                  State& state) {
+void Drift::close(const Scenario& scenario, const std::vector<Motion>& before, std::vector<Motion>& motions,
+                  const std::vector<ContactPoint>& touching, const std::vector<double>& tolerance,
+                  double limit_tolerance, const std::vector<std::pair<int, int>>& pairs,
+                  const std::vector<char>& driven, double reach, State& state) {
   take_driven(scenario, driven);
   delta_.assign(pairs.size(), 0.0);  // no point of such a pair is looked for
-  touched_.assign(pairs.size(), 0);
+  touched_.clear();
   for (const ContactPoint& contact : touching) {
     const auto pair = std::pair(std::min(contact.shape_a, contact.shape_b), std::max(contact.shape_a, contact.shape_b));
     const auto at = std::lower_bound(pairs.begin(), pairs.end(), pair);
     if (at == pairs.end() || *at != pair) continue;
     const auto k = static_cast<std::size_t>(at - pairs.begin());
-    ++touched_[k];
+    touched_.push_back(place_of(k, contact, before));
     delta_[k] = std::max(reach, std::min(tolerance[contact.shape_a], tolerance[contact.shape_b]));
   }
   bring_to_zero(scenario, motions, tolerance, limit_tolerance, pairs, state);
@@ -172,7 +172,7 @@ void Drift::find_points(const Scenario& scenario, const std::vector<Motion>& mot
     std::erase_if(found_, [&](const ContactPoint& point) {
       return point.gap < -delta || (delta_[k] < 0 && point.gap > -closed);
     });
-    if (exact_ && delta_[k] > 0) keep_touched(touched_[k], closed);
+    if (exact_ && delta_[k] > 0) keep_touched(k, closed, motions);
     for (const ContactPoint& point : found_) {
       points_.push_back(point);
       pair_of_.push_back(static_cast<int>(k));
@@ -183,15 +183,35 @@ void Drift::find_points(const Scenario& scenario, const std::vector<Motion>& mot
   }
 }
 
-// Of found_ those that overlap, and as many of the others as touched before, the nearest to gap 0: what only comes near
-// closes in its own time.
-void Drift::keep_touched(int touched, double closed) {
-  gaps_.clear();
-  for (const ContactPoint& point : found_) gaps_.push_back(std::abs(point.gap));
-  if (static_cast<int>(gaps_.size()) <= touched) return;
-  std::ranges::nth_element(gaps_, gaps_.begin() + (touched - 1));
-  const double furthest = gaps_[static_cast<std::size_t>(touched - 1)];
-  std::erase_if(found_, [&](const ContactPoint& point) { return point.gap > closed && point.gap > furthest; });
+Drift::Place Drift::place_of(std::size_t pair, const ContactPoint& contact, const std::vector<Motion>& motions) const {
+  const auto [first, second] = std::minmax(contact.shape_a, contact.shape_b);
+  const auto on = [&](int shape) -> Vec3 {
+    return motions[shape].pose.q.conjugate() * (contact.position - motions[shape].pose.p);
+  };
+  return {pair, on(first), on(second)};
+}
+
+// Of found_ what is closed, and of each point that touched the one that is nearest to it on either shape: what only
+// comes near closes in its own time.
+void Drift::keep_touched(std::size_t pair, double closed, const std::vector<Motion>& motions) {
+  kept_.assign(found_.size(), 0);
+  for (const Place& was : touched_) {
+    if (was.pair != pair || found_.empty()) continue;
+    double least = HUGE_VAL;
+    std::size_t nearest = 0;
+    for (std::size_t c = 0; c < found_.size(); ++c) {
+      const Place is = place_of(pair, found_[c], motions);
+      const double far = std::min((is.on_first - was.on_first).norm(), (is.on_second - was.on_second).norm());
+      if (far >= least) continue;
+      least = far;
+      nearest = c;
+    }
+    kept_[nearest] = 1;
+  }
+  std::size_t kept = 0;
+  for (std::size_t c = 0; c < found_.size(); ++c)
+    if (kept_[c] != 0 || found_[c].gap <= closed) found_[kept++] = found_[c];
+  found_.resize(kept);
 }
 
 // The tree or body that carries the shape; -1: none that passes a displacement on.

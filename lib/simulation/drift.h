@@ -39,12 +39,12 @@ class Drift {
               const std::vector<double>& tolerance, double limit_tolerance, const std::vector<double>& radius,
               const std::vector<std::pair<int, int>>& pairs, const std::vector<char>& driven, double dt, State& state);
   /// Gaps within a tenth of the tolerance are left alone, which is no smooth function of dt; or none is, but rounding,
-  /// and of a pair no more open points are closed than touched.
+  /// and of a pair's open points those are closed that are nearest to where it touched.
   void set_exact(bool exact) { exact_ = exact; }
   /// The points of the pairs of `touching` whose gap is within +-reach (m) are brought to gap 0 likewise; others are
-  /// left alone. For poses that are off by no more than that.
-  void close(const Scenario& scenario, std::vector<Motion>& motions, const std::vector<ContactPoint>& touching,
-             const std::vector<double>& tolerance, double limit_tolerance,
+  /// left alone. For poses that are off by no more than that. `before`: per shape, where `touching` was found.
+  void close(const Scenario& scenario, const std::vector<Motion>& before, std::vector<Motion>& motions,
+             const std::vector<ContactPoint>& touching, const std::vector<double>& tolerance, double limit_tolerance,
              const std::vector<std::pair<int, int>>& pairs, const std::vector<char>& driven, double reach,
              State& state);
 
@@ -53,7 +53,13 @@ class Drift {
                      double limit_tolerance, const std::vector<std::pair<int, int>>& pairs, State& state);
   void find_points(const Scenario& scenario, const std::vector<Motion>& motions, const std::vector<double>& tolerance,
                    const std::vector<std::pair<int, int>>& pairs);
-  void keep_touched(int touched, double closed);
+  /// Where a point that touched was on the shapes of its pair, in their frames.
+  struct Place {
+    std::size_t pair;
+    Vec3 on_first, on_second;  // m
+  };
+  Place place_of(std::size_t pair, const ContactPoint& contact, const std::vector<Motion>& motions) const;
+  void keep_touched(std::size_t pair, double closed, const std::vector<Motion>& motions);
   void take_driven(const Scenario& scenario, const std::vector<char>& driven);
   int owner(const Scenario& scenario, int shape) const;
   int component_of(const Scenario& scenario, const ContactPoint& point) const;
@@ -69,8 +75,8 @@ class Drift {
   std::vector<double> arc_;    // per shape: how far from steady motion it ended, m
   std::vector<double> delta_;  // per pair, m; negative: did not stay in touch
   std::vector<double> slip_;   // per pair, m/s
-  std::vector<int> touched_;   // per pair: points that did
-  std::vector<double> gaps_;   // m
+  std::vector<Place> touched_;
+  std::vector<char> kept_;  // per point of found_
   std::vector<ContactPoint> points_, found_;
   std::vector<int> pair_of_;               // per point
   std::vector<double> window_;             // per pair, m: its points with gaps within +-this are looked at

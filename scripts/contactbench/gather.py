@@ -8,7 +8,7 @@ import platform
 from pathlib import Path
 
 from . import references
-from .program import ProgramError, read_json
+from .program import read_json
 
 # Column: where it comes from. `run.` is run.json (what was asked and how it ended), the rest is summary.json.
 COLUMNS = {
@@ -160,9 +160,8 @@ def put_in_place(plan, members, runs, out, certified):
         columns += [
             c for c in dict.fromkeys(c for row in rows.values() for c in row if c.startswith("error_"))
             if c not in columns]
-        after = [rows.pop(row["run"], row) for row in before]
-        if rows:
-            raise ProgramError(f"{out / file} has no row of {', '.join(rows)}: without --only the sweep writes all")
+        # To which sweeps a run belongs only those say that made the table.
+        after = [{**rows.pop(row["run"]), "sweeps": row["sweeps"]} if row["run"] in rows else row for row in before]
         with open(out / file, "w", newline="") as table:
             writer = csv.DictWriter(table, columns, "", "ignore", lineterminator="\n")
             writer.writeheader()

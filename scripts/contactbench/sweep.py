@@ -299,6 +299,9 @@ def sweep(options):
                          for some in (runs, members))
         if not runs + members:
             raise ProgramError(f"no run of these sweeps is named like {' or '.join(options.only)}")
+        absent = [run.name for run in runs if run.name not in there]
+        if absent:
+            raise ProgramError(f"{options.out} has no row of {', '.join(absent)}: without --only the sweep writes all")
     if options.dry_run:
         to_do(runs + members, listed, options, show=True)
         return

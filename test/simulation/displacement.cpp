@@ -223,7 +223,7 @@ TEST_CASE("a gap that only a turn by more than arcs can have made would close is
       moved.pose[1].p[1] += cube_off;
       for (std::size_t i = 0; i < 2; ++i) shape_motion(s.shapes[i], moved, now[i]);
       const std::vector<char> driven(s.model.trees.size(), 1);
-      Drift().close(s, now, touching, {1e-9, 1e-9, 1e-9}, 1e-9, {{0, 2}, {1, 2}}, driven, reach, moved);
+      Drift().close(s, now, now, touching, {1e-9, 1e-9, 1e-9}, 1e-9, {{0, 2}, {1, 2}}, driven, reach, moved);
       CHECK(moved.pose[0].q.angularDistance(tilt) < 10 * off);
       for (const int shape : {0, 1}) {
         double lowest = 1;
@@ -248,7 +248,7 @@ TEST_CASE("a gap over the edge of a face is closed along the axis along which th
   std::vector<ContactPoint> touching;
   contact_points(s.shapes[0], motions[0].pose, 0, s.shapes[1], motions[1].pose, 1, 1e-9, touching, false, reach);
   REQUIRE(touching.size() == 4);
-  Drift().close(s, motions, touching, {1e-9, 1e-9}, 1e-9, {{0, 1}}, {}, reach, state);
+  Drift().close(s, motions, motions, touching, {1e-9, 1e-9}, 1e-9, {{0, 1}}, {}, reach, state);
   CHECK(state.pose[0].p.x() == Approx(1 - overhang).margin(1e-8));
   CHECK(state.pose[0].p.y() == Approx(1).margin(1e-8));
 }
@@ -418,7 +418,7 @@ TEST_CASE("gaps are closed of the pairs that touched alone, each as deep as aske
   for (const double reach : {5e-6, 2e-6}) {
     State state = s.initial;
     std::vector<Motion> now = motions;
-    Drift().close(s, now, touching, {1e-9, 1e-9, 1e-9, 1e-9}, 1e-9, {{0, 3}, {1, 3}, {2, 3}}, {}, reach, state);
+    Drift().close(s, now, now, touching, {1e-9, 1e-9, 1e-9, 1e-9}, 1e-9, {{0, 3}, {1, 3}, {2, 3}}, {}, reach, state);
     CHECK(state.pose[0].p[1] == Approx(0.5).margin(1e-10));
     CHECK(state.pose[1].p[1] == 0.5 + 1e-6 * 2);
     CHECK(state.pose[2].p[1] == Approx(reach > 3e-6 ? 0.5 : 0.5 + 3e-6).margin(1e-10));
@@ -427,13 +427,13 @@ TEST_CASE("gaps are closed of the pairs that touched alone, each as deep as aske
   State state = s.initial;
   std::vector<Motion> now = motions;
   const std::vector<double> wide{2.5e-6, 2.5e-6, 2.5e-6, 9e-6};
-  Drift().close(s, now, touching, wide, 1e-9, {{0, 3}, {1, 3}, {2, 3}}, {}, 1e-7, state);
+  Drift().close(s, now, now, touching, wide, 1e-9, {{0, 3}, {1, 3}, {2, 3}}, {}, 1e-7, state);
   CHECK(state.pose[0].p[1] == Approx(0.5).margin(1e-10));
   CHECK(state.pose[2].p[1] == 0.5 + 1e-6 * 3);
   // What touched and is not among the pairs that can meet stays as it is, and so does what comes next among these.
   state = s.initial;
   now = motions;
-  Drift().close(s, now, touching, {1e-9, 1e-9, 1e-9, 1e-9}, 1e-9, {{1, 3}, {2, 3}}, {}, 5e-6, state);
+  Drift().close(s, now, now, touching, {1e-9, 1e-9, 1e-9, 1e-9}, 1e-9, {{1, 3}, {2, 3}}, {}, 5e-6, state);
   CHECK(state.pose[0].p[1] == 0.5 + 1e-6);
   CHECK(state.pose[1].p[1] == 0.5 + 1e-6 * 2);
   CHECK(state.pose[2].p[1] == Approx(0.5).margin(1e-10));
@@ -453,7 +453,7 @@ TEST_CASE("gaps of heavy bodies are closed beside light ones, too", "[drift]") {
       contact_points(s.shapes[ball], motions[ball].pose, ball, s.shapes[2], motions[2].pose, 2, 1e-5, touching);
     REQUIRE(touching.size() == 2);
     State state = s.initial;
-    Drift().close(s, motions, touching, {1e-9, 1e-9, 1e-9}, 1e-9, {{0, 2}, {1, 2}}, {}, 5e-6, state);
+    Drift().close(s, motions, motions, touching, {1e-9, 1e-9, 1e-9}, 1e-9, {{0, 2}, {1, 2}}, {}, 5e-6, state);
     for (const int ball : {0, 1}) CHECK(std::abs(state.pose[ball].p[1] - 0.5) < 1e-10);
   }
 }

@@ -14,7 +14,7 @@
 //   4. Macro steps end where forces begin and end, at records, and where a contact closes: a try that meets a time of
 //      contact is shortened to it, until none does. Each time what is left falls as its square. There one event with
 //      restitution.
-//   5. After a macro step the points that touched are brought to gap 0 by the least displacement.
+//   5. After a macro step the points that touched and did not part are brought to gap 0 by the least displacement.
 // Differences from the source: the smallest step splits at times of contact, as stepping by events does; where switches
 // or impacts pile up, steps of the smallest length go on by events. When it fails: as stepping by events does, in a
 // step of the smallest length; a failure in a longer one shortens it.
@@ -245,7 +245,7 @@ AccuracyStepping::Try AccuracyStepping::judge(double H) {
 AccuracyStepping::Try AccuracyStepping::leave(BaseStep& base, double H, double t_end) {
   base.restore({best_state_, base.energy_input(), start_.spinning});
   const double reach = 10 * distance(radius_, best_state_, neighbour_state_);
-  base.close_gaps(entry_held_, reach);
+  base.close_gaps(entry_held_, start_.state, reach);
   base.set_rest_speed(acceleration_ * smallest_);
   base.look(0);
   // Within its last base step a link's arc may have gone into what its tangent passes.
@@ -303,55 +303,64 @@ void AccuracyStepping::step(BaseStep& base) {
   tally_.base_solves += base.record().solves;
 }
 
+// Does `contacts` have a point of each pair as often as `others` have?
+bool AccuracyStepping::covers(const std::vector<ContactPoint>& contacts, const std::vector<ContactPoint>& others) {
+  per_pair_.clear();
+  for (const ContactPoint& c : contacts) ++per_pair_[std::minmax(c.shape_a, c.shape_b)];
+  return std::ranges::all_of(
+      others, [&](const ContactPoint& c) { return --per_pair_[std::minmax(c.shape_a, c.shape_b)] >= 0; });
+}
+
 // Velocities at the places of end_ from the forces of the step of h that led there, bound by what touches at these
 // places: then what bodies turn by within the step counts. False where something else touches than at its start.
 bool AccuracyStepping::bind_at_end(BaseStep& base, double h) {
+  base.set_rest_speed(HUGE_VAL);  // what turns into contact within the step does not bounce
   base.restore(start_);
+  base.look(0);
+  touching_ = base.contacts();
   base.kick(h);
   State bound = base.state();
   bound.pose = end_.state.pose;
   bound.q = end_.state.q;
   bound.t = end_.state.t;
   for (const Tree& tree : model_.trees) link_twists(model_, tree, bound);
-  base.restore({bound, end_.energy_input, end_.spinning});
+  base.restore({bound, end_.energy_input, start_.spinning});
   base.look(0);
-  const auto same_pair = [](const ContactPoint& x, const ContactPoint& y) {
-    return std::minmax(x.shape_a, x.shape_b) == std::minmax(y.shape_a, y.shape_b);
-  };
-  for (const ContactPoint& contact : base.contacts()) {
-    const auto of_pair = [&](const ContactPoint& other) { return same_pair(contact, other); };
-    if (std::ranges::count_if(base.contacts(), of_pair) > std::ranges::count_if(touching_, of_pair)) return false;
-  }
-  return !base.approaching() || base.event(0);
+  return covers(touching_, base.contacts()) && (!base.approaching() || base.event(0));
 }
 
 // After an impact velocities that are bound where the step begins hold closed what opens at once as bodies turn, and
 // leave what goes on touching with a velocity of its own, both by a h. Those that are bound where it ends do not, and
-// what they open is not held closed on the way there. False, and nothing done, where something else comes to touch.
+// what they open is not held closed on the way there. False, and the step not taken, where something else comes to
+// touch, or what goes on touching would be lost.
 bool AccuracyStepping::step_from_impact(BaseStep& base, double h) {
-  using Hold = BaseStep::Hold;
-  const auto go = [&](Hold hold) {  // a trial
+  const auto go = [&] {
+    base.set_rest_speed(acceleration_ * smallest_);
     base.restore(start_);
-    base.hold_contacts(hold);
-    const int events = base.record().events;
-    step_by_events(base, h);
-    base.hold_contacts(Hold::all);
+    const bool whole = step_by_events(base, h);
     base.save(end_);
-    const bool bound = base.going_on() && base.record().events <= events + 1 && bind_at_end(base, h);
-    base.read_held(exit_held_);
-    base.forgive();
-    return bound;
+    return whole && base.going_on() && bind_at_end(base, h);
   };
-  base.restore(start_);
-  base.look(0);
-  touching_ = base.contacts();
   base.set_trial(true);
-  bool bound = go(Hold::all);
-  if (bound && exit_held_.size() < base.contacts().size()) bound = go(Hold::none);
+  bool bound = go();
+  if (bound && base.contacts().size() == touching_.size()) {
+    opening_.clear();
+    exit_held_.clear();
+    for (std::size_t c = 0; c < touching_.size(); ++c)
+      (base.parts(base.contacts()[c]) ? opening_ : exit_held_).push_back(touching_[c]);
+    if (!opening_.empty()) {
+      base.forgive();
+      base.release(opening_);
+      bound = go() && covers(base.contacts(), exit_held_);
+      base.release({});
+    }
+  }
+  base.forgive();
+  bound = bound && bind_at_end(base, h);
+  if (!bound) base.forgive();
   base.set_trial(false);
-  if (!bound || !bind_at_end(base, h)) return false;
-  base.settle();
-  return true;
+  if (bound) base.settle();
+  return bound;
 }
 
 void AccuracyStepping::take_first_order(BaseStep& base, double h, double edge, AccuracyStep::Kind kind) {
@@ -360,9 +369,9 @@ void AccuracyStepping::take_first_order(BaseStep& base, double h, double edge, A
   taken_.kind = kind;
   taken_.length = h;
   taken_.estimate = acceleration_ * h * h / 2;
-  base.set_rest_speed(acceleration_ * smallest_);
   if (!modes_known_ || !struck_ || !step_from_impact(base, h)) {
     base.set_trial(false);
+    base.set_rest_speed(acceleration_ * smallest_);
     base.restore(start_);
     step_by_events(base, h);
   }
@@ -435,7 +444,7 @@ void AccuracyStepping::take_macro_step(BaseStep& base, double edge) {
 
 void AccuracyStepping::step_once(BaseStep& base) {
   const double t0 = base.state().t, edge = until_edge(t0);
-  base.hold_contacts(BaseStep::Hold::all);
+  base.hold_contacts(true);
   base.set_trial(false);
   base.choose_forces_at(t0);
   if (std::binary_search(edges_.begin(), edges_.end(), t0)) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <map>
+#include <utility>
 #include <vector>
 
 #include "simulation/base_step.h"
@@ -35,6 +37,7 @@ class AccuracyStepping {
   int growth_order() const { return order_ >= 3 ? order_ : std::max(1, order_ - 1); }
   Try leave(BaseStep& base, double H, double t_end);
   double next_length(const Try& tried, double H) const;
+  bool covers(const std::vector<ContactPoint>& contacts, const std::vector<ContactPoint>& others);
   bool bind_at_end(BaseStep& base, double h);
   bool step_from_impact(BaseStep& base, double h);
   void take_first_order(BaseStep& base, double h, double edge, AccuracyStep::Kind kind);
@@ -65,7 +68,8 @@ class AccuracyStepping {
   BaseStep::Checkpoint start_, end_;
   Modes entry_, exit_, modes_;
   std::vector<ContactPoint> entry_held_, exit_held_;  // what touches and does not part, where the modes are read
-  std::vector<ContactPoint> touching_;                // at the start of a step of first order
+  std::vector<ContactPoint> touching_, opening_;      // at the start of a step of first order; those that it opens
+  std::map<std::pair<int, int>, int> per_pair_;       // points
   std::vector<std::vector<double>> results_;
   std::vector<int> n_;
   std::vector<double> best_, neighbour_, before_;

@@ -14,27 +14,32 @@
 
 namespace cb {
 
-void step_by_events(BaseStep& base, double h) {
+bool step_by_events(BaseStep& base, double h) {
   base.kick(h);
   double remaining = h;
-  bool arrived = false, pieces = false;  // has a time of contact split this step? has what whirls?
+  bool arrived = false, pieces = false, whole = true;  // has a time of contact split this step? has what whirls?
   while (base.going_on()) {
     poll_stop();
     base.look(remaining);
     const bool event = base.approaching();
     if (event && !base.event(arrived ? remaining : 0)) break;
-    if (event && base.rests()) return base.wait();
+    if (event && base.rests()) {
+      base.wait();
+      return whole;
+    }
     const double piece = std::min(remaining, base.longest_move());
     pieces = pieces || piece < remaining;
     const double dt = base.until_contact(piece, arrived && !pieces, event);
     base.move(dt);
     remaining -= dt;
     arrived = dt < piece;
+    whole = whole && !arrived;
     if (remaining <= 0 || (arrived && !base.arrive(dt))) break;
     base.find_contacts();
     if (!arrived) base.part();
   }
   if (base.going_on()) base.settle();
+  return whole;
 }
 
 }  // namespace cb
