@@ -35,6 +35,7 @@ from . import campaign, limits, measures, problems, program, scenes
 from .measures import BAD, VERDICTS
 from .plan import member_flags
 from .program import ROOT, digest
+from .runs import table_of as read_table
 from .runs import write_table
 from .templates import render
 
@@ -379,6 +380,23 @@ def manifest_of(options, runs):
     return said | {"time_limit_s": options.time_limit, "load_average": os.getloadavg()[0]}
 
 
+def in_place(rows, out, made):
+    """The rows of OUT's table with these in their places; its manifest says what they were made with."""
+    def cell(column, text):
+        return None if text == "" else float(text) if column in ("error", "bound", "share") else text
+
+    def key(row):
+        return tuple(str(row[column] or "") for column in ("id", "scene", "row", "method"))
+
+    new = {key(row): row for row in rows}
+    before = [{column: cell(column, text) for column, text in row.items()}
+              for row in read_table(out / "stress.csv").to_dict("records")]
+    manifest = json.loads((out / "manifest.json").read_text())
+    manifest["columns_of_others"] = [
+        *(one for one in manifest.get("columns_of_others", []) if one["columns"] != made["columns"]), made]
+    return [new.get(key(row), row) for row in before], manifest
+
+
 def compare(jobs, cells, cases):
     """What needs a case's first row in the same column: places, and memory. Then the verdicts. An engine has none where
     its runs do not have what a case measures; one that has it in another row has not done what is measured."""
@@ -469,6 +487,8 @@ def arguments():
     parser.add_argument("--only", action="append", default=[], metavar="ID",
                         help="only these cases; prints, writes no table")
     parser.add_argument("--method", action="append", default=[], help="only these columns, as in --method ap/lemke")
+    parser.add_argument("--in-place", action="store_true",
+                        help="with --method: their rows in place of those in OUT's table; all other rows stay")
     parser.add_argument("--engines", action="store_true", help="the engines that are installed beside the methods")
     parser.add_argument("--random", type=int, metavar="N", help="a campaign of N random scenes in place of the cases")
     parser.add_argument("--seed", type=int, default=1, help="of the random scenes [1]")
@@ -492,6 +512,8 @@ def arguments():
     parser.add_argument("--time-limit", type=float,
                         help=f"seconds a run may take [15; of a random scene {campaign.TIME_LIMIT:g}]")
     options = parser.parse_args()
+    if options.in_place and (not options.method or options.only or options.accuracy or options.random is not None):
+        parser.error("--in-place goes with --method, and without --only, --accuracy and --random")
     options.program = str(Path(options.program).resolve())
     options.other_program = options.other_program and str(Path(options.other_program).resolve())
     return options
@@ -513,10 +535,13 @@ def main():
             print(said[:300])
     counts = ", ".join(f"{sum(r['verdict'] == v for r in rows)} {v}" for v in VERDICTS)
     print(f"{len(rows)} cells: {counts}; {runs} runs in {time.monotonic() - began:.0f} s")
-    if not options.only and not options.method and not options.accuracy:
+    if options.in_place or not options.only and not options.method and not options.accuracy:
         from . import heatmap  # matplotlib is for this alone
+        manifest = manifest_of(options, runs)
+        if options.in_place:
+            rows, manifest = in_place(rows, options.out, {"columns": options.method, **manifest})
         options.out.mkdir(parents=True, exist_ok=True)
-        write_tables(rows, options.out, manifest_of(options, runs))
+        write_tables(rows, options.out, manifest)
         if not options.member:
             heatmap.draw(options.out / "stress.csv", options.out)
     return 3 if any(row["verdict"] in BAD for row in rows) else 0

@@ -14,6 +14,27 @@ from contactbench import limits, measures, problems, stress
 ROOT = Path(__file__).resolve().parents[2]
 
 
+class InPlace(unittest.TestCase):
+    def test_rows_of_some_columns_take_their_places_and_all_others_stay_as_they_were(self):
+        def row(method, error, **more):
+            return stress.BLANK | {"id": "M1", "scene": "stack", "row": "", "method": method, "verdict": "right", "status": "ok", "error": error,
+                                   "bound": 1e-3, "share": None, "residual": 1.25e-13, "expect": "stands"} | more
+
+        with tempfile.TemporaryDirectory() as folder:
+            out = Path(folder)
+            manifest = {"git": "old", "cpu": "a", "made": "then", "runs": 3}
+            stress.write_tables([row("ap/lemke", 1e-9), row("mirtich", 0.1 + 0.2), row("convex", None, verdict="typed", status="ray")], out, manifest)
+            before = (out / "stress.csv").read_text().splitlines()
+            for error in (5e-4, 7e-4):
+                made = {"columns": ["mirtich"], "git": str(error)}
+                rows, said = stress.in_place([row("mirtich", error)], out, made)
+                stress.write_tables(rows, out, said)
+                after = (out / "stress.csv").read_text().splitlines()
+                self.assertEqual(after[:2] + after[3:], before[:2] + before[3:])
+                self.assertEqual(after[2], before[2].replace(repr(0.1 + 0.2), repr(error)))
+                self.assertEqual(json.loads((out / "manifest.json").read_text()), manifest | {"columns_of_others": [made]})
+
+
 class Bisection(unittest.TestCase):
     def test_it_finds_the_value_from_which_on_it_stands(self):
         found = limits.bisect(lambda x: ("ok", 1e-12, x >= math.sqrt(2)), 1, 2, 1e-6)
