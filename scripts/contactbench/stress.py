@@ -383,7 +383,9 @@ def manifest_of(options, runs):
 def in_place(rows, out, made):
     """The rows of OUT's table with these in their places; its manifest says what they were made with."""
     def cell(column, text):
-        return None if text == "" else float(text) if column in ("error", "bound", "share") else text
+        if column not in ("error", "bound", "share"):
+            return text
+        return None if text == "" else int(text) if text.lstrip("-").isdigit() else float(text)
 
     def key(row):
         return tuple(str(row[column] or "") for column in ("id", "scene", "row", "method"))
