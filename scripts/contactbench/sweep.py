@@ -320,7 +320,8 @@ def sweep(options):
         finally:
             program.clear(options.runs / program.DOING)
         if options.only:
-            return put_in_place(runs, members, options.runs, options.out, known)
+            put_in_place(runs, members, options.runs, options.out, known)
+            return
         with os.scandir(options.runs) as entries:
             folders = {entry.name for entry in entries if entry.is_dir() and not entry.name.startswith(".")}
         stray = sorted(folders - {run.name for run in runs + members})
