@@ -396,7 +396,10 @@ def in_place(rows, out, made):
     manifest = json.loads((out / "manifest.json").read_text())
     manifest["columns_of_others"] = [
         *(one for one in manifest.get("columns_of_others", []) if one["columns"] != made["columns"]), made]
-    return [new.get(key(row), row) for row in before], manifest
+    after = [new.pop(key(row), row) for row in before]
+    if new:
+        raise program.ProgramError(f"{out / 'stress.csv'} has no row {' '.join(next(iter(new)))}: make the whole table")
+    return after, manifest
 
 
 def compare(jobs, cells, cases):
@@ -516,6 +519,8 @@ def arguments():
     options = parser.parse_args()
     if options.in_place and (not options.method or options.only or options.accuracy or options.random is not None):
         parser.error("--in-place goes with --method, and without --only, --accuracy and --random")
+    if options.in_place and not (options.out / "stress.csv").exists():
+        parser.error(f"--in-place: {options.out} has no stress.csv")
     options.program = str(Path(options.program).resolve())
     options.other_program = options.other_program and str(Path(options.other_program).resolve())
     return options

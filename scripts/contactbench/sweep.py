@@ -76,6 +76,8 @@ def arguments(words):
         parser.error("--chunk must be at least 1")
     if parsed.submit_only and parsed.timed_alone:
         parser.error("--timed-alone waits until the other runs are done: not with --submit-only")
+    if parsed.only and parsed.budget is not None:
+        parser.error("--only puts rows in place: not with --budget, whose rows of runs that were not begun say nothing")
     if parsed.budget is not None and not parsed.budget > 0:
         parser.error("--budget must be a positive number of hours")
     parsed.deadline = None if parsed.budget is None else time.time() + 3600 * parsed.budget
@@ -299,6 +301,9 @@ def sweep(options):
                          for some in (runs, members))
         if not runs + members:
             raise ProgramError(f"no run of these sweeps is named like {' or '.join(options.only)}")
+        made_by = (program.read_json(options.out / "manifest.json") or {}).get("profile")
+        if made_by != options.profile:
+            raise ProgramError(f"{options.out} is of the profile '{made_by}', not of '{options.profile}'")
         absent = [run.name for run in runs if run.name not in there]
         if absent:
             raise ProgramError(f"{options.out} has no row of {', '.join(absent)}: without --only the sweep writes all")

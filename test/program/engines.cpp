@@ -43,6 +43,15 @@ Result by_odd_engine(const fs::path& directory, const std::string& script) {
              [&] { setenv("CONTACTBENCH_ENGINES", directory.c_str(), 1); });
 }
 
+/// The same by one that describes itself rightly, and to the question how the scene goes does this.
+Result by_odd_answer(const fs::path& directory, const std::string& script) {
+  return by_odd_engine(directory,
+                       "if [ \"$1\" = --describe ]; then\n"
+                       R"(printf '%s' '{"variants":[{"name":"a","knobs":{}}],"knobs":[]}' >&3)"
+                       "\nelse\n" +
+                           script + "\nfi");
+}
+
 /// Last row of each body in trajectory.csv: t, then 13 numbers.
 std::vector<std::vector<double>> last_state(const fs::path& file, std::size_t bodies) {
   const std::vector<std::string> rows = lines(read_file(file));
@@ -140,10 +149,7 @@ TEST_CASE("what an engine's program answers is believed where it is an answer, a
                                     {R"({"status":"ok"})", "0 of 500"},
                                     {R"({"status":"ok","reason":null})", "docs/engines.md"},
                                     {R"({"status":"ok","errors":[1]})", "docs/engines.md"}}) {
-    const Result result =
-        by_odd_engine(directory.path(), std::string("if [ \"$1\" = --describe ]; then\n") +
-                                            R"(printf '%s' '{"variants":[{"name":"a","knobs":{}}],"knobs":[]}' >&3)" +
-                                            "\nelse\nprintf '%s' '" + said + "' >&3\nfi");
+    const Result result = by_odd_answer(directory.path(), std::string("printf '%s' '") + said + "' >&3");
     INFO(said << ": " << result.err);
     CHECK(result.code == 3);
     const Json row = summary(directory.path() / "out");
@@ -157,10 +163,7 @@ TEST_CASE("an engine that a signal kills is said to have died of it, one that en
           "[program][engines]") {
   for (const auto& [last, words] : {std::pair("kill -KILL $$", "died of signal 9"), {"exit 9", "exit code 9"}}) {
     const TemporaryDirectory directory;
-    const Result result =
-        by_odd_engine(directory.path(), std::string("if [ \"$1\" = --describe ]; then\n") +
-                                            R"(printf '%s' '{"variants":[{"name":"a","knobs":{}}],"knobs":[]}' >&3)" +
-                                            "\nelse\n" + last + "\nfi");
+    const Result result = by_odd_answer(directory.path(), last);
     INFO(last << ": " << result.err);
     CHECK(result.code == 3);
     const Json row = summary(directory.path() / "out");

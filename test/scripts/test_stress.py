@@ -9,7 +9,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from unittest import mock
 
-from contactbench import limits, measures, problems, stress
+from contactbench import limits, measures, problems, program, stress
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -26,13 +26,16 @@ class InPlace(unittest.TestCase):
             stress.write_tables([row("ap/lemke", 1e-9), row("mirtich", 0.1 + 0.2), row("convex", None, verdict="typed", status="ray")], out, manifest)
             before = (out / "stress.csv").read_text().splitlines()
             for error in (5e-4, 7e-4):
-                made = {"columns": ["mirtich"], "git": str(error)}
+                made = {"columns": ["mirtich"], "git": str(error), "cpu": "b", "made": "now"}
                 rows, said = stress.in_place([row("mirtich", error)], out, made)
                 stress.write_tables(rows, out, said)
                 after = (out / "stress.csv").read_text().splitlines()
                 self.assertEqual(after[:2] + after[3:], before[:2] + before[3:])
                 self.assertEqual(after[2], before[2].replace(repr(0.1 + 0.2), repr(error)))
                 self.assertEqual(json.loads((out / "manifest.json").read_text()), manifest | {"columns_of_others": [made]})
+                self.assertIn(f"3 runs. mirtich: program {error} on b, now.", (out / "stress.md").read_text())
+            with self.assertRaisesRegex(program.ProgramError, "no row M1 stack  other"):
+                stress.in_place([row("other", 1)], out, made)
 
 
 class Bisection(unittest.TestCase):

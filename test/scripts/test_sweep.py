@@ -198,6 +198,8 @@ class Sweep(unittest.TestCase):
         self.assertEqual(json.loads(manifest.read_text())["versions"], [{"git": "abc"}, {"git": "newer"}])
         self.assertEqual(json.loads(manifest.read_text())["runs"], len(before))
         self.assertIn("named like", self.run_sweep("--only", "pile*", code=1))
+        self.assertIn("not with --budget", self.run_sweep("--only", "stack*", "--budget", "1", code=2))
+        self.assertIn("is of the profile 'tiny'", self.run_sweep("--only", "stack*", "--profile", "full", code=1))
         self.sweep.write_text(SMALL.replace("k = [4, 8]", "k = [4, 8, 16]"))
         self.assertIn("has no row of", self.run_sweep("--only", "*16*", code=1))
 

@@ -234,10 +234,11 @@ AccuracyStepping::Try AccuracyStepping::judge(double H) {
     terms = std::max(
         terms, best_state_.pose[b].p.norm() + radius_[b] +
                    rest * (Vec3(&best_state_.v[6 * b]).norm() + radius_[b] * Vec3(&best_state_.v[6 * b + 3]).norm()));
-  double allowed = options_.accuracy * H / options_.duration;
-  if (H <= smallest_) allowed = std::max(allowed, acceleration_ * H * H / 2);  // what a step of first order misses
-  out.excess = std::max(0.0, out.estimate - std::max(rounding * eps * terms, noise_)) / allowed;
-  if (out.excess > 1) out.what = Try::inexact;
+  const double beyond = std::max(0.0, out.estimate - std::max(rounding * eps * terms, noise_));
+  out.excess = beyond * options_.duration / (options_.accuracy * H);
+  // A step of first order, the other choice where H may not shrink, would miss this.
+  const bool better = H <= smallest_ && beyond <= acceleration_ * H * H / 2;
+  if (out.excess > 1 && !better) out.what = Try::inexact;
   return out;
 }
 
@@ -394,9 +395,11 @@ void AccuracyStepping::go_on_from(const Try& taken, double H, double limit, bool
   taken_.length = H;
   taken_.estimate = taken.estimate;
   noise_ *= forget;
-  const double growth = safety * std::pow(std::max(taken.excess, 1e-12), -1.0 / growth_order());
-  next_ = std::max(H, std::min(next_, limit)) * std::clamp(growth, least_shrink, noisy ? slow_growth : most_growth);
-  next_ = std::min(options_.longest, std::max(next_, finest_));
+  if (taken.excess <= 1) {  // what was taken as better than the other choice goes on as it is
+    const double growth = safety * std::pow(std::max(taken.excess, 1e-12), -1.0 / growth_order());
+    next_ = std::max(H, std::min(next_, limit)) * std::clamp(growth, least_shrink, noisy ? slow_growth : most_growth);
+    next_ = std::min(options_.longest, std::max(next_, finest_));
+  }
   nearing_ = nearing ? 2 * H : most_growth * nearing_;
 }
 
