@@ -327,6 +327,7 @@ class Islands(unittest.TestCase):
 
         pair = [("b1", "b2", np.ones(steps, bool))]
         self.assertEqual(gain(1.0, pair)[1], [])
+        self.assertEqual([len(gain(1 + more, pair)[1]) for more in (2e-10, 1e-8)], [0, 1])  # from a billionth on
         found, faults = gain(1 + 1e-6, pair)
         self.assertAlmostEqual(found, 2e-6, delta=1e-7)  # of the energy of b1 and b2, which is b1's but for the fall
         self.assertIn("island of b1", faults[0])

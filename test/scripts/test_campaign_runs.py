@@ -347,7 +347,7 @@ class Running(Folder):
         rows = {r["key"]: r for r in rows}
 
         def do(job):
-            if rows[job] is None:
+            if rows[job]["verdict"] is None:
                 raise KeyboardInterrupt
             return rows[job]
 
@@ -368,6 +368,12 @@ class Running(Folder):
         self.assertEqual(known, {"z": 1, "a": rows[0], "b": rows[1]})
         self.assertEqual((lines[0], [json.loads(line) for line in lines[1:]]), ("before", rows))
         self.assertEqual((out, errors), (f"r1_1 {OTHER} {WILD} mirtich prune off: crash; crash: x; late: y\n", ""))
+
+    def test_an_interruption_leaves_what_is_finished_and_says_how_it_goes_on(self):
+        rows = [row("r1_0", key="a"), row("r1_1", key="b", verdict=None), row("r1_2", key="c")]
+        known, lines, _, errors = self.run_all(rows)
+        self.assertEqual((known, lines[0], [json.loads(line) for line in lines[1:]]), ({"a": rows[0]}, "before", rows[:1]))
+        self.assertEqual(errors, "interrupted; the same command goes on\n")
 
     def test_how_long_the_rest_takes_is_said_every_fifty_runs(self):
         *_, errors = self.run_all([row(f"r1_{n}", key=str(n)) for n in range(120)])

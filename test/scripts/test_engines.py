@@ -126,7 +126,8 @@ class Faults(unittest.TestCase):
     ends = (mock.Mock(stdout="", stderr="abort\n", returncode=-6), program.Late("contactbench", 1))
 
     def test_a_preflight_that_does_not_end_is_a_fault_of_each_variant(self):
-        for end, fault in zip(self.ends, ("abort", "did not come back")):
+        ends = [mock.Mock(stdout="", stderr=text, returncode=-6) for text in ("a banner\nabort\n", "")]
+        for end, fault in zip((*ends, self.ends[1]), ("abort", "exit code -6, without a word", "did not come back")):
             with mock.patch.object(program, "call", side_effect=[end, end]), mock.patch.object(engines, "tuned", dict):
                 rows = engines.preflight("", {"engines": [LISTED["engines"][0] | {"version": "1", "precision": "double"}]})
             self.assertEqual([(r["variant"], r["setting"], engines.failing(r)) for r in rows],
@@ -136,6 +137,8 @@ class Faults(unittest.TestCase):
         for end, fault in zip(self.ends, ("abort", "did not come back")):
             with tempfile.TemporaryDirectory() as folder, mock.patch.object(program, "call", side_effect=[end]), \
                     contextlib.redirect_stderr(io.StringIO()) as said:
+                if end is self.ends[1]:  # what was kept by then is not the problem at the end
+                    made.write_files(Path(folder) / "problems", {"step_000003.hdf5": "", "step_000003.json": "{}"})
                 self.assertIsNone(isolated.own_problem("", "stack", [], 0.5, "dart", "dantzig", Path(folder)))
             self.assertIn(fault, said.getvalue())
 
@@ -372,6 +375,15 @@ class Preflight(unittest.TestCase):
                 engines.main()
             self.assertEqual(program.read_json(Path(folder) / "new/preflight.json"), rows)
         self.assertEqual(said.getvalue(), "ode quick tuned: all lines hold\ndart: unavailable: x\n")
+
+    def test_a_search_is_of_the_engines_that_are_named_and_findings_go_where_they_are_told(self):
+        with mock.patch.object(program, "listed", lambda _: {"engines": []}), mock.patch.object(engines, "tune") as tune, \
+                mock.patch.object(findings, "write") as write, mock.patch.object(engines, "preflight", self.fail):
+            for words in (["tune", "--engine", "ode", "--engine", "dart"], ["findings", "--out", "there"]):
+                with mock.patch.object(sys, "argv", ["engines.py", *words, "--program", "prog"]):
+                    engines.main()
+        self.assertEqual((tune.call_args_list, write.call_args_list),
+                         ([mock.call("prog", {"engines": []}, ["ode", "dart"])], [mock.call("prog", {"engines": []}, Path("there"))]))
 
 
 class Page(Folder):

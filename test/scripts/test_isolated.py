@@ -235,7 +235,7 @@ class Solvers(unittest.TestCase):
             pages = [(top / where / "siconos_solvers.md").read_text() for where in ("out", "again")]
             self.assertEqual(pages, [isolated.solvers_markdown(solves())] * 2)
             # What measures nothing leaves no table of another time in place of its own.
-            why = mock.Mock(stderr="", stdout="The stored problems need HDF5: not built\n")
+            why = mock.Mock(stderr="", stdout="a banner\nThe stored problems need HDF5: not built\n")
             with mock.patch.object(program, "call", lambda *_: why):
                 with self.assertRaisesRegex(program.ProgramError, "bench: The stored problems need HDF5: not built"):
                     isolated.main(["solvers", "--bench", "bench", "--out", str(top / "out")])

@@ -245,7 +245,7 @@ class Files(Modelled):
         for part, what in ((0, "place"), (2, "velocity"), (3, "angular momentum")):
             body = self.falling(spin=(0.0, 3, 0))
             body = [[np.array(x, float) for x in of] for of in body]
-            body[part][2] = body[part][2] + (-1e-4 if part == 2 else 1e-4 if part == 0 else np.array([0.1, -0.1, 0.0]))
+            body[part][2] = body[part][2] + (-1e-4 if part == 2 else 1e-4 if part == 0 else np.array([1e-3, -1e-3, 0.0]))
             if part == 2:
                 body[0][2] = body[0][1] + 1e-3 * body[2][2]
             out = self.look(model, {"b": body}, self.kinetic(2, body[2]))
@@ -254,6 +254,14 @@ class Files(Modelled):
                     f.startswith(f"momentum: b touches nothing, and its {what} is off by") and "at t = 0.002 s" in f
                     for f in out.faults), out.faults)
             self.assertGreater(out.momentum, 1)
+
+    def test_a_velocity_in_flight_is_right_to_a_billionth(self):
+        model = self.model(self.BALL)
+        for off, count in ((1e-9, 0), (2e-8, 1)):  # along each axis, of 3.7 m/s
+            body = [[np.array(x, float) for x in of] for of in self.falling()]
+            body[2][2] = body[2][2] - off
+            body[0][2] = body[0][1] + 1e-3 * body[2][2]
+            self.assertEqual(len(self.look(model, {"b": body}, self.kinetic(2, body[2])).faults), count, off)
 
     def test_a_force_pushes_the_body_that_it_is_of_from_its_begin_to_its_end(self):
         model = self.model(self.BALL + self.BALL.replace('"b"', '"c"'),

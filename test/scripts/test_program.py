@@ -215,10 +215,50 @@ class Ends(Folder):
             program.execute(["sh", "-c", f"(ulimit -v; ulimit -c; echo $OMP_NUM_THREADS $OPENBLAS_NUM_THREADS) > {shown}"], 20,
                             1 << 30)
         self.assertEqual(shown.read_text().split(), [str(1 << 20), "0", "1", "1"])
+        program.execute(["sh", "-c", f"cat /proc/self/limits > {shown}"], 20, 1 << 30)
+        line = next(line for line in shown.read_text().splitlines() if line.startswith("Max file size"))
+        self.assertEqual(line.split()[3:5], 2 * [str(16 * 1024**3)])
         code, stopped, *_ = program.execute(["sleep", "9"], 0.05, 1 << 30)
         self.assertEqual((code, stopped), (-9, True))
         # What kills itself was not stopped.
         self.assertEqual(program.execute(["sh", "-c", "kill -9 $$"], 20, 1 << 30)[:2], (-9, False))
+
+    def test_of_much_that_a_process_says_the_end_is_kept(self):
+        *_, said = program.execute(["sh", "-c", "yes noise | head -c 300000 >&2; echo last >&2"], 20, 1 << 30)
+        self.assertEqual(said.splitlines()[-1], "last")
+        self.assertLessEqual(len(said), 1 << 16)
+
+    def gone(self, pid):
+        """Whether a process comes to its end soon, though nobody may have asked for its exit code; else it is ended."""
+        end = time.monotonic() + 5
+        while time.monotonic() < end:
+            try:
+                if Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] in "ZX":
+                    return True
+            except OSError:
+                return True
+            time.sleep(0.01)
+        os.kill(pid, 9)
+        return False
+
+    def test_what_a_process_started_in_turn_ends_with_it(self):
+        child = self.top / "child"
+        code, stopped, *_ = program.execute(["sh", "-c", f"sleep 60 & echo $! > {child}; exit 4"], 20, 1 << 30)
+        self.assertEqual((code, stopped), (4, False))
+        self.assertTrue(self.gone(int(child.read_text())))
+
+    def test_a_process_dies_with_the_one_that_started_it_however_that_ends(self):
+        child = self.top / "child"
+        words = ["sh", "-c", f"echo $$ > {child}.new; mv {child}.new {child}; exec sleep 60"]
+        code = f"from contactbench import program; program.execute({words!r}, 60, 1 << 30)"
+        parent = subprocess.Popen([program.sys.executable, "-S", "-c", code], cwd=Path(program.__file__).parents[1])
+        self.addCleanup(parent.kill)
+        end = time.monotonic() + 30
+        while not child.exists() and time.monotonic() < end:
+            time.sleep(0.01)
+        parent.kill()
+        parent.wait()
+        self.assertTrue(self.gone(int(child.read_text())))
 
     def test_a_run_that_is_watched_is_recorded_and_its_summary_counts_where_it_is_whole(self):
         for flags, recorded, summary in ((["--method", "ap"], ["--record-every", "1"], SUMMARY), ([
@@ -309,6 +349,18 @@ class Runs(Folder):
         self.assertFalse((self.top / "warm_up").exists())
         _, ((command, *_), _) = self.done(timed=True, time_limit_s=0.05)
         self.assertEqual(command[7:9], ["--time-limit", "0.05"])
+
+    def test_the_time_of_a_run_and_its_company_are_counted_from_the_end_of_its_warm_up(self):
+        now, began = [100.0], []
+
+        def execute(command, *_):
+            now[0] += 0.5 if command[-2].endswith("warm_up") else 4.0
+            return 0, False, 10, ""
+
+        load = types.SimpleNamespace(others=lambda start: began.append(start) or 0.0)
+        with mock.patch.object(program, "execute", execute), mock.patch.object(program.time, "monotonic", lambda: now[0]):
+            record = program.done(self.job | {"timed": True}, self.top, load)
+        self.assertEqual((record["wall_s"], began), (4.0, [100.5]))
 
     def test_the_record_says_how_it_ended(self):
         record, _ = self.done(timed=True)

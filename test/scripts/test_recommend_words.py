@@ -215,6 +215,11 @@ class Sweeps(Folder):
                     self.assertRaisesRegex(recommend.WrongInput, said):
                 recommend.sweep_of(options)
 
+    def test_a_folder_without_a_table_is_said_with_what_makes_one(self):
+        options = types.SimpleNamespace(scene="stack", set=[], out=None, results=self.top / "none")
+        with self.assertRaisesRegex(recommend.WrongInput, "/none has no runs.csv: scripts/reproduce.sh makes it; --results names"):
+            recommend.table(options)
+
     def test_a_scene_is_a_file_or_a_name_of_the_program_s(self):
         (self.top / "my.xml").touch()
         listed = {"scenarios": [{"name": "stack.xml", "file": "/p/stack.xml"}]}

@@ -5,6 +5,7 @@ import io
 import json
 import math
 import unittest
+from concurrent.futures import BrokenExecutor
 from unittest import mock
 
 import made
@@ -295,10 +296,13 @@ class Whole(Folder):
             with mock.patch.object(report, "ProcessPoolExecutor") as pool, contextlib.redirect_stderr(io.StringIO()) as said:
                 submit = pool.return_value.__enter__.return_value.submit
                 submit.side_effect = lambda drawn, name, of: mock.Mock(
-                    exception=lambda: None, result=lambda: "one\nno room" if name == names[1] else "")
+                    exception=lambda: BrokenExecutor() if name == names[0] else None,
+                    result=lambda: "one\nno room" if name == names[1] else "")
                 report.draw(results)
             self.assertEqual([call.args for call in submit.call_args_list], [(report.drawn, name, results) for name in names])
-            self.assertEqual(said.getvalue(), f"report: {names[1]}.py could not draw: no room\n")
+            self.assertEqual(
+                said.getvalue(), f"report: {names[0]}.py could not draw: its process died\n"
+                f"report: {names[1]}.py could not draw: no room\n")
             # A picture of other results must not stand in for one that is drawn now.
             self.assertEqual([(self.top / f"figures/{name}.png").exists() for name in ("error_time", "repose")],
                              [False, "repose" not in names])

@@ -381,6 +381,53 @@ class Tasks(unittest.TestCase):
         work.hear(types.SimpleNamespace(look=lambda: lines))
         self.assertEqual((done, work.took, dict(work.begun), list(work.waiting)), ([1], [2, 6.5], {"a": 1, "b": 1}, ["b"]))
 
+    def test_while_slurm_does_not_answer_no_task_counts_as_lost(self):
+        done, given, answers = [], [], iter([(False, "down")] * 3 + [(True, "")])
+        with tempfile.TemporaryDirectory() as folder:
+            options = types.SimpleNamespace(runs=Path(folder), submit_only=False)
+            work = slurm.Work(options, None, [{"asked": {"run": "a"}}], 1, done.append)
+
+            def submit(jobs):
+                given.append([job["asked"]["run"] for job in jobs])
+                place = work.folder / f"contactbench-{len(given)}"
+                place.mkdir(parents=True)
+                (place / "0.json").write_text(json.dumps({"jobs": jobs, "seconds": None}))
+                work.submissions.append(slurm.Submission(place))
+
+            def ask(submissions):
+                answer = next(answers)
+                if answer[0]:
+                    line = {"run": "a", "record": {"status": "ok"}, "took_s": 1.0}
+                    (submissions[-1].folder / "0.x.log").write_text(json.dumps(line) + "\n")
+                return answer
+
+            with mock.patch.object(work, "submit", submit), mock.patch.object(slurm, "ask", ask), \
+                    mock.patch.object(slurm.time, "sleep"), mock.patch.object(slurm.shutil, "which", lambda _: None), \
+                    contextlib.redirect_stdout(io.StringIO()) as said:
+                work.do()
+        self.assertEqual((given, done), ([["a"]], [{"status": "ok"}]))
+        self.assertEqual(said.getvalue(), "Slurm: does not answer (down); waiting for it\n")
+
+    def test_what_tasks_of_an_earlier_command_did_and_were_lost_at_is_known(self):
+        def ask(submissions):
+            submissions[0].states = {0: "RUNNING"}
+            return True, "1 at work"
+
+        done, jobs = [], [{"asked": {"run": run}} for run in "abc"]
+        with tempfile.TemporaryDirectory() as folder:
+            place = Path(folder).resolve() / ".slurm/contactbench-1"
+            place.mkdir(parents=True)
+            (place / "0.json").write_text(json.dumps({"jobs": jobs, "seconds": None}))
+            for log, lines in (("0.x", [{"run": "b"}, {"run": "b", "record": 1}, {"run": "c", "record": 2}, {"run": "a"}]),
+                               ("0.y", [{"run": "a"}])):
+                (place / f"{log}.log").write_text("".join(json.dumps(line) + "\n" for line in lines))
+            # The folder of c is there no more.
+            work = slurm.Work(types.SimpleNamespace(runs=Path(folder)), lambda job: job["asked"]["run"] == "b", jobs, 1, done.append)
+            with mock.patch.object(slurm, "ask", ask), contextlib.redirect_stdout(io.StringIO()) as said:
+                work.adopt()
+            self.assertEqual((done, list(work.waiting), work.begun["a"], work.under_way()), ([1], ["a", "c"], 2, {"a"}))
+        self.assertEqual(said.getvalue(), "1 runs are with Slurm already (contactbench-1: 1 at work)\n")
+
     def test_how_tasks_stand_is_said_where_it_changed_and_once_a_minute(self):
         work, now = slurm.Work(types.SimpleNamespace(runs=Path("/r")), None, [], 1, None), iter((0.0, 0.0, 59.0, 61.0, 61.0))
         with mock.patch.object(slurm.time, "monotonic", lambda: next(now)), contextlib.redirect_stdout(io.StringIO()) as said:

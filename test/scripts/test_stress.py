@@ -23,7 +23,7 @@ class InPlace(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             out = Path(folder)
             manifest = {"git": "old", "cpu": "a", "made": "then", "runs": 3}
-            stress.write_tables([row("ap/lemke", 1e-9), row("mirtich", 0.1 + 0.2), row("convex", None, verdict="typed", status="ray")], out, manifest)
+            stress.write_tables([row("mirtich", 1e-9, row="n=2"), row("mirtich", 0.1 + 0.2), row("convex", None, verdict="typed", status="ray")], out, manifest)
             before = (out / "stress.csv").read_text().splitlines()
             for error in (5e-4, 7e-4):
                 made = {"columns": ["mirtich"], "git": str(error), "cpu": "b", "made": "now"}

@@ -297,6 +297,22 @@ class Whole(Folder):
             self.assertEqual(said[0], f"{bad:6} A    box [a=1] m1: ok, error 0.5 (bound 1e-09), residual 2e-12; why")
         self.assertEqual(len(self.main(["right", "typed"], "--only", "A")[1]), 3)
 
+    def test_rows_of_a_method_take_their_places_in_a_table_that_is_there(self):
+        for words, why in ((["--method", "m0"], "has no stress.csv"), ([], "--in-place goes with --method"),
+                           *((["--method", "m0", *more], "and without --only, --accuracy and --random")
+                             for more in (["--only", "A"], ["--accuracy", "1e-6"], ["--random", "1"]))):
+            with contextlib.redirect_stderr(io.StringIO()) as said, self.assertRaises(SystemExit) as ended:
+                self.main(["right"], "--in-place", *words)
+            self.assertEqual(ended.exception.code, 2)
+            self.assertIn(why, said.getvalue())
+        self.main(["right", "typed", "wrong"])
+        # The end is that of the whole table.
+        code, said, drawn = self.main(["model"], "--in-place", "--method", "m0")
+        self.assertEqual((code, drawn, said[-1].partition(":")[0]), (3, True, "1 cells"))
+        with open(self.top / "out/stress.csv", newline="") as file:
+            self.assertEqual([(r["method"], r["verdict"]) for r in csv.DictReader(file)], [("m0", "model"), ("m1", "typed"),
+                                                                                           ("m2", "wrong")])
+
     def test_a_table_is_written_of_all_and_of_nothing_less(self):
         for words in (["--only", "A"], ["--method", "m0"], ["--accuracy", "1e-6"]):
             self.assertFalse(self.main(["right"], *words)[2])

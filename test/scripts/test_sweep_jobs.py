@@ -177,10 +177,11 @@ class Order(Folder):
             self.assertEqual(went, calls)
 
     def test_timed_runs_go_alone_to_any_number_of_dask_s_workers(self):
-        went = []
+        went, ranks = [], []
 
         def submit(client, job, priority):
             went.append(f"begin {job['n']}")
+            ranks.append(priority)
             return types.SimpleNamespace(n=job["n"], release=lambda: None)
 
         def as_completed(futures, **_):
@@ -197,6 +198,16 @@ class Order(Folder):
             with mock.patch.dict("sys.modules", {"distributed": fake}), mock.patch.object(program, "elsewhere", submit):
                 engine([{"n": n, "timed": timed} for n in range(2)], 1, lambda record: None)
             self.assertEqual(went, order)
+        self.assertGreater(*ranks[-2:])  # what is first in the sweep is first with Dask
+
+    def test_a_run_that_a_worker_could_not_do_ends_the_sweep_with_its_last_words(self):
+        ended = types.SimpleNamespace(returncode=1, stdout="", stderr="noise\n" * 200 + "OSError: no such folder\n")
+        fake = types.SimpleNamespace(Client=lambda *_, **__: mock.MagicMock(), LocalCluster=None,
+                                     as_completed=lambda futures, **_: [(future, ended) for future in futures])
+        engine = sweep.engine_of(types.SimpleNamespace(engine="dask:tcp://head:8786", timed_alone=False))
+        with mock.patch.dict("sys.modules", {"distributed": fake}), self.assertRaises(program.ProgramError) as refused:
+            engine([{"timed": True}], 1, self.fail)
+        self.assertRegex(str(refused.exception), r"^a worker could not do a run: [\s\S]*OSError: no such folder$")
 
     def test_what_is_to_do_is_said_with_its_command(self):
         runs = [RUN, dataclasses.replace(RUN, repeat=2), dataclasses.replace(RUN, method="convex", solver="ipm")]
@@ -313,6 +324,17 @@ class Whole(Folder):
         self.assertNotIn("folders are of no run", said)
         went, gathered, _ = self.sweep("--engine", "slurm", "--submit-only")
         self.assertEqual((len(went), len(gathered)), (1, 0))
+
+    def test_of_members_that_are_named_those_that_have_a_row_are_done_again(self):
+        name = "stack__boxes-{}__ap__lemke__{}".format
+        (self.top / "runs.csv").write_text("run\n" + "".join(name(n, "r1") + "\n" for n in (1, 2)))
+        some = [name(*of) for of in ((1, "m1"), (2, "m1"), (2, "m2"))]
+        (self.top / "ensemble.csv").write_text("run\n" + "".join(run + "\n" for run in some))
+        (self.top / "manifest.json").write_text('{"profile": ""}')
+        with mock.patch.object(sweep, "put_in_place") as put:
+            went, gathered, _ = self.sweep("--only", "*__m[0-9]")
+        self.assertEqual((went, gathered), ([some], []))
+        self.assertEqual([[run.name for run in of] for of in put.call_args.args[:2]], [[], some])
 
     def test_a_program_that_is_not_there_is_said_with_the_flag_that_names_another(self):
         with self.assertRaisesRegex(program.ProgramError, "does not work: .*--program names another one"):

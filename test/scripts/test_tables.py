@@ -143,6 +143,30 @@ class Gathered(Folder):
         gather.gather(runs, [], {}, self.top / "runs", self.top, ["one"], "quick", {})
         self.assertFalse((self.top / "ensemble.csv").exists())
 
+    def test_rows_that_are_put_in_place_bring_their_columns_and_what_is_counted_is_counted_again(self):
+        run = plan.Run("box", (), "ap", "", "lemke", (("k", "8"), ), 1, sweeps=("one", ))
+        member = dataclasses.replace(run, member=1)
+        rows = [{"run": run.name, "sweeps": "paper orders", "error_old_m": "1"}, {"run": "other__r1", "status": "ray", "busy": "true"}]
+        made.results(self.top, rows, [{"run": member.name, "member": "1", "error_old_m": "2"}], machine={"cpu": "a"},
+                     statuses={"ok": 1, "ray": 1}, timing={"runs_on_a_busy_machine": 1, "runs_not_judged": 0})
+        for some, error in ((run, 0.25), (member, 0.5)):
+            folder = self.top / "runs" / some.name
+            folder.mkdir()
+            (folder / "run.json").write_text(gather.json.dumps(self.record(status="inaccurate", busy=True) | some.asked()))
+            (folder / "summary.json").write_text(gather.json.dumps({"errors": {"new_m": error}, "machine": {"cpu": "b"}}))
+        gather.put_in_place([run], [member], self.top / "runs", self.top, {})
+        found = {}
+        for file in ("runs.csv", "ensemble.csv"):
+            with open(self.top / file, newline="") as table:
+                found[file] = [(r["run"], r["sweeps"], r["status"], r["error_old_m"], r["error_new_m"]) for r in csv.DictReader(table)]
+        self.assertEqual(found, {
+            "runs.csv": [(run.name, "paper orders", "inaccurate", "", "0.25"), ("other__r1", "paper", "ray", "", "")],
+            "ensemble.csv": [(member.name, "paper", "inaccurate", "", "0.5")]})
+        manifest = gather.read_json(self.top / "manifest.json")
+        self.assertEqual({key: manifest[key] for key in ("statuses", "timing", "machine")}, {
+            "statuses": {"inaccurate": 1, "ray": 1}, "timing": {"runs_on_a_busy_machine": 2, "runs_not_judged": 0},
+            "machine": [{"cpu": "a"}, {"cpu": "b"}]})
+
     def test_a_member_that_came_to_the_same_settles_and_rounding_is_no_difference(self):
         row = {"status": "ok", "error_a": "2.0", "error_b": "", "processing_s": "1"}
         for other, settled in (({}, True), ({"processing_s": "9"}, True), ({"error_a": "2.000000001"}, True), ({
@@ -172,6 +196,10 @@ class Cells(Folder):
         late = repeats({}, {"status": "time_limit", "finished": "false", "t_reached": ""})
         self.assertEqual((late.how_it_ended, late.cut), ("time_limit", "time_limit"))
         self.assertEqual(repeats({"processing_s": 5}, {"processing_s": 1})["run"], "r2")  # of two in the middle the quicker
+        # One that died before it could say its time is the slowest of all.
+        dead = {"status": "crash", "finished": "false", "t_reached": "", "processing_s": ""}
+        self.assertEqual((repeats(dead, {"processing_s": 5})["run"], repeats(dead, {"processing_s": 5}, {"processing_s": 1})["run"]),
+                         ("r2", "r2"))
         doubtful = repeats({"status": "inaccurate"})
         self.assertEqual((doubtful.how_it_ended, doubtful.finished), ("inaccurate", True))
         self.assertTrue(math.isnan(repeats(ray).seconds))
