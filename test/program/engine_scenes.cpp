@@ -109,6 +109,30 @@ TEST_CASE("a force in an engine pushes its body and no other, in the steps that 
   }
 }
 
+TEST_CASE("a box slides down a ramp in an engine as long and as wide as it is, and on it", "[program][engines]") {
+  // The ramp is tilted by 0.3 rad about z, 5 m up; gravity is along its normal, and friction 0.2 brakes the box.
+  const TemporaryDirectory directory;
+  std::ofstream(directory.path() / "ramp.xml") << R"(<scenario title="A box slides along a tilted plane">
+<simulation step="1e-3" duration="0.1"/><reference kind="missing"/><gravity constant="${9.8*sin(0.3)} ${-9.8*cos(0.3)} 0"/>
+<bodies><half_space name="ramp" point="1 5 2" normal="${-sin(0.3)} ${cos(0.3)} 0"/>
+<box name="box" size="1 0.2 0.6" mass="2" position="${1-0.1*sin(0.3)} ${5+0.1*cos(0.3)} 2" axis="0 0 1" angle="0.3"
+velocity="${2*cos(0.3)} ${2*sin(0.3)} 0"/></bodies>
+<contacts><pair a="box" b="ramp" mu="0.2"/></contacts></scenario>)";
+  const double c = std::cos(0.3), s = std::sin(0.3), braked = 0.2 * 9.8 * 0.1;
+  for (const auto& [name, precision] : engines_here(directory.path())) {
+    const Result ended = run(directory.path(), {"run", "ramp.xml", "--engine", name, "--out", "out", "--quiet"});
+    INFO(name << ": " << ended.err);
+    REQUIRE(ended.code == 0);
+    const Row row = rows_of(directory.path() / "out/trajectory.csv").back();
+    const double x = row.at("px") - 1, y = row.at("py") - 5;
+    CHECK(-s * x + c * y == Approx(0.1).margin(0.01));
+    CHECK(c * x + s * y == Approx((2 - braked / 2) * 0.1).margin(0.01));
+    CHECK(row.at("pz") == Approx(2).margin(0.01));
+    CHECK(c * row.at("vx") + s * row.at("vy") == Approx(2 - braked).margin(0.1));
+    CHECK(std::abs(row.at("qw") * std::cos(0.15) + row.at("qz") * std::sin(0.15)) > 1 - 1e-4);
+  }
+}
+
 TEST_CASE("what coasts slowly in an engine neither falls asleep nor is damped", "[program][engines]") {
   const TemporaryDirectory directory;
   for (const auto& [name, precision] : engines_here(directory.path())) {
