@@ -161,6 +161,7 @@ TEST_CASE("an engine has the friction and the restitution that flags give, in pl
   };
   const Words slides = {scenes + "slide.xml", "--duration", "0.1"};
   CHECK(last_row(slides).at("vx") == Approx(2 - 0.2 * 9.8 * 0.1).epsilon(1e-2));
+  CHECK(summary(directory.path() / "out")["contacts_max"] == 4);
   CHECK(last_row(joined(slides, {"--friction", "0"})).at("vx") == Approx(2).epsilon(1e-6));
   // It comes down with 4.4 m/s after 0.45 s, and has gone up for 0.15 s.
   CHECK(last_row({scenes + "bounce.xml"}).at("vy") < 1.5);
