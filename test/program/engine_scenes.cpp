@@ -113,7 +113,8 @@ TEST_CASE("a box slides down a ramp in an engine as long and as wide as it is, a
   // The ramp is tilted by 0.3 rad about z, 5 m up; gravity is along its normal, and friction 0.2 brakes the box.
   const TemporaryDirectory directory;
   std::ofstream(directory.path() / "ramp.xml") << R"(<scenario title="A box slides along a tilted plane">
-<simulation step="1e-3" duration="0.1"/><reference kind="missing"/><gravity constant="${9.8*sin(0.3)} ${-9.8*cos(0.3)} 0"/>
+<simulation step="1e-3" duration="0.1"/><reference kind="missing"/>
+<gravity constant="${9.8*sin(0.3)} ${-9.8*cos(0.3)} 0"/>
 <bodies><half_space name="ramp" point="1 5 2" normal="${-sin(0.3)} ${cos(0.3)} 0"/>
 <box name="box" size="1 0.2 0.6" mass="2" position="${1-0.1*sin(0.3)} ${5+0.1*cos(0.3)} 2" axis="0 0 1" angle="0.3"
 velocity="${2*cos(0.3)} ${2*sin(0.3)} 0"/></bodies>
