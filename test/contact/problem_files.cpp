@@ -93,6 +93,7 @@ TEST_CASE("An unsymmetric W is refused, and symmetrised on request with a note")
   const StoredProblem stored = read_contact_problem(path, {.symmetrise = true});
   CHECK(stored.asymmetry == 0.5);
   REQUIRE(stored.notes.size() == 1);
+  CHECK(stored.notes[0] == "W symmetrised: it differed from its transpose by 0.5 of its largest entry");
   Eigen::Matrix3d W;
   W << 2, 0.5, 0, 0.5, 2, 0, 0, 0, 2;
   CHECK((delassus_of(stored.problem) - W).cwiseAbs().maxCoeff() < 1e-15);
@@ -461,6 +462,13 @@ TEST_CASE("Every broken FCLIB file is refused in one message with its file and d
   broken.emplace_back(c, "/contactbench/first: must rise");
   c["/contactbench/first"] = integers({0, 4});
   broken.emplace_back(c, "/contactbench/first: entry 1 is 4");
+  c["/contactbench/first"] = integers({0, 1, 3});
+  c["/fclib_global/M/nz"] = integers({-1});
+  c["/fclib_global/M/nzmax"] = integers({5});
+  c["/fclib_global/M/p"] = integers({0, 2, 4, 5});
+  c["/fclib_global/M/i"] = integers({0, 1, 0, 1, 2});
+  c["/fclib_global/M/x"] = numbers({2, 0.5, 0.5, 2, 2});
+  broken.emplace_back(c, "M couples rows 1 and 0 of different blocks of /contactbench/first");
   c = small_local();
   c["/fclib_local/V/n"] = integers({2});
   broken.emplace_back(c, "bilateral");

@@ -1,4 +1,5 @@
-// An engine that goes wrong in the way that its variant names, after 0.05 s of free fall; `falls` is right.
+// An engine that goes wrong in the way that its variant names, after 0.05 s of free fall; `falls` is right, and so is
+// `soft`, which knows no restitution.
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -49,6 +50,8 @@ struct Falling {
 
 EngineWorld make(const Scenario& scenario, const EngineSetting& setting) {
   if (setting.variant == "refuses") throw Unsupported("on purpose");
+  for (const PairLaw& law : scenario.pairs.laws)
+    if (setting.variant == "soft" && law.restitution > 0) throw Unsupported("restitution, on purpose");
   const auto world = std::make_shared<Falling>();
   world->state = scenario.initial;
   world->variant = setting.variant;
@@ -63,7 +66,8 @@ Engine broken() {
   engine.version = "1";
   engine.precision = "double";
   engine.package = "none";
-  for (const char* variant : {"falls", "aborts", "faults", "leaves", "hangs", "nan", "throws", "eats", "refuses"})
+  for (const char* variant :
+       {"falls", "aborts", "faults", "leaves", "hangs", "nan", "throws", "eats", "refuses", "soft"})
     engine.variants.push_back({variant, variant});
   engine.knobs = {{"depth", 1, "m", "of nothing"}};
   engine.make = make;

@@ -274,6 +274,10 @@ TEST_CASE("a free fall in an engine has the speed g t", "[program][engines]") {
       constexpr double g = 9.8, h = 1e-3, n = 500;
       const double eps = rounding(engine);
       CHECK(std::abs(box[8] + n * h * g) <= 4 * n * eps * g);
+      // Across, gravity is cos(10 t), as it is at the start of each step; Siconos takes the mean with the step before.
+      double across = 0;
+      for (int i = 0; i < n; ++i) across += h * std::cos(10 * h * i);
+      if (name != "siconos") CHECK(std::abs(box[7] - across) <= 4 * n * eps);
       // Moved with velocities between those at the starts and those at the ends of the steps.
       const double drop = (0.5 - box[1]) / (g * h * h), slack = 1e-6 + 4 * n * n * n * eps;
       CHECK(drop >= n * (n - 1) / 2 - slack);

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "contact/answer_files.h"
 #include "contact/problem_files.h"
+#include "contact/referee.h"
 #include "program/program.h"
 
 #ifdef BROKEN_ENGINE_FOLDER  // where engines are built at all
@@ -117,6 +119,37 @@ TEST_CASE("the first contact problem of a box that an engine meets is that of a 
       CHECK(std::abs(std::hypot(u[3 * c], along) - speed) <= 1e-12);  // whatever the frame
       CHECK(u[3 * c] < 0);
       CHECK(along <= normal * speed);
+    }
+  }
+}
+
+TEST_CASE("what an engine's answer is said to be off by is what the referee says, and its own model is solved",
+          "[program][engines]") {
+  if (!cb::fclib_available()) return;
+  for (const Giver& giver : givers) {
+    const std::string engine = giver.name;
+    TemporaryDirectory directory;
+    if (!is_here(directory.path(), engine)) continue;
+    const auto stems = own_problems(directory.path(), engine, 3, "0.02");
+    REQUIRE(stems.size() > 10);
+    for (const fs::path& stem : stems) {
+      const Json about = Json::parse(read_file(stem.string() + ".json"));
+      INFO(stem << about.dump());
+      cb::ContactProblem problem = cb::read_contact_problem(stem.string() + ".hdf5").problem;
+      cb::ContactSolution answer;
+      answer.impulse = cb::read_impulses(stem.string() + ".hdf5", problem.nc());
+      std::vector<double> v_plus;
+      const auto off_by = [&] {
+        return cb::Referee().check(problem, answer, cb::newton_law(), v_plus).law.value_or(HUGE_VAL);
+      };
+      CHECK(about["contacts"] == problem.nc());
+      CHECK(about["t"].get<double>() == Approx(1e-3 * about["step"].get<double>()));
+      CHECK(about["law_residual"].get<double>() == Approx(off_by()).epsilon(1e-6).margin(1e-12));
+      problem.offset.assign(problem.offset.size(), 0.0);
+      CHECK(about["law_residual_without_offset"].get<double>() == Approx(off_by()).epsilon(1e-6).margin(1e-12));
+      // Of rigid contacts, and of a pyramid, nothing of the kind is said.
+      CHECK(about["own_residual"].is_number() == (engine == "mujoco"));
+      if (engine == "mujoco") CHECK(about["own_residual"].get<double>() < 1e-6);
     }
   }
 }

@@ -410,13 +410,15 @@ TEST_CASE("the tally of a run is what its steps say, summed") {
   Simulation simulation(s, options, precise("convex"), find_method("convex")->law);
   AccuracyTally sum;
   double length = 0;
-  int kinds[3] = {};
+  int kinds[3] = {}, steps = 0;
   while (!simulation.done()) {
     const double before = simulation.state().t;
     const StepRecord& record = simulation.step();
     REQUIRE(record.status == Status::ok);
     REQUIRE(record.accuracy.has_value());
     const AccuracyStep& step = *record.accuracy;
+    CHECK(record.step == ++steps);
+    CHECK(record.t == simulation.state().t);
     CHECK(simulation.state().t - before == Approx(step.length).margin(1e-12));
     length += step.length;
     ++kinds[step.kind];

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "scenes.h"
+#include "closed_forms.h"
 #include "simulation/simulation.h"
 
 using namespace cb;
@@ -176,4 +176,53 @@ TEST_CASE("which bounces are left out does not depend on the order of contacts")
   CHECK(in_order.left_out == 1);
   CHECK(in_order.state.v[0] == Approx(0).margin(1e-9));
   for (const std::uint64_t order : {1, 2, 3, 4, 5}) CHECK(look(s, "newton", order).left_out == in_order.left_out);
+}
+
+TEST_CASE("how often a pair may come together in one step is counted anew in each") {
+  // A ball to and fro between floor and ceiling, once in a step of 0.1 s at most: 13 times up and 12 times down in 6 s.
+  Scenario s = test::empty_scene(0.1, 6);
+  s.gravity.constant.setZero();
+  test::add_ground(s);
+  const int ceiling = test::add_ground(s, Quat(Eigen::AngleAxisd(std::numbers::pi, Vec3::UnitZ())));
+  s.shapes[ceiling].local.p[1] = 4 * radius;
+  test::add_sphere(s, radius, 1, {0, 2 * radius, 0}, {0, 0.83, 0});
+  test::collide_all(s, 0, 1);
+  SimulationOptions options;
+  options.step = s.step;
+  options.duration = s.duration;
+  options.event_cap = 1;  // and ten times that, as elastic bounces are never over
+  Simulation simulation(s, options, find_method("newton")->make({}), newton_law());
+  int events = 0;
+  while (!simulation.done()) {
+    const StepRecord& record = simulation.step();
+    INFO(simulation.reason());
+    REQUIRE(record.status == Status::ok);
+    events += record.events;
+  }
+  CHECK(events == 25);
+  CHECK(simulation.state().v[1] == Approx(-0.83).epsilon(1e-12));
+}
+
+TEST_CASE("a joint that comes to a limit too often in a step is named, with when and how long after what came before") {
+  // The second of two carriages is 0.05 s from its stop, less half a closed gap: it comes there within the third step.
+  for (const double side : {1.0, -1.0}) {
+    Scenario s = test::empty_scene(0.02, 1);
+    s.gravity.constant.setZero();
+    test::add_on_rail(s, test::sphere_shape(radius), 1, {0, 0, 0});
+    test::add_on_rail(s, test::sphere_shape(radius), 1, {10, 0, 0}, side * speed);
+    test::collide_all(s, 0);
+    Joint& rail = s.model.trees[1].joints[0];
+    rail.lower = -0.05;
+    rail.upper = 0.05;
+    SimulationOptions options;
+    options.step = s.step;
+    options.event_cap = 0;
+    Simulation simulation(s, options, find_method("ap")->make({}), anitescu_potra_law());
+    for (int i = 0; i < 2; ++i) CHECK(simulation.step().status == Status::ok);
+    CHECK(simulation.step().status == Status::event_stall);
+    CHECK(simulation.reason() ==
+          "joint rail1 and its limit come together more than 0 times in one step: at t = 0.0499999995 s, 0.01 s after "
+          "the time before");
+    CHECK(std::abs(simulation.state().q[1]) <= 0.05);
+  }
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cmath>
 #include <set>
 
@@ -241,4 +242,30 @@ TEST_CASE("what overlaps by a tenth of the smaller shape ends the run, a little 
     CHECK(next.penetration_inside < 1e-9);
     CHECK(next.penetration_displacement == 0);
   }
+}
+
+TEST_CASE("the time in which a method answers is that of the solve, and what looks on at an event is in no part") {
+  const auto wait = [](double time) {
+    const auto begin = std::chrono::steady_clock::now();
+    while (std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() < time) {
+    }
+  };
+  Scenario s = test::empty_scene(1e-3, 1e-3);
+  s.gravity.constant.setZero();
+  test::add_ground(s);
+  test::add_sphere(s, 0.1, 1, {0, 0.1, 0}, {0, -1, 0});
+  test::collide_all(s, 0);
+  const auto slow = [&](const ContactProblem&, ContactSolution& solution) {
+    wait(0.02);
+    solution.impulse = {1, 0, 0};
+  };
+  Simulation simulation(s, options_of(s), slow, newton_law());
+  simulation.on_event = [&](const EventRecord&) { wait(0.04); };
+  const StepRecord& record = simulation.step();
+  REQUIRE(record.events == 1);
+  const StepTimes& times = record.times;
+  const double others = times.dynamics_s + times.collision_s + times.assembly_s;
+  CHECK(times.solve_s >= 0.0199);
+  CHECK(others < times.solve_s);
+  CHECK(others + times.solve_s <= times.step_s - 0.039);
 }

@@ -264,11 +264,15 @@ TEST_CASE("a method that fails ends the run with its status, and a false claim i
   const StepRecord& record = lying.step();
   CHECK(record.status == Status::inaccurate);
   CHECK(record.false_claims == 1);
+  lying.step();
+  lying.step();
+  CHECK(lying.reason().ends_with(", at t = 0.002 s"));
 
   Simulation broken(
       s, options, [](const ContactProblem& p, ContactSolution& out) { out.impulse.assign(3 * p.nc(), std::nan("")); },
       convex_law());
   CHECK(broken.step().status == Status::not_finite);
+  CHECK(broken.reason() == "the method's impulses are not finite");
 }
 
 TEST_CASE(

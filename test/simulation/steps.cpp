@@ -293,20 +293,44 @@ TEST_CASE("by steps what is struck passes points that it comes to, and none that
 TEST_CASE("by steps a joint that is struck goes no further than its limit") {
   // A carriage at rest, 0.05 m before its stop, and a ball of 10 kg that comes at 20 m/s: in a step of 0.01 s both
   // would go 0.18 m. They come to the stop together, and stay there.
+  for (const double side : {1.0, -1.0}) {
+    Scenario s = empty_scene(1e-2, 3e-2);
+    s.gravity.constant.setZero();
+    add_on_rail(s, sphere_shape(0.5), 1, {0, 0, 0});
+    (side > 0 ? s.model.trees[0].joints[0].upper : s.model.trees[0].joints[0].lower) = side * 0.05;
+    add_sphere(s, 0.5, 10, {-side, 0, 0}, {side * 20, 0, 0});
+    collide_all(s, 0);
+    for (const std::string method : {"ap", "convex", "coulomb"}) {
+      INFO(method << (side > 0 ? ", upper" : ", lower"));
+      double furthest = 0;
+      const State end = run(s, method, [&](const State& state, const StepRecord&) {
+        furthest = std::max(furthest, side * state.q[0]);
+      });
+      CHECK(furthest <= 0.05 + 1e-8);
+      CHECK(std::abs(end.q[0] - side * 0.05) <= 1e-8);
+      CHECK(std::abs(end.qd[0]) <= 1e-8);
+      CHECK(std::abs(end.pose[1].p.x() + side * 0.95) <= 1e-8);
+    }
+  }
+}
+
+TEST_CASE("by steps a joint that is struck goes no further than where a limit comes to meanwhile") {
+  // The stop, 0.05 m before the carriage, comes at 2 m/s; a ball of 10 kg would take that along at 4 m/s. They meet the
+  // stop 0.03 m from where they were, and go back with it.
   Scenario s = empty_scene(1e-2, 3e-2);
   s.gravity.constant.setZero();
   add_on_rail(s, sphere_shape(0.5), 1, {0, 0, 0});
   s.model.trees[0].joints[0].upper = 0.05;
-  add_sphere(s, 0.5, 10, {-1, 0, 0}, {20, 0, 0});
+  s.model.trees[0].joints[0].limit_rate = -2;
+  add_sphere(s, 0.5, 10, {-1, 0, 0}, {4.4, 0, 0});
   collide_all(s, 0);
   for (const std::string method : {"ap", "convex", "coulomb"}) {
     INFO(method);
-    double furthest = 0;
-    const State end =
-        run(s, method, [&](const State& state, const StepRecord&) { furthest = std::max(furthest, state.q[0]); });
-    CHECK(furthest <= 0.05 + 1e-8);
-    CHECK(std::abs(end.q[0] - 0.05) <= 1e-8);
-    CHECK(std::abs(end.qd[0]) <= 1e-8);
-    CHECK(std::abs(end.pose[1].p.x() + 0.95) <= 1e-8);
+    const State end = run(s, method, [](const State& state, const StepRecord&) {
+      CHECK(state.q[0] <= 0.05 - 2 * state.t + 1e-8);
+    });
+    CHECK(end.q[0] == Approx(-0.01).margin(1e-8));
+    CHECK(end.qd[0] == Approx(-2).epsilon(1e-8));
+    CHECK(end.pose[1].p.x() == Approx(-1.01).margin(1e-8));
   }
 }

@@ -147,5 +147,21 @@ TEST_CASE("kinetic energy beyond a million times what was put in ends the run, a
     };
     Simulation simulation(s, of(s), kicks, newton_law());
     CHECK((simulation.step().status == Status::energy_blowup) == (speed * speed > 1e6));
+    if (speed > 1e3) CHECK(simulation.reason() == "kinetic energy 2e+06 J, of which 0.5 J were put in");
+  }
+}
+
+TEST_CASE("kinetic energy far beyond that of any scene ends the run, whoever put it in") {
+  // 2 kg: v^2 J, which it has from the start.
+  for (const double speed : {1e29, 1e31}) {
+    Scenario s = test::empty_scene(h, h);
+    s.gravity.constant.setZero();
+    test::add_sphere(s, 0.1, 2, {0, 0, 0}, {0, 0, speed});
+    test::collide_all(s, 0);
+    Simulation simulation = simulation_of(s);
+    const Status status = simulation.step().status;
+    CHECK(status == (speed > 1e30 ? Status::energy_blowup : Status::ok));
+    if (speed > 1e30)
+      CHECK(simulation.reason() == "kinetic energy 1e+62 J: a spring's or motor's explicit step is unstable");
   }
 }
