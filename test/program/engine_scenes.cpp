@@ -93,8 +93,7 @@ TEST_CASE("a force in an engine pushes its body and no other, in the steps that 
 <sphere name="right" radius="0.5" mass="4" position="2 0 0"/></bodies>
 <forces><force body="right" force="4 -8 12" from="0.005" to="0.015"/></forces></scenario>)";
   for (const auto& [name, precision] : engines_here(directory.path())) {
-    const Result ended =
-        run(directory.path(), {"run", "pushed.xml", "--engine", name, "--out", "out", "--quiet"});
+    const Result ended = run(directory.path(), {"run", "pushed.xml", "--engine", name, "--out", "out", "--quiet"});
     INFO(name << ": " << ended.err);
     REQUIRE(ended.code == 0);
     const std::vector<Row> rows = rows_of(directory.path() / "out/trajectory.csv");

@@ -303,9 +303,8 @@ TEST_CASE("by steps a joint that is struck goes no further than its limit") {
     for (const std::string method : {"ap", "convex", "coulomb"}) {
       INFO(method << (side > 0 ? ", upper" : ", lower"));
       double furthest = 0;
-      const State end = run(s, method, [&](const State& state, const StepRecord&) {
-        furthest = std::max(furthest, side * state.q[0]);
-      });
+      const State end = run(
+          s, method, [&](const State& state, const StepRecord&) { furthest = std::max(furthest, side * state.q[0]); });
       CHECK(furthest <= 0.05 + 1e-8);
       CHECK(std::abs(end.q[0] - side * 0.05) <= 1e-8);
       CHECK(std::abs(end.qd[0]) <= 1e-8);
@@ -326,9 +325,8 @@ TEST_CASE("by steps a joint that is struck goes no further than where a limit co
   collide_all(s, 0);
   for (const std::string method : {"ap", "convex", "coulomb"}) {
     INFO(method);
-    const State end = run(s, method, [](const State& state, const StepRecord&) {
-      CHECK(state.q[0] <= 0.05 - 2 * state.t + 1e-8);
-    });
+    const State end =
+        run(s, method, [](const State& state, const StepRecord&) { CHECK(state.q[0] <= 0.05 - 2 * state.t + 1e-8); });
     CHECK(end.q[0] == Approx(-0.01).margin(1e-8));
     CHECK(end.qd[0] == Approx(-2).epsilon(1e-8));
     CHECK(end.pose[1].p.x() == Approx(-1.01).margin(1e-8));
