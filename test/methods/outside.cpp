@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -100,6 +101,10 @@ TEST_CASE("a program has crashed where it breaks off what it says, whatever stat
        {Case{"answer input_error x 3", listens, Status::crash, "\"answer input_error x 3\" is no line"},
         Case{"answer unsupported 1 3 too hard\nr 1 2", listens, Status::crash, "is not r and 3 numbers"},
         Case{"answer input_error 1 3 too hard", leaves, Status::crash, "broke off its answer"},
+        Case{"answer ok 1 -3\nr", listens, Status::crash, "\"answer ok 1 -3\" is no line"},
+        Case{"answer \\033x 1 3", listens, Status::crash, "\"answer ?x 1 3\" is no line"},
+        Case{"answer " + std::string(80, 'a'), listens, Status::crash,
+             "\"answer " + std::string(53, 'a') + "...\" is no line"},
         Case{"answer inaccurate 1 0 doubts\nr", listens, Status::input_error, "holds 0 impulses"},
         Case{"answer nonconverged 1 0 too hard\nr", listens, Status::nonconverged, "too hard"}}) {
     MethodOptions options;
@@ -111,4 +116,26 @@ TEST_CASE("a program has crashed where it breaks off what it says, whatever stat
     CHECK(answer.reason.find(known.reason) != std::string::npos);
     CHECK(answer.impulse == std::vector<double>(3, 0.0));
   }
+}
+
+TEST_CASE("where no folder can be made for its files a program is not started", "[outside]") {
+  struct Nowhere {  // for files that are there for a while
+    const bool usual = std::getenv("TMPDIR") != nullptr;
+    const std::string before = usual ? std::getenv("TMPDIR") : "";
+    Nowhere() { setenv("TMPDIR", "/nowhere/at/all", 1); }
+    ~Nowhere() {
+      if (usual)
+        setenv("TMPDIR", before.c_str(), 1);
+      else
+        unsetenv("TMPDIR");
+    }
+  };
+  const Nowhere nowhere;
+  MethodOptions options;
+  options.command = "echo 1 2 3 > {answer}; test {text}";
+  ContactSolution answer;
+  external_row(coulomb_law()).make(options)(sphere({0, -1, 0}, {0, 0, 0}), answer);
+  CHECK(answer.status == Status::write_failed);
+  CHECK(answer.reason == "no folder for its files can be made");
+  CHECK(answer.impulse == std::vector<double>(3, 0.0));
 }

@@ -134,7 +134,8 @@ TEST_CASE("however another program fails, the run ends typed and keeps what it h
     std::string fault, status, reason;
   };
   for (const Case& known :
-       {Case{"crash=20", "crash", "signal 11"}, Case{"exit=20", "crash", "exit code 7"},
+       {Case{"crash=20", "crash", "signal 11"},
+        Case{"exit=20", "crash", "gave no answer and ended with exit code 7, at problem 20 that it got"},
         Case{"nan=20", "not_finite", "NaN"}, Case{"short=20", "input_error", "holds 23 impulses"},
         Case{"garbage=20", "crash", "42 is the answer"}, Case{"fail=20", "nonconverged", "it said so"}}) {
     TemporaryDirectory directory;
