@@ -6,11 +6,13 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "contact/referee.h"
 #include "problems.h"
+#include "temporary.h"
 
 using namespace cb;
 using namespace cb::test;
@@ -118,23 +120,58 @@ TEST_CASE("a program has crashed where it breaks off what it says, whatever stat
   }
 }
 
-TEST_CASE("where no folder can be made for its files a program is not started", "[outside]") {
-  struct Nowhere {  // for files that are there for a while
-    const bool usual = std::getenv("TMPDIR") != nullptr;
-    const std::string before = usual ? std::getenv("TMPDIR") : "";
-    Nowhere() { setenv("TMPDIR", "/nowhere/at/all", 1); }
-    ~Nowhere() {
-      if (usual)
-        setenv("TMPDIR", before.c_str(), 1);
-      else
-        unsetenv("TMPDIR");
-    }
-  };
-  const Nowhere nowhere;
+TEST_CASE("what a program says of its answer is what is known of it: how it ended, why, and in how many steps",
+          "[outside]") {
   MethodOptions options;
-  options.command = "echo 1 2 3 > {answer}; test {text}";
+  options.command = "printf 'ready text\nanswer inaccurate 7 3  it doubts\nr 4 0.25 -1e-3\n'; cat > /dev/null";
   ContactSolution answer;
   external_row(coulomb_law()).make(options)(sphere({0, -1, 0}, {0, 0, 0}), answer);
+  CHECK(answer.status == Status::inaccurate);
+  CHECK(answer.reason == "it doubts");
+  CHECK(answer.iterations == 7);
+  CHECK(answer.impulse == std::vector<double>{4, 0.25, -1e-3});
+}
+
+namespace {
+
+/// Where files are put that are there for a while.
+class FilesGoTo {
+ public:
+  explicit FilesGoTo(const std::string& path) { setenv("TMPDIR", path.c_str(), 1); }
+  ~FilesGoTo() {
+    if (usual_)
+      setenv("TMPDIR", before_.c_str(), 1);
+    else
+      unsetenv("TMPDIR");
+  }
+  FilesGoTo(const FilesGoTo&) = delete;
+  FilesGoTo& operator=(const FilesGoTo&) = delete;
+
+ private:
+  bool usual_ = std::getenv("TMPDIR") != nullptr;
+  std::string before_ = usual_ ? std::getenv("TMPDIR") : "";
+};
+
+}  // namespace
+
+TEST_CASE("where no folder can be made for its files a program is not started, and where one was made it goes",
+          "[outside]") {
+  const ContactProblem p = sphere({0, -1, 0}, {0, 0, 0});
+  MethodOptions options;
+  options.command = "echo 4 0 0 > {answer}; test -s {text}";
+  ContactSolution answer;
+  const TemporaryDirectory directory;
+  {
+    const FilesGoTo there(directory.path().string());
+    const ContactMethod method = external_row(coulomb_law()).make(options);
+    method(p, answer);
+    CHECK(answer.status == Status::ok);
+    CHECK(answer.impulse == std::vector<double>{4, 0, 0});
+    CHECK_FALSE(std::filesystem::is_empty(directory.path()));
+  }
+  CHECK(std::filesystem::is_empty(directory.path()));
+  const FilesGoTo nowhere("/nowhere/at/all");
+  external_row(coulomb_law()).make(options)(p, answer);
   CHECK(answer.status == Status::write_failed);
   CHECK(answer.reason == "no folder for its files can be made");
   CHECK(answer.impulse == std::vector<double>(3, 0.0));
