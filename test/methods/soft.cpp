@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <memory>
 
 #include "contact/problem_files.h"
 #include "contact/referee.h"
@@ -263,4 +264,22 @@ TEST_CASE("velocities whose squares overflow are no answer of soft, which says s
   CHECK(solution.status == Status::not_finite);
   CHECK(solution.reason == "overflow in Newton's method");
   CHECK(solution.impulse == std::vector<double>(3, 0.0));
+}
+
+TEST_CASE("soft begins with the event before, and not with one before an event with restitution") {
+  MethodOptions options;
+  options.warm_start = true;
+  options.warm_starts = std::make_shared<Counter>(0);
+  const ContactMethod method = find_method("soft")->make(options);
+  const auto starts = [&](double slip, double e) {
+    ContactSolution solution;
+    const long before = *options.warm_starts;
+    method(sphere({slip, -0.5, 0}, {0, 0, 0}, 0.2, e), solution);
+    CHECK(solution.status == Status::ok);
+    return *options.warm_starts - before;
+  };
+  CHECK(starts(2, 0) == 0);
+  starts(1.9, 0.5);
+  CHECK(starts(1.8, 0) == 0);
+  CHECK(starts(1.7, 0) == 1);
 }
