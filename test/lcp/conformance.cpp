@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "lcp/lcp.h"
@@ -115,5 +116,32 @@ TEST_CASE("a small pair is solved for as exactly as a large one where it is abou
     CHECK(found.z[0] == 1);
     CHECK(found.z[1] == Approx(1e-13).epsilon(1e-12));
     CHECK(found.residual <= 1e-12);
+  }
+}
+
+// Of three problems into one solution the first has none; the second leaves no residual.
+TEST_CASE("a solution that is used again holds nothing of the problem before", "[conformance]") {
+  const std::vector<std::pair<Eigen::MatrixXd, Eigen::VectorXd>> problems = {
+      {matrix(1, {-1}), column({-1})}, {matrix(1, {2}), column({-3})}, {matrix(2, {2, 1, 1, 2}), column({-5, -6})}};
+  for (const LcpSolverRow& row : lcp_solvers()) {
+    if (!row.unavailable.empty()) continue;
+    const LcpSolver solver = row.make({});
+    LcpSolution used;
+    for (std::size_t i = 0; i < problems.size(); ++i) {
+      INFO(row.name << ", problem " << i);
+      LcpProblem problem;
+      problem.M = problems[i].first;
+      problem.q = problems[i].second;
+      LcpSolution fresh;
+      row.make({})(problem, fresh);
+      solver(problem, used);
+      CHECK((fresh.status == LcpStatus::solved) == (i > 0));
+      CHECK(used.status == fresh.status);
+      CHECK(used.reason == fresh.reason);
+      CHECK(used.residual == fresh.residual);
+      CHECK(used.pivots == fresh.pivots);
+      REQUIRE(used.z.size() == fresh.z.size());
+      CHECK((used.z.array() == fresh.z.array()).all());
+    }
   }
 }

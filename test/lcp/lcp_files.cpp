@@ -77,6 +77,10 @@ TEST_CASE("A vector written as Matrix Market reads back to the last bit") {
     same = same && std::bit_cast<std::uint64_t>(x[i]) == std::bit_cast<std::uint64_t>(back.data()[i]);
   CHECK(same);
   CHECK_THROWS_AS(write_matrix_market(folder.file("no/such/folder.mtx"), x), FileError);
+  // A disk that is full says so where the file is closed, or before.
+  for (const std::vector<double>& numbers : {x, std::vector<double>{1}})
+    CHECK_THROWS_WITH(write_matrix_market("/dev/full", numbers),
+                      "/dev/full: could not be written to its end; is the disk full?");
 }
 
 TEST_CASE("Every broken Matrix Market file is refused in one message with its file and line") {

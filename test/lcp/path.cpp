@@ -320,6 +320,10 @@ TEST_CASE("path-lib is unavailable with its reason where there is no library, an
   CHECK(passes_with("PATH50_LIBRARY=libc.so.6", "path-lib with a library of something else"));
   CHECK(passes_with(stub, "path-lib with a library"));
   CHECK(passes_with(stub + " PATH_STUB_REFUSES=1", "path-lib with a library that refuses late"));
+  CHECK(passes_with(stub + " PATH_STUB_SWEEPS=3", "path-lib with a library that is content with less"));
+  for (const char* ending : {"ENDS=2 PATH_STUB_SAYS='no progress'", "ENDS=3 PATH_STUB_SAYS='major iteration limit'",
+                             "ENDS=9 PATH_STUB_SAYS=infeasible", "ENDS=77 PATH_STUB_SAYS='no ending'"})
+    CHECK(passes_with(stub + " PATH_STUB_" + ending, "path-lib with a library that gives up"));
   CHECK_FALSE(passes_with("PATH50_LIBRARY=/nowhere/libpath50.so", "path-lib with a library"));
 }
 
@@ -357,4 +361,23 @@ TEST_CASE("path-lib with a library that refuses late", "[.stub]") {
   const LcpSolution s = library_solve(dense(MatrixXd::Identity(2, 2), -VectorXd::Ones(2)));
   CHECK(s.status == LcpStatus::unavailable);
   CHECK(s.reason.find("licence refused") == 0);
+}
+
+// Errors of Gauss and Seidel's sweeps fall by a fourth each here.
+TEST_CASE("path-lib with a library that is content with less", "[.stub]") {
+  const LcpProblem p = dense((MatrixXd(2, 2) << 2, 1, 1, 2).finished(), -3 * VectorXd::Ones(2));
+  const LcpSolution s = library_solve(p);
+  CHECK(s.status == LcpStatus::inaccurate);
+  CHECK(s.reason == "solved, says the PATH library, by its own tolerance");
+  CHECK(s.pivots == 3);
+  CHECK(s.residual == natural_residual(p, s.z));
+  CHECK(s.residual > 1e-6);
+}
+
+TEST_CASE("path-lib with a library that gives up", "[.stub]") {
+  const char* says = std::getenv("PATH_STUB_SAYS");
+  REQUIRE(says != nullptr);
+  const LcpSolution s = library_solve(dense(MatrixXd::Identity(2, 2), -VectorXd::Ones(2)));
+  CHECK(s.status == LcpStatus::nonconverged);
+  CHECK(s.reason == "the PATH library ends with: " + std::string(says));
 }

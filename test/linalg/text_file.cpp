@@ -141,3 +141,32 @@ TEST_CASE("words are told from lines, whatever stands between them") {
   CHECK(text.rest_of_line().empty());
   CHECK(text.line() == 4);
 }
+
+TEST_CASE("blocks and columns whose counts do not agree with each other are refused with what is wrong") {
+  const std::string numbers = "  0 1 5  1 2 6  2 0 0 4 8  3 11 12";
+  // Number of blocks; block rows and columns and where they end; filled rows, blocks; where rows begin; columns.
+  CHECK(refusal("1 3 4  4 2 3  2 3  1 2 4  3 4  0 3 4  0 1 2 2" + numbers).empty());
+  const std::string head = "2 3 4  2\nCSparse\n3-by-4, nzmax: 9 ",
+                    columns = "col 0 : locations 0 to 1 0 : 1 1 : 5\ncol 1 : locations 2 to 3 0 : 2 1 : 6\n"
+                              "col 2 : locations 4 to 4 2 : 11\ncol 3 : locations 5 to 7 0 : 4 1 : 8 2 : 12";
+  CHECK(refusal(head + "nnz: 8, 1-norm: 24\n" + columns).empty());
+  const std::pair<std::string, std::string> broken[] = {
+      {"1 3 4  4 2 3  2 2  1 2 4  3 4  0 3 4  0 1 2 2" + numbers,
+       "end of a block row is \"2\"; it must be from 3 to 3"},
+      {"1 3 4  4 2 3  1 2  1 2 4  3 4  0 3 4  0 1 2 2" + numbers,
+       "end of a block row: the last one must be the size, 3"},
+      {"1 3 4  4 2 3  2 3  1 2 3  3 4  0 3 4  0 1 2 2" + numbers,
+       "end of a block column: the last one must be the size, 4"},
+      {"1 3 4  4 2 3  2 3  1 2 4  3 5  0 3 4  0 1 2 2" + numbers, "the two statements of its number of blocks differ"},
+      {"1 3 4  4 2 3  2 3  1 2 4  3 4  0 3 3  0 1 2 2" + numbers, "must run from 0 to the number of blocks"},
+      {"1 3 4  4 2 3  2 3  1 2 4  3 4  1 3 4  0 1 2 2" + numbers, "must run from 0 to the number of blocks"},
+      {"1 3 4  4 2 3  2 3  1 2 4  3 4  0 3 4  0 1 3 2" + numbers, "column of a block is \"3\"; it must be from 0 to 2"},
+      {head + "nnz: 9, 1-norm: 24\n" + columns, "the columns do not hold the number of entries that nnz says"},
+      {head + "nnz: 7, 1-norm: 24\n" + columns, "last entry of a column is \"7\"; it must be from 4 to 6"},
+      {"2 4 3  2\nCSparse\n3-by-4, nzmax: 9 nnz: 8", "M: \"3-by-4,\" stands where \"4-by-3\" should"},
+      {"2 3 4  1\nCSparse\n3-by-4, nzmax: 9 nnz: 8", "M: \"triplet:\" should stand here, as origin 1 says"}};
+  for (const auto& [text, wrong] : broken) {
+    INFO(text);
+    CHECK_THAT(refusal(text), Catch::Contains(wrong));
+  }
+}

@@ -78,4 +78,6 @@ TEST_CASE("a problem in a file is its text, and a file that cannot be is an erro
   CHECK(read_file(directory.path() / "problem") == "problem 3 2 3 2 3 " + std::to_string(body.size()) + "\n" + body);
   CHECK_THROWS_WITH(write_external_text("/nowhere/at/all", small(), 1),
                     Catch::Contains("/nowhere/at/all: cannot be opened"));
+  CHECK_THROWS_WITH(write_external_text("/dev/full", small(), 1),
+                    "/dev/full: could not be written to its end; is the disk full?");
 }

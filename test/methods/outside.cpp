@@ -5,11 +5,14 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "contact/referee.h"
 #include "problems.h"
+#include "temporary.h"
 
 using namespace cb;
 using namespace cb::test;
@@ -100,6 +103,10 @@ TEST_CASE("a program has crashed where it breaks off what it says, whatever stat
        {Case{"answer input_error x 3", listens, Status::crash, "\"answer input_error x 3\" is no line"},
         Case{"answer unsupported 1 3 too hard\nr 1 2", listens, Status::crash, "is not r and 3 numbers"},
         Case{"answer input_error 1 3 too hard", leaves, Status::crash, "broke off its answer"},
+        Case{"answer ok 1 -3\nr", listens, Status::crash, "\"answer ok 1 -3\" is no line"},
+        Case{"answer \\033x 1 3", listens, Status::crash, "\"answer ?x 1 3\" is no line"},
+        Case{"answer " + std::string(80, 'a'), listens, Status::crash,
+             "\"answer " + std::string(53, 'a') + "...\" is no line"},
         Case{"answer inaccurate 1 0 doubts\nr", listens, Status::input_error, "holds 0 impulses"},
         Case{"answer nonconverged 1 0 too hard\nr", listens, Status::nonconverged, "too hard"}}) {
     MethodOptions options;
@@ -111,4 +118,61 @@ TEST_CASE("a program has crashed where it breaks off what it says, whatever stat
     CHECK(answer.reason.find(known.reason) != std::string::npos);
     CHECK(answer.impulse == std::vector<double>(3, 0.0));
   }
+}
+
+TEST_CASE("what a program says of its answer is what is known of it: how it ended, why, and in how many steps",
+          "[outside]") {
+  MethodOptions options;
+  options.command = "printf 'ready text\nanswer inaccurate 7 3  it doubts\nr 4 0.25 -1e-3\n'; cat > /dev/null";
+  ContactSolution answer;
+  external_row(coulomb_law()).make(options)(sphere({0, -1, 0}, {0, 0, 0}), answer);
+  CHECK(answer.status == Status::inaccurate);
+  CHECK(answer.reason == "it doubts");
+  CHECK(answer.iterations == 7);
+  CHECK(answer.impulse == std::vector<double>{4, 0.25, -1e-3});
+}
+
+namespace {
+
+/// Where files are put that are there for a while.
+class FilesGoTo {
+ public:
+  explicit FilesGoTo(const std::string& path) { setenv("TMPDIR", path.c_str(), 1); }
+  ~FilesGoTo() {
+    if (usual_)
+      setenv("TMPDIR", before_.c_str(), 1);
+    else
+      unsetenv("TMPDIR");
+  }
+  FilesGoTo(const FilesGoTo&) = delete;
+  FilesGoTo& operator=(const FilesGoTo&) = delete;
+
+ private:
+  bool usual_ = std::getenv("TMPDIR") != nullptr;
+  std::string before_ = usual_ ? std::getenv("TMPDIR") : "";
+};
+
+}  // namespace
+
+TEST_CASE("where no folder can be made for its files a program is not started, and where one was made it goes",
+          "[outside]") {
+  const ContactProblem p = sphere({0, -1, 0}, {0, 0, 0});
+  MethodOptions options;
+  options.command = "echo 4 0 0 > {answer}; test -s {text}";
+  ContactSolution answer;
+  const TemporaryDirectory directory;
+  {
+    const FilesGoTo there(directory.path().string());
+    const ContactMethod method = external_row(coulomb_law()).make(options);
+    method(p, answer);
+    CHECK(answer.status == Status::ok);
+    CHECK(answer.impulse == std::vector<double>{4, 0, 0});
+    CHECK_FALSE(std::filesystem::is_empty(directory.path()));
+  }
+  CHECK(std::filesystem::is_empty(directory.path()));
+  const FilesGoTo nowhere("/nowhere/at/all");
+  external_row(coulomb_law()).make(options)(p, answer);
+  CHECK(answer.status == Status::write_failed);
+  CHECK(answer.reason == "no folder for its files can be made");
+  CHECK(answer.impulse == std::vector<double>(3, 0.0));
 }

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <memory>
 
 #include "contact/referee.h"
 #include "methods/pruned.h"
@@ -158,4 +159,71 @@ TEST_CASE("a lone ball's answer by exact friction is its formula, on ground that
       CHECK(lone.impulse[1] * u[1] + lone.impulse[2] * u[2] <= 0);
       for (int k = 0; k < 3; ++k) CHECK(lone.impulse[k] == Approx(solved.impulse[k]).margin(1e-10));
     }
+}
+
+// W_nt1 = 0.12 / I_z with W_t1 = W_t2, or turned so that it is W_nt2; moments that differ along t1 and t2, or turned by
+// 45 degrees couple them.
+TEST_CASE("a lone contact has no formula where any two of its directions couple or differ, or where it bounces",
+          "[pruned]") {
+  struct Case {
+    const char* what;
+    Vector3d inertia, arm;
+    double turn, e;
+    long closed;
+  };
+  const Vector3d even(0.2, 0.2, 0.2), leaning(0.2, 0.2, 0.072), long_one(0.1, 0.2, 0.3), below(0, -1, 0),
+      aside(0.4, -0.3, 0);
+  for (const Case& known : {Case{"a ball", even, below, 0.3, 0, 1}, Case{"n and t1", leaning, aside, 0, 0, 0},
+                            Case{"n and t2", leaning, aside, M_PI / 2, 0, 0},
+                            Case{"t1 and t2", long_one, below, M_PI / 4, 0, 0},
+                            Case{"t1 and t2 differ", long_one, below, 0, 0, 0},
+                            Case{"it bounces", even, below, 0.3, 0.5, 0}}) {
+    ContactProblem p;
+    add_body(p, 1, known.inertia, {1, -2, 0.5});
+    add_contact(p, 0, known.arm, -1, {}, ground_axes(known.turn), 0.5, known.e);
+    for (const char* method : {"ap", "convex", "coulomb", "soft"}) {
+      INFO(known.what << ": " << method);
+      const MethodRow& row = *find_method(method);
+      const auto left_out = std::make_shared<LeftOut>();
+      ContactSolution solution;
+      pruned(row, {}, left_out)(p, solution);
+      CHECK(left_out->closed_forms == known.closed);
+      CHECK(solution.status == Status::ok);
+      std::vector<double> v_plus;
+      CHECK(Referee::holds(Referee().check(p, solution, row.law, v_plus), 1e-9));
+    }
+  }
+}
+
+// Two boxes that slide at 0.05 m/s: an epsilon of 1e-2 J lets each go on without friction, which leaves mu v g h =
+// 4.9e-5 J (drumwright_shell.cpp). And a stack that a sweep does not answer, before a sphere that it does.
+TEST_CASE("what methods claim that part islands themselves is the sum of gaps, or the worst island's residual",
+          "[pruned]") {
+  ContactProblem boxes;
+  for (int b = 0; b < 2; ++b) {
+    add_body(boxes, 1, Vector3d::Constant(1. / 6), {0.05, -0.0098, 0});
+    for (const double x : {-0.5, 0.5})
+      for (const double z : {-0.5, 0.5}) add_contact(boxes, b, {x, -0.5, z}, -1, {}, ground_axes(), 0.1);
+  }
+  MethodOptions options;
+  options.epsilon = 1e-2;
+  ContactSolution solution;
+  find_method("convex")->make(options)(boxes, solution);
+  CHECK(solution.status == Status::ok);
+  CHECK(solution.claimed_residual == Approx(2 * 4.9e-5).epsilon(1e-6));
+
+  const ContactProblem alone = stack(2, 0.5, {0.3, -1, 0.1});
+  ContactProblem beside = alone;
+  const double m = 4. / 3 * M_PI;
+  const int ball = add_body(beside, m, Vector3d::Constant(0.4 * m), {0, -1, 0});
+  add_contact(beside, ball, {0, -1, 0}, -1, {}, ground_axes(), 0.5);
+  options.solver = "nsgs";
+  options.sweeps = 1;
+  ContactSolution first;
+  find_method("coulomb")->make(options)(alone, first);
+  find_method("coulomb")->make(options)(beside, solution);
+  CHECK(first.status == Status::inaccurate);
+  CHECK(first.claimed_residual > 1e-6);
+  CHECK(solution.status == Status::inaccurate);
+  CHECK(solution.claimed_residual == Approx(first.claimed_residual));
 }

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <memory>
 
 #include "contact/problem_files.h"
 #include "contact/referee.h"
@@ -230,4 +231,55 @@ TEST_CASE("what an island's impulses are off by is held against that island, how
   CHECK(residual() < 1e-9);
   impulse[3] *= 1 + 1e-6;
   CHECK(residual() > 1e-7);  // 1e-14 of what the other one is about
+}
+
+// A ball under another of three times its mass, both at 2 m/s, without friction; the ground returns e, the balls
+// between them nothing. Of (W + R) r = (2, 0) with W = [1 -1; -1 4/3] the ground's r_1 is given back by theta e:
+//   E(theta) = r.(u_c + u-) / 2 + theta e r_1 u_1 + (theta e r_1)^2 / 2,   u_c = -R r
+// which at e = 1 is zero at theta = 0.67, and nowhere from 0 to 1 at e = 0.5.
+TEST_CASE("what soft contacts give back is scaled by what gains no energy on the way, where they have given way") {
+  const double R = std::sqrt(1 + 2 * 3.5 * 3.5) / 3 / (4 * M_PI * M_PI), R_1 = R, R_2 = 4. / 3 * R;
+  const double determinant = (1 + R_1) * (4. / 3 + R_2) - 1, r_1 = 2 * (4. / 3 + R_2) / determinant,
+               r_2 = 2 / determinant;
+  const double constant = 0.5 * (r_1 * (-R_1 * r_1 - 2) - r_2 * R_2 * r_2), linear = -R_1 * r_1 * r_1,
+               quadratic = 0.5 * r_1 * r_1;
+  const double scale = (-linear + std::sqrt(linear * linear - 4 * quadratic * constant)) / (2 * quadratic);
+  CHECK(scale == Approx(0.67).margin(0.01));
+  for (const double e : {1.0, 0.5}) {
+    ContactProblem p;
+    for (const double mass : {1.0, 3.0}) add_body(p, mass, Vector3d::Constant(0.4 * mass), {0, -2, 0});
+    add_contact(p, 0, {0, -1, 0}, -1, {}, ground_axes(), 0, e);
+    add_contact(p, 1, {0, -1, 0}, 0, {0, 1, 0}, ground_axes(), 0, 0);
+    ContactSolution solution;
+    find_method("soft")->make({})(p, solution);
+    INFO("e = " << e);
+    CHECK(solution.status == Status::ok);
+    CHECK(solution.restitution_scale == Approx(e == 1 ? scale : 1).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("velocities whose squares overflow are no answer of soft, which says so and gives no impulse") {
+  ContactSolution solution;
+  find_method("soft")->make({})(sphere({1e200, -1e200, 0}, {0, 0, 0}), solution);
+  CHECK(solution.status == Status::not_finite);
+  CHECK(solution.reason == "overflow in Newton's method");
+  CHECK(solution.impulse == std::vector<double>(3, 0.0));
+}
+
+TEST_CASE("soft begins with the event before, and not with one before an event with restitution") {
+  MethodOptions options;
+  options.warm_start = true;
+  options.warm_starts = std::make_shared<Counter>(0);
+  const ContactMethod method = find_method("soft")->make(options);
+  const auto starts = [&](double slip, double e) {
+    ContactSolution solution;
+    const long before = *options.warm_starts;
+    method(sphere({slip, -0.5, 0}, {0, 0, 0}, 0.2, e), solution);
+    CHECK(solution.status == Status::ok);
+    return *options.warm_starts - before;
+  };
+  CHECK(starts(2, 0) == 0);
+  starts(1.9, 0.5);
+  CHECK(starts(1.8, 0) == 0);
+  CHECK(starts(1.7, 0) == 1);
 }

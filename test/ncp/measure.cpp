@@ -246,3 +246,20 @@ TEST_CASE("the interior point's error is the worse of its products and of what i
     CHECK(interior.error() == Approx(error).epsilon(1e-13));
   }
 }
+
+TEST_CASE("Gauss and Seidel that come to no answer say whether they rest or were cut off", "[ncp]") {
+  const Posed posed(sphere({1, -2, 0}, {0, 0, 0}, 0.1));
+  NcpOptions options;
+  options.relaxation = 1e-6;  // a hundredth of the way in all sweeps
+  const NcpSolution cut = posed.solve("nsgs", options);
+  CHECK(cut.status == NcpStatus::nonconverged);
+  CHECK(cut.reason == "limit of sweeps");
+  CHECK(cut.iterations == 10000);
+  std::vector<double> half = posed.solve("nsgs").r;
+  for (double& r : half) r *= 0.5;
+  options.relaxation = 1e-15;
+  const NcpSolution rests = posed.solve("nsgs", options, half);
+  CHECK(rests.status == NcpStatus::nonconverged);
+  CHECK(rests.reason == "a sweep changes nothing any more");
+  CHECK(rests.iterations == 1);
+}

@@ -33,6 +33,14 @@ bool there(const fs::path& file) {
   REQUIRE(pid > 1);
   return kill(pid, 0) == 0 || errno != ESRCH;
 }
+/// Has that process come to its end, whether anybody has waited for it or not?
+bool ended(const fs::path& file) {
+  const int pid = std::atoi(read_file(file).c_str());
+  REQUIRE(pid > 1);
+  const std::string stat = read_file("/proc/" + std::to_string(pid) + "/stat");
+  const std::size_t name = stat.rfind(')');
+  return name == std::string::npos || stat.substr(name).starts_with(") Z");
+}
 /// Whoever sees the file can read it.
 const std::string note_pid = "echo $$ > pid.part; mv pid.part pid; exec ";
 
@@ -134,7 +142,8 @@ TEST_CASE("however another program fails, the run ends typed and keeps what it h
     std::string fault, status, reason;
   };
   for (const Case& known :
-       {Case{"crash=20", "crash", "signal 11"}, Case{"exit=20", "crash", "exit code 7"},
+       {Case{"crash=20", "crash", "signal 11"},
+        Case{"exit=20", "crash", "gave no answer and ended with exit code 7, at problem 20 that it got"},
         Case{"nan=20", "not_finite", "NaN"}, Case{"short=20", "input_error", "holds 23 impulses"},
         Case{"garbage=20", "crash", "42 is the answer"}, Case{"fail=20", "nonconverged", "it said so"}}) {
     TemporaryDirectory directory;
@@ -202,6 +211,30 @@ TEST_CASE("the limit of time and Ctrl-C are heard while another program is waite
   CHECK(process.wait().code == 3);
   CHECK(summary(directory.path() / "r")["status"] == "interrupted");
   CHECK_FALSE(there(directory.path() / "pid"));
+}
+
+TEST_CASE("another program does not outlive ours that is killed, nor what it started the program itself",
+          "[program][external]") {
+  for (const bool killed : {true, false}) {
+    TemporaryDirectory directory;
+    INFO((killed ? "killed" : "at its own end"));
+    const fs::path pid = directory.path() / "pid";
+    if (killed) {
+      // Its files go with the test's.
+      Process process(directory.path(), external(note_pid + "sleep 1000; : {text} {answer}", stack()),
+                      [&] { setenv("TMPDIR", directory.path().c_str(), 1); });
+      REQUIRE(wait_until([&] { return fs::exists(pid); }));
+      process.send(SIGKILL);
+      CHECK(process.wait().code == -SIGKILL);
+    } else {
+      const std::string command = "sleep 1000 & echo $! > pid.part; mv pid.part pid; exec " + toy + " text";
+      const Result result = run(directory.path(), external(command, stack()));
+      INFO(result.err);
+      CHECK(result.code == 0);
+    }
+    CHECK(wait_until([&] { return ended(pid); }));
+    if (!ended(pid)) kill(std::atoi(read_file(pid).c_str()), SIGKILL);
+  }
 }
 
 // Whether it fails again by a command takes solves without a limit.

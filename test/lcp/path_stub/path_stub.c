@@ -1,5 +1,6 @@
 /* A stand-in for libpath50 with the functions that lib/lcp/path_library.cpp uses: solves LCPs by projected Gauss-Seidel.
-   Its licence covers 10 unknowns, or none where PATH_STUB_REFUSES is set (found in the solve, not before). */
+   Its licence covers 10 unknowns, or none where PATH_STUB_REFUSES is set (found in the solve, not before). It gives up
+   with the ending PATH_STUB_ENDS, and is content after PATH_STUB_SWEEPS, where these are set. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -40,8 +41,10 @@ void MCP_SetInterface(Mcp* mcp, const Interface* interface) { mcp->interface = *
 double* MCP_GetX(Mcp* mcp) { return mcp->z; }
 
 int Path_Solve(Mcp* mcp, void* information) {
-  const int n = mcp->n, licence_error = 11, solved = 1, iterations = 20000;
+  const char *ends = getenv("PATH_STUB_ENDS"), *sweeps = getenv("PATH_STUB_SWEEPS");
+  const int n = mcp->n, licence_error = 11, solved = 1, iterations = sweeps ? atoi(sweeps) : 20000;
   if (getenv("PATH_STUB_REFUSES")) return licence_error;
+  if (ends) return atoi(ends);
   int size, nonzeros, i, j, k, sweep;
   double *lower = malloc(sizeof(double) * (size_t)n), *upper = malloc(sizeof(double) * (size_t)n);
   double *f = malloc(sizeof(double) * (size_t)n), *value, *diagonal = calloc((size_t)n, sizeof(double));
