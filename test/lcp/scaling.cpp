@@ -39,15 +39,13 @@ TEST_CASE("a pair without a diagonal is as large as its coupling makes it: there
     const char* what;
     double there, back, diagonal, residual;
   };
-  for (const Case& known : {Case{"its own", 0.5, -3, 8, std::sqrt(8) / (10 / std::sqrt(8))},
-                            Case{"there and back", 0.5, -3, 0, 0.75 / 10},
-                            Case{"one way", 0, -3, 0, 4. / 10},
-                            Case{"the other way", 0.5, 0, 0, 0.125 / 10},
-                            Case{"not at all", 0, 0, 0, 1. / 10},
-                            // Beside 1e-12 sqrt(3 0.5) = 1.22e-12 it is none, or one.
-                            Case{"of rounding", 0.5, -3, 1e-12, 0.75 / 10},
-                            Case{"of more than that", 0.5, -3, 1.4e-12,
-                                 0.5 / std::sqrt(2) / (10 / std::sqrt(1.4e-12))}})
+  for (const Case& known :
+       {Case{"its own", 0.5, -3, 8, std::sqrt(8) / (10 / std::sqrt(8))}, Case{"there and back", 0.5, -3, 0, 0.75 / 10},
+        Case{"one way", 0, -3, 0, 4. / 10}, Case{"the other way", 0.5, 0, 0, 0.125 / 10},
+        Case{"not at all", 0, 0, 0, 1. / 10},
+        // Beside 1e-12 sqrt(3 0.5) = 1.22e-12 it is none, or one.
+        Case{"of rounding", 0.5, -3, 1e-12, 0.75 / 10},
+        Case{"of more than that", 0.5, -3, 1.4e-12, 0.5 / std::sqrt(2) / (10 / std::sqrt(1.4e-12))}})
     for (const bool free : {false, true}) {
       INFO(known.what << (free ? ", with a free unknown" : ""));
       const Eigen::Matrix2d M{{2, known.there}, {known.back, known.diagonal}};

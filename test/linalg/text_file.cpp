@@ -147,8 +147,9 @@ TEST_CASE("blocks and columns whose counts do not agree with each other are refu
   // Number of blocks; block rows and columns and where they end; filled rows, blocks; where rows begin; columns.
   CHECK(refusal("1 3 4  4 2 3  2 3  1 2 4  3 4  0 3 4  0 1 2 2" + numbers).empty());
   const std::string head = "2 3 4  2\nCSparse\n3-by-4, nzmax: 9 ",
-                    columns = "col 0 : locations 0 to 1 0 : 1 1 : 5\ncol 1 : locations 2 to 3 0 : 2 1 : 6\n"
-                              "col 2 : locations 4 to 4 2 : 11\ncol 3 : locations 5 to 7 0 : 4 1 : 8 2 : 12";
+                    columns =
+                        "col 0 : locations 0 to 1 0 : 1 1 : 5\ncol 1 : locations 2 to 3 0 : 2 1 : 6\n"
+                        "col 2 : locations 4 to 4 2 : 11\ncol 3 : locations 5 to 7 0 : 4 1 : 8 2 : 12";
   CHECK(refusal(head + "nnz: 8, 1-norm: 24\n" + columns).empty());
   const std::pair<std::string, std::string> broken[] = {
       {"1 3 4  4 2 3  2 2  1 2 4  3 4  0 3 4  0 1 2 2" + numbers,

@@ -173,11 +173,10 @@ TEST_CASE("a lone contact has no formula where any two of its directions couple 
   };
   const Vector3d even(0.2, 0.2, 0.2), leaning(0.2, 0.2, 0.072), long_one(0.1, 0.2, 0.3), below(0, -1, 0),
       aside(0.4, -0.3, 0);
-  for (const Case& known : {Case{"a ball", even, below, 0.3, 0, 1}, Case{"n and t1", leaning, aside, 0, 0, 0},
-                            Case{"n and t2", leaning, aside, M_PI / 2, 0, 0},
-                            Case{"t1 and t2", long_one, below, M_PI / 4, 0, 0},
-                            Case{"t1 and t2 differ", long_one, below, 0, 0, 0},
-                            Case{"it bounces", even, below, 0.3, 0.5, 0}}) {
+  for (const Case& known :
+       {Case{"a ball", even, below, 0.3, 0, 1}, Case{"n and t1", leaning, aside, 0, 0, 0},
+        Case{"n and t2", leaning, aside, M_PI / 2, 0, 0}, Case{"t1 and t2", long_one, below, M_PI / 4, 0, 0},
+        Case{"t1 and t2 differ", long_one, below, 0, 0, 0}, Case{"it bounces", even, below, 0.3, 0.5, 0}}) {
     ContactProblem p;
     add_body(p, 1, known.inertia, {1, -2, 0.5});
     add_contact(p, 0, known.arm, -1, {}, ground_axes(known.turn), 0.5, known.e);
