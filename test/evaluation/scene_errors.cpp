@@ -148,6 +148,11 @@ TEST_CASE("What is added to the sliding box's way comes out as its errors") {
   CHECK(errors.at("creep_after_stop_m") == Approx(std::hypot(2.7e-4, 2e-5)).epsilon(1e-9));
   CHECK(errors.at("position_final_m") == Approx(Vec3(0.01 * box_x(8), 8e-4, 2e-5).norm()).epsilon(1e-10));
   CHECK(errors.at("position_linf_m") == errors.at("position_final_m"));
+  // Sunk in for a while: as far as it is off the plane, whichever way.
+  const Errors sunk = errors_of(scenario, 8, 1e-2, 0, 8, [&](double t) {
+    return moved(scenario, Vec3(box_x(t), t < 4 ? -2e-5 : 0, 0));
+  });
+  CHECK(sunk.at("lift_linf_m") == Approx(2e-5).epsilon(1e-10));
 }
 
 TEST_CASE("Root mean square and horizon of an error that grows steadily") {

@@ -210,6 +210,11 @@ TEST_CASE("A box's push is its force over its mass, and its horizon a tenth of i
   const Errors off = errors_of(scenario, 6, 1e-2, 0, [&](double t) { return Vec3(0.02 * t, 0, -way(t)); });
   CHECK(off.at("horizon_s") == Approx(4.01));  // 0.08 m are passed after 4 s
   CHECK(off.at("lateral_drift_m") == Approx(0.12));
+  // A harmonic without a frequency is one more constant: 4 cos(pi / 3) = 2 m/s^2.
+  scenario.forces.clear();
+  scenario.gravity.harmonic[0] = {4, 0, pi / 3};
+  const Errors steady = errors_of(scenario, 1, 1e-2, 0, [](double t) { return Vec3(0.51 * t * t, 0, 0); });
+  CHECK(steady.at("position_linf_m") < 1e-12);
 }
 
 TEST_CASE("A box slides down the steepest line of a plane that leans both ways") {
@@ -261,6 +266,12 @@ TEST_CASE("A box has a closed form as long as the side it stands on keeps it fro
     for (const double push : {0.99 * most, 1.01 * most}) {
       scenario.forces = {{0, Vec3(2 * 9.8 * push, 0, 0), 0, 1}};
       CHECK(has_exact(errors_of(scenario, 0.1, 1e-2, 0, [](double) { return Vec3(0, 0, 0); })) == (push < most));
+    }
+    // And of what swings, too.
+    scenario.forces.clear();
+    for (const double swing : {0.99 * most, 1.01 * most}) {
+      scenario.gravity.harmonic[2] = {9.8 * swing, 1, 0};
+      CHECK(has_exact(errors_of(scenario, 0.1, 1e-2, 0, [](double) { return Vec3(0, 0, 0); })) == (swing < most));
     }
   }
 }
