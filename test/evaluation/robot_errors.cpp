@@ -203,11 +203,28 @@ TEST_CASE(
   // Base: 20 kg, 0.1 m behind the axle and 0.05 m to the right of its middle; faces 0.5 rad off -z, at (2, 3).
   Scenario scenario = two_wheels(0.1);
   scenario.initial.pose[0].p.x() = 0.05;
+  // The left wheel's centre of mass is above its hub.
+  scenario.initial.pose[1].p.y() += 0.02;
+  scenario.shapes[0].local.p.y() = -0.02;
+  // Each number of the controller and of the motors is another.
+  scenario.controllers[0].gains = {2.5, 3, 5, 0.2, 0.7, 0.4, 0.11, 0.6};
+  for (int i = 1; i < 3; ++i) {
+    scenario.model.trees[0].joints[static_cast<std::size_t>(i)].damping = 0.03;
+    scenario.model.trees[0].joints[static_cast<std::size_t>(i)].torque_limit = 7;
+  }
   const Quat turn(Eigen::AngleAxisd(0.5, Vec3::UnitY()));
   for (Pose& pose : scenario.initial.pose) pose = {turn * pose.p + Vec3(2, 0, 3), turn};
   const WheeledRobot robot = *wheeled_robot(scenario);
   CHECK(robot.axle == Approx(0.4).epsilon(1e-14));
   CHECK(robot.radius == wheel_radius);
+  CHECK(robot.kv == 2.5);
+  CHECK(robot.damping == 0.03);
+  CHECK(robot.torque_limit == 7);
+  const FigureEight& law = robot.law;
+  const double numbers[] = {law.x_amplitude,   law.z_amplitude,  law.rate, law.gain,
+                            law.velocity_gain, law.wheel_radius, law.axle};
+  const double expected[] = {3, 5, 0.2, 0.7, 0.4, 0.11, 0.6};
+  for (int i = 0; i < 7; ++i) CHECK(numbers[i] == expected[i]);
   CHECK(robot.mass == 22);
   CHECK(robot.forward_moment == Approx(-20 * 0.1).epsilon(1e-13));
   CHECK(robot.left_moment == Approx(-20 * 0.05).epsilon(1e-13));
@@ -363,7 +380,8 @@ TEST_CASE("A robot that moves as the one that never slips has no error, and shar
   CHECK(found.at("unloaded_right_relative") == Approx(1. / 6));
 }
 
-TEST_CASE("A wheel has a load where it has a millionth of both wheels', whichever of wheel and ground is listed first") {
+TEST_CASE(
+    "A wheel has a load where it has a millionth of both wheels', whichever of wheel and ground is listed first") {
   Scenario scenario = two_wheels(0.05);
   const WheeledRobot robot = *wheeled_robot(scenario);
   Shape ground;
@@ -385,7 +403,7 @@ TEST_CASE("A wheel has a load where it has a millionth of both wheels', whicheve
       contact.shape_b = ground_first ? wheel : 2;
     }
     double t = 0;
-    for (const double left : {1.0, 1e-5, 2e-6, 0.5e-6, 1e-7}) {  // N s, of the right wheel's 1
+    for (const double left : {1e-7, 1e-5, 2e-6, 0.5e-6, 1.0}) {  // N s, of the right wheel's 1
       t += 1e-3;
       solution.impulse = {left, 0, 0, 1, 0, 0};
       errors.observe_event(EventRecord{t, problem, solution, residuals, v_plus, contacts});
@@ -393,6 +411,8 @@ TEST_CASE("A wheel has a load where it has a millionth of both wheels', whicheve
     }
     const auto found = named(errors, "mobile_robot");
     CHECK(found.at("unloaded_left_relative") == Approx(0.4));
+    CHECK(found.at("load_asymmetry_linf_relative") == Approx(1).epsilon(1e-6));
+    CHECK(found.at("load_asymmetry_mean_relative") == Approx(0.8).epsilon(1e-4));
     CHECK(found.at("unloaded_right_relative") == 0);
   }
 }

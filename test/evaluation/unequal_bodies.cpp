@@ -300,7 +300,7 @@ TEST_CASE("A turn is that of all harmonics of the drive, and there is none where
   const auto still = [](double) { return Vec3(0, 0, 0); };
   // Turns of 1 s, of which 3.5 s hold three; a run of one turn has no drift.
   CHECK(errors_of(scenario, 3.5, 1e-2, 0, still).count("drift_per_turn_m") == 1);
-  CHECK(errors_of(scenario, 1.5, 1e-2, 0, still).count("radius_error_m") == 1);
+  CHECK(errors_of(scenario, 1.5, 1e-2, 0, still).at("radius_error_m") > 0.01);  // of the exact one, if it stands still
   CHECK(errors_of(scenario, 1.5, 1e-2, 0, still).count("drift_per_turn_m") == 0);
   CHECK(errors_of(scenario, 0.9, 1e-2, 0, still).count("radius_error_m") == 0);
   scenario.gravity.harmonic[2].frequency = 4 * pi;
