@@ -96,11 +96,13 @@ TEST_CASE("Points without a volume, too few or too many, and what is not finite,
   none({Vec3(0, 0, 0), Vec3(0, 0, 1), Vec3(0, 0, 2), Vec3(0, 0, 7)});
   none({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 1, 0), Vec3(0.3, 0.2, 0)});
   none({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 1, 1e-8)});
+  none({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 1, 0.7e-6)});  // 1e-6 of the extent
   none({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, NAN)});
   none({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, HUGE_VAL)});
   none(on_sphere(random, static_cast<int>(most_hull_vertices) + 1));
   CHECK(convex_hull(on_sphere(random, static_cast<int>(most_hull_vertices))).vertices.size() == most_hull_vertices);
   CHECK(convex_hull({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 1, 1e-3)}).faces.size() == 4);
+  CHECK(convex_hull({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 1, 1.5e-6)}).faces.size() == 4);
   CHECK(convex_hull({Vec3(0, 0, 0), Vec3(1e-6, 0, 0), Vec3(0, 1e-6, 0), Vec3(0, 0, 1e-6)}).faces.size() == 4);
   // As many points as are taken, most of them in one place; one more is too many.
   std::vector<Vec3> many(most_hull_points, Vec3(0.1, 0.1, 0.1));
