@@ -574,6 +574,7 @@ TEST_CASE("A sphere that rolls too early is as wrong as one that rolls too late"
   for (const double t : {0.5, 0.8}) {  // 0.6563746689 s by the closed form
     SceneErrors errors(scenario, SimulationOptions(), 0);
     errors.observe_start(scenario.initial);
+    Event(0, Vec3(20, 1, 0), none, Vec3(20, 1, 0), none).show(errors);  // it does not come down in this one
     Event(0, before, none, impact.v, impact.w).show(errors);
     Event(t, rolls - Vec3(0, 9.8e-3, 0), spin, rolls, spin).show(errors);
     errors.observe_step(scenario.initial, StepRecord());
