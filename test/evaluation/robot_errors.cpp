@@ -405,8 +405,10 @@ TEST_CASE(
     double t = 0;
     for (const double left : {1e-7, 1e-5, 2e-6, 0.5e-6, 1.0}) {  // N s, of the right wheel's 1
       t += 1e-3;
-      solution.impulse = {left, 0, 0, 1, 0, 0};
-      errors.observe_event(EventRecord{t, problem, solution, residuals, v_plus, contacts});
+      for (const bool second : {false, true}) {  // in two events of the step
+        solution.impulse = {second ? 0.0 : left, 0, 0, second ? 0.75 : 0.25, 0, 0};
+        errors.observe_event(EventRecord{t, problem, solution, residuals, v_plus, contacts});
+      }
       errors.observe_step(placed(scenario, robot, {}, t), StepRecord());
     }
     const auto found = named(errors, "mobile_robot");
