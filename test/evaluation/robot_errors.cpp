@@ -124,6 +124,17 @@ TEST_CASE("Only a robot that is free, alone, level and alike on both sides has o
   CHECK(refused([&](Scenario& s) { wheel(s).damping += 1; }));
   CHECK(refused([&](Scenario& s) { wheel(s).torque_limit = 7; }));
   CHECK(refused([&](Scenario& s) { s.model.bodies[wheel(s).body].inertia *= 1.001; }));
+  CHECK(refused([](Scenario& s) { s.shapes[1].radius *= 1.001; }));
+  CHECK(refused([](Scenario& s) { s.initial.pose[2].p.y() += 1e-3; }));  // one wheel higher than the other
+  CHECK(refused([](Scenario& s) { s.controllers[0].gains[3] = 0; }));    // the figure's rate
+  CHECK(refused([](Scenario& s) {                                       // an arm on it
+    s.model.bodies.push_back({"arm", 1, Vec3::Constant(1), 0});
+    s.initial.pose.emplace_back();
+    Joint joint;
+    joint.kind = JointKind::revolute;
+    joint.body = 3;
+    s.model.trees[0].joints.push_back(joint);
+  }));
 }
 
 TEST_CASE("A robot without motors and with its mass on the axle coasts round a circle") {
@@ -170,17 +181,21 @@ TEST_CASE("The robot that never slips does not depend on how often it is asked")
 
 TEST_CASE("The distance from a figure eight is the distance along its normal, on the branch that is driven") {
   const FigureEight path;
-  for (const double off : {0.0, 0.02, -0.3}) {
-    CrossTrack track(path);
-    for (double t = 0.2; t < 70; t += 0.05) {
-      // Beside the place that the path had 0.2 s ago; 31.4 s and 62.8 s are at the crossing.
-      const FigureEight::Wanted at = path.at(t - 0.2);
-      const double speed = std::hypot(at.vx, at.vz);
-      const double x = at.x + off * at.vz / speed, z = at.z - off * at.vx / speed;
-      INFO(t);
-      CHECK(track.distance(t, x, z) == Approx(std::abs(off)).margin(1e-9));
+  // The one from 0.2 s behind the wanted place, the other from 5 s behind: half a radian of the figure.
+  for (const double behind : {0.2, 5.0})
+    for (const double off : {0.0, 0.02, -0.3}) {
+      CrossTrack track(path);
+      for (double t = behind; t < 70; t += 0.05) {
+        // Beside the place that the path had then; 31.4 s and 62.8 s are at the crossing.
+        const FigureEight::Wanted at = path.at(t - behind);
+        const double speed = std::hypot(at.vx, at.vz);
+        const double x = at.x + off * at.vz / speed, z = at.z - off * at.vx / speed;
+        const double found = track.distance(t, x, z);
+        if (t < behind + 0.1) continue;  // it is being sought, from the wanted place on
+        INFO(behind << " s behind at " << t << " s");
+        CHECK(found == Approx(std::abs(off)).margin(1e-9));
+      }
     }
-  }
 }
 
 TEST_CASE(
@@ -188,11 +203,28 @@ TEST_CASE(
   // Base: 20 kg, 0.1 m behind the axle and 0.05 m to the right of its middle; faces 0.5 rad off -z, at (2, 3).
   Scenario scenario = two_wheels(0.1);
   scenario.initial.pose[0].p.x() = 0.05;
+  // The left wheel's centre of mass is above its hub.
+  scenario.initial.pose[1].p.y() += 0.02;
+  scenario.shapes[0].local.p.y() = -0.02;
+  // Each number of the controller and of the motors is another.
+  scenario.controllers[0].gains = {2.5, 3, 5, 0.2, 0.7, 0.4, 0.11, 0.6};
+  for (int i = 1; i < 3; ++i) {
+    scenario.model.trees[0].joints[static_cast<std::size_t>(i)].damping = 0.03;
+    scenario.model.trees[0].joints[static_cast<std::size_t>(i)].torque_limit = 7;
+  }
   const Quat turn(Eigen::AngleAxisd(0.5, Vec3::UnitY()));
   for (Pose& pose : scenario.initial.pose) pose = {turn * pose.p + Vec3(2, 0, 3), turn};
   const WheeledRobot robot = *wheeled_robot(scenario);
   CHECK(robot.axle == Approx(0.4).epsilon(1e-14));
   CHECK(robot.radius == wheel_radius);
+  CHECK(robot.kv == 2.5);
+  CHECK(robot.damping == 0.03);
+  CHECK(robot.torque_limit == 7);
+  const FigureEight& law = robot.law;
+  const double numbers[] = {law.x_amplitude,   law.z_amplitude,  law.rate, law.gain,
+                            law.velocity_gain, law.wheel_radius, law.axle};
+  const double expected[] = {3, 5, 0.2, 0.7, 0.4, 0.11, 0.6};
+  for (int i = 0; i < 7; ++i) CHECK(numbers[i] == expected[i]);
   CHECK(robot.mass == 22);
   CHECK(robot.forward_moment == Approx(-20 * 0.1).epsilon(1e-13));
   CHECK(robot.left_moment == Approx(-20 * 0.05).epsilon(1e-13));
@@ -256,6 +288,11 @@ TEST_CASE("Motors at their limit turn the robot, or drive it on, with all the to
   CHECK(turns.at(0.1).speed == Approx(0).margin(1e-15));
   CHECK(drives.at(0.1).speed == Approx(2e-3 / r / a * 0.1).epsilon(1e-9));
   CHECK(drives.at(0.1).turning == Approx(0).margin(1e-15));
+  // The axles' friction is beside what the motors give: a u' = 2 (M - c u / r) / r.
+  robot.damping = 0.03;
+  NoSlipDrive dragged(robot, {0, 0, robot.law.at(0).heading, 0, 0});
+  const double rate = 2 * 0.03 / (r * r) / a;
+  CHECK(dragged.at(0.1).speed == Approx(1e-3 * r / 0.03 * (1 - std::exp(-rate * 0.1))).epsilon(1e-9));
 }
 
 TEST_CASE("Distances from the figure count from 5 s on, those from the robot that never slips from the start") {
@@ -343,6 +380,45 @@ TEST_CASE("A robot that moves as the one that never slips has no error, and shar
   CHECK(found.at("unloaded_right_relative") == Approx(1. / 6));
 }
 
+TEST_CASE(
+    "A wheel has a load where it has a millionth of both wheels', whichever of wheel and ground is listed first") {
+  Scenario scenario = two_wheels(0.05);
+  const WheeledRobot robot = *wheeled_robot(scenario);
+  Shape ground;
+  ground.kind = ShapeKind::half_space;
+  scenario.shapes.push_back(ground);
+  SimulationOptions options;
+  options.duration = 10;
+  for (const bool ground_first : {false, true}) {
+    INFO((ground_first ? "ground first" : "wheels first"));
+    SceneErrors errors(scenario, options, 0);
+    ContactProblem problem;
+    ContactSolution solution;
+    Residuals residuals;
+    const std::vector<double> v_plus;
+    std::vector<ContactPoint> contacts(2);
+    for (int wheel = 0; wheel < 2; ++wheel) {
+      ContactPoint& contact = contacts[static_cast<std::size_t>(wheel)];
+      contact.shape_a = ground_first ? 2 : wheel;
+      contact.shape_b = ground_first ? wheel : 2;
+    }
+    double t = 0;
+    for (const double left : {1e-7, 1e-5, 2e-6, 0.5e-6, 1.0}) {  // N s, of the right wheel's 1
+      t += 1e-3;
+      for (const bool second : {false, true}) {  // in two events of the step
+        solution.impulse = {second ? 0.0 : left, 0, 0, second ? 0.75 : 0.25, 0, 0};
+        errors.observe_event(EventRecord{t, problem, solution, residuals, v_plus, contacts});
+      }
+      errors.observe_step(placed(scenario, robot, {}, t), StepRecord());
+    }
+    const auto found = named(errors, "mobile_robot");
+    CHECK(found.at("unloaded_left_relative") == Approx(0.4));
+    CHECK(found.at("load_asymmetry_linf_relative") == Approx(1).epsilon(1e-6));
+    CHECK(found.at("load_asymmetry_mean_relative") == Approx(0.8).epsilon(1e-4));
+    CHECK(found.at("unloaded_right_relative") == 0);
+  }
+}
+
 TEST_CASE("To an accuracy a robot has no loads, and all other errors") {
   const Scenario scenario = two_wheels(0.05);
   SimulationOptions options;
@@ -386,6 +462,7 @@ TEST_CASE("A wheel that spins on the spot slips along, one that is pushed sidewa
   CHECK(found.at("slip_right_across_linf_m_per_s") < 1e-12);
   CHECK(found.at("unloaded_left_relative") == 1);
   CHECK(found.count("cross_track_rms_m") == 0);  // not before 5 s
+  CHECK(found.count("position_final_m") == 0);   // nor before the end
   // And without slip in three steps more: a quarter of the mean square.
   for (const double t : {2e-3, 3e-3, 4e-3})
     errors.observe_step(placed(scenario, robot, {0, 0, 0.7, 0.4, 0.1}, t), StepRecord());
@@ -397,8 +474,11 @@ TEST_CASE("A wheel that spins on the spot slips along, one that is pushed sidewa
   CHECK(later.at("slip_right_across_rms_m_per_s") < 1e-12);
 }
 
-TEST_CASE("Creep of a grasp is what the held body moves in both fingers' frames, whatever the hand does") {
-  // Two fingers on a joint each and a free cube of 0.2 m.
+namespace {
+
+// Two fingers on a joint each, a free cube of 0.2 m between them, and an arm's joint that follows 0.3 + 0.5 sin(2 t +
+// 0.1).
+Scenario grasped() {
   Scenario scenario;
   scenario.reference = {ReferenceKind::analytic, "grasp", {}};
   Tree tree;
@@ -434,7 +514,7 @@ TEST_CASE("Creep of a grasp is what the held body moves in both fingers' frames,
   for (int i = 0; i < 2; ++i)
     spec.joints.push_back(
         {static_cast<int>(role - spec.row->roles.begin()), i, std::vector<double>(role->gains.size(), 1.0)});
-  // And the arm's joint, which follows 0.3 + 0.5 sin(2 t + 0.1), but for 0.01 rad/s.
+  // And the arm's joint.
   scenario.model.bodies.push_back({"arm", 1, Vec3::Constant(1), 0});
   scenario.initial.pose.emplace_back();
   scenario.initial.v.resize(24, 0);
@@ -451,7 +531,13 @@ TEST_CASE("Creep of a grasp is what the held body moves in both fingers' frames,
   REQUIRE(track != spec.row->roles.end());
   spec.joints.push_back({static_cast<int>(track - spec.row->roles.begin()), 2, {0.3, 0.5, 2, 0.1, 0, 0}});
   scenario.controllers = {spec};
+  return scenario;
+}
 
+}  // namespace
+
+TEST_CASE("Creep of a grasp is what the held body moves in both fingers' frames, whatever the hand does") {
+  const Scenario scenario = grasped();
   SimulationOptions options;
   options.step = 0.01;
   options.duration = 4;
@@ -508,4 +594,84 @@ TEST_CASE("Creep of a grasp is what the held body moves in both fingers' frames,
   CHECK(found.at("creep_rate_m_per_s") == Approx(std::sqrt(2) * 0.03).epsilon(1e-12));
   CHECK(found.at("rotation_linf_rad") == Approx(0.04).epsilon(1e-12));
   CHECK(found.at("dropped_s") == Approx(3.34).epsilon(1e-12));  // 0.1 m are passed after 10/3 s
+}
+
+TEST_CASE("A held body is dropped once it is half its own size from its place in the frames of both fingers") {
+  Scenario scenario = grasped();
+  Shape table = scenario.shapes[0];  // larger than what is held
+  table.body = -1;
+  table.half_extents = Vec3::Constant(5);
+  scenario.shapes.push_back(table);
+  SimulationOptions options;
+  options.step = 0.01;
+  options.duration = 4;
+  for (const std::size_t opens : {0U, 1U}) {
+    INFO("finger " << opens);
+    SceneErrors errors(scenario, options, 0);
+    State state = scenario.initial;
+    state.t = 1;
+    state.pose[opens].p.x() += 0.15;  // this finger goes; the cube stays in the other's frame
+    errors.observe_step(state, StepRecord());
+    auto found = named(errors, "grasp");
+    CHECK(found.count("dropped_s") == 0);
+    CHECK(found.at("creep_linf_m") == Approx(0.15).epsilon(1e-12));
+    state.t = 1.5;
+    state.pose[1 - opens].p.x() += 0.15;
+    errors.observe_step(state, StepRecord());
+    found = named(errors, "grasp");
+    CHECK(found.at("dropped_s") == 1.5);
+    CHECK(found.count("creep_final_m") == 0);  // it ended early
+    CHECK(found.count("creep_rate_m_per_s") == 0);
+  }
+}
+
+TEST_CASE("Of the joints on sinusoids the first two that swing are told, whatever is held still before them") {
+  Scenario scenario = grasped();
+  Tree& tree = scenario.model.trees[0];
+  std::vector<ControllerSpec::ControlledJoint>& controlled = scenario.controllers[0].joints;
+  const int track = controlled.back().role;
+  for (int j = 3; j < 6; ++j) {
+    scenario.model.bodies.push_back({"link", 1, Vec3::Constant(1), 0});
+    Joint joint;
+    joint.kind = JointKind::revolute;
+    joint.body = j + 1;
+    joint.q = joint.v = j;
+    tree.joints.push_back(joint);
+  }
+  scenario.initial.pose.resize(7);
+  scenario.initial.v.resize(42, 0);
+  scenario.initial.q.resize(6, 0);
+  scenario.initial.qd.resize(6, 0);
+  // Held at 0.7; the arm's; 0.2 sin 3 t; one more.
+  controlled.insert(controlled.end() - 1, ControllerSpec::ControlledJoint{track, 3, {0.7, 0, 2, 0.1, 0, 0}});
+  controlled.push_back({track, 4, {0, 0.2, 3, 0, 0, 0}});
+  controlled.push_back({track, 5, {0, 0.9, 5, 0, 0, 0}});
+  SceneErrors errors(scenario, SimulationOptions(), 0);
+  State state = scenario.initial;
+  state.t = 0.5;
+  state.q = {0, 0, 0.3 + 0.5 * std::sin(1.1) + 0.01, 1.7, 0.2 * std::sin(1.5) - 0.02, 4};
+  errors.observe_step(state, StepRecord());
+  const auto found = named(errors, "grasp");
+  CHECK(found.at("tracking_shoulder1_linf_rad") == Approx(0.01).epsilon(1e-9));
+  CHECK(found.at("tracking_shoulder1_rms_rad") == Approx(0.01).epsilon(1e-9));
+  CHECK(found.at("tracking_shoulder2_linf_rad") == Approx(0.02).epsilon(1e-9));
+  CHECK(found.at("tracking_shoulder2_rms_rad") == Approx(0.02).epsilon(1e-9));
+}
+
+TEST_CASE("A grasp is measured where two fingers hold one body") {
+  const auto measured = [](const Scenario& scenario) {
+    SceneErrors errors(scenario, SimulationOptions(), 0);
+    errors.observe_step(scenario.initial, StepRecord());
+    return !errors.finish().empty();
+  };
+  CHECK(measured(grasped()));
+  Scenario one_finger = grasped(), two_bodies = grasped(), nothing_held = grasped();
+  one_finger.controllers[0].joints.erase(one_finger.controllers[0].joints.begin());
+  two_bodies.model.bodies.push_back({"another", 1, Vec3::Constant(1)});
+  two_bodies.initial.pose.emplace_back();
+  two_bodies.initial.v.resize(30, 0);
+  nothing_held.model.bodies[2].tree = 0;
+  CHECK_FALSE(measured(one_finger));
+  CHECK_FALSE(measured(two_bodies));
+  CHECK_FALSE(measured(nothing_held));
 }

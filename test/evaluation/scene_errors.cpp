@@ -148,6 +148,21 @@ TEST_CASE("What is added to the sliding box's way comes out as its errors") {
   CHECK(errors.at("creep_after_stop_m") == Approx(std::hypot(2.7e-4, 2e-5)).epsilon(1e-9));
   CHECK(errors.at("position_final_m") == Approx(Vec3(0.01 * box_x(8), 8e-4, 2e-5).norm()).epsilon(1e-10));
   CHECK(errors.at("position_linf_m") == errors.at("position_final_m"));
+  // Sunk in until 4 s, and aside by 1e-4 m for a while before the push and by 3e-4 m after it: back at the end.
+  const Errors back = errors_of(scenario, 8, 1e-2, 0, 8, [&](double t) {
+    const double aside = t > 0.3 && t < 0.7 ? 1e-4 : t > 6 && t < 7 ? 3e-4 : 0;
+    return moved(scenario, Vec3(box_x(t), t < 4 ? -2e-5 : 0, aside));
+  });
+  CHECK(back.at("lift_linf_m") == Approx(2e-5).epsilon(1e-10));
+  CHECK(back.at("creep_before_push_m") == Approx(std::hypot(1e-4, 2e-5)).epsilon(1e-9));
+  CHECK(back.at("creep_after_stop_m") == Approx(3e-4).epsilon(1e-9));
+  CHECK(back.at("lateral_drift_m") == Approx(3e-4).epsilon(1e-9));
+  CHECK(back.at("position_linf_m") == Approx(3e-4).epsilon(1e-9));
+  CHECK(back.at("position_final_m") < 1e-13);
+  // What falls short is as wrong as what goes too far.
+  const Errors shorter =
+      errors_of(scenario, 8, 1e-2, 0, 8, [&](double t) { return moved(scenario, Vec3(0.99 * box_x(t), 0, 0)); });
+  CHECK(shorter.at("x_final_relative") == Approx(0.01).epsilon(1e-10));
 }
 
 TEST_CASE("Root mean square and horizon of an error that grows steadily") {
@@ -259,6 +274,12 @@ TEST_CASE("A box that creeps down its slope reports how far, how fast and since 
   CHECK(errors.at("tilt_linf_rad") == Approx(1e-7).epsilon(1e-6));
   CHECK(errors.at("position_final_m") == Approx(5e-5).epsilon(1e-10));
   CHECK(errors.at("polygon_position_final_m") == Approx(5e-5).epsilon(1e-10));
+  const Errors rocked = errors_of(scenario, 5, 1e-2, 8, 5, [&](double t) {
+    Pose pose = moved(scenario, Vec3::Zero());
+    pose.q = Quat(Eigen::AngleAxisd(t > 2 && t < 3 ? 1e-3 : 0.0, Vec3::UnitX())) * pose.q;
+    return pose;
+  });
+  CHECK(rocked.at("tilt_linf_rad") == Approx(1e-3).epsilon(1e-6));
 }
 
 TEST_CASE("A box that rests on its slope has no error, to the last bit") {
@@ -543,6 +564,22 @@ TEST_CASE("A sphere that slides after its impact is timed until it rolls") {
   }
   CHECK(named(errors).at("rolling_start_error_s") == Approx(0.657 - 0.6563746689).margin(1e-9));
   CHECK(v.x() == Approx(14.28571429).epsilon(1e-9));
+}
+
+TEST_CASE("A sphere that rolls too early is as wrong as one that rolls too late") {
+  const Scenario scenario = sphere_scene(Vec3(20, -3, 0), 0);
+  const SphereBody sphere{4.1887902047863905, 0.4 * 4.1887902047863905, 1};
+  const Vec3 before(20, -3, 0), none = Vec3::Zero(), rolls(14, 0, 0), spin(0, 0, -14);
+  const SphereImpact impact = sphere_impact(sphere, before, none, Vec3(0, 1, 0), 0.60581, 0);
+  for (const double t : {0.5, 0.8}) {  // 0.6563746689 s by the closed form
+    SceneErrors errors(scenario, SimulationOptions(), 0);
+    errors.observe_start(scenario.initial);
+    Event(0, Vec3(20, 1, 0), none, Vec3(20, 1, 0), none).show(errors);  // it does not come down in this one
+    Event(0, before, none, impact.v, impact.w).show(errors);
+    Event(t, rolls - Vec3(0, 9.8e-3, 0), spin, rolls, spin).show(errors);
+    errors.observe_step(scenario.initial, StepRecord());
+    CHECK(named(errors).at("rolling_start_error_s") == Approx(std::abs(t - 0.6563746689)).epsilon(1e-6));
+  }
 }
 
 TEST_CASE("A bouncing sphere is compared with the impact that restitution prescribes") {

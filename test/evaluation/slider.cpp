@@ -225,3 +225,22 @@ TEST_CASE("A slider on a line in a swinging drive sticks and breaks loose at the
   const double loose = 2 * pi / 3;
   CHECK(state_at(slider, 3.0).v.x() == Approx(std::sin(3.0) - std::sin(loose) + (3.0 - loose) / 2).epsilon(1e-11));
 }
+
+TEST_CASE("Pushes that follow each other in different directions count from when each sets in to when it ends") {
+  // 1 m/s^2 along x from 1.0037 s to 2 s, along y from 3 s to 3.5 s, against friction of 0.5 m/s^2: it speeds up and
+  // slows down as long.
+  Drive drive;
+  drive.pushes.push_back({Vec2(1, 0), 1.0037, 2});
+  drive.pushes.push_back({Vec2(0, 1), 3, 3.5});
+  Slider slider = coulomb_slider(drive, 0.5, {});
+  CHECK(std::holds_alternative<DiskSlider>(slider));
+  CHECK(state_at(slider, 1.0036).p.norm() == 0);
+  const double pushed = 2 - 1.0037, x = 2 * 0.25 * pushed * pushed;
+  CHECK(state_at(slider, 1.9).p.x() == Approx(0.25 * (1.9 - 1.0037) * (1.9 - 1.0037)).epsilon(1e-9));
+  CHECK(state_at(slider, 2).v.x() == Approx(0.5 * pushed).epsilon(1e-9));
+  CHECK(state_at(slider, 2.999).v.norm() == 0);
+  CHECK(state_at(slider, 2.999).p.x() == Approx(x).epsilon(1e-9));
+  CHECK(state_at(slider, 3.5).p.y() == Approx(0.25 * 0.25).epsilon(1e-9));
+  CHECK(state_at(slider, 4.5).p.y() == Approx(2 * 0.25 * 0.25).epsilon(1e-9));
+  CHECK(state_at(slider, 4.5).p.x() == Approx(x).epsilon(1e-9));
+}

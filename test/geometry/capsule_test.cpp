@@ -269,3 +269,16 @@ TEST_CASE("what a capsule nearly lies along has points at both ends of what they
           }
         }
 }
+
+TEST_CASE("Balls in one place are pushed apart by both of their radii, the first upwards") {
+  for (const Shape& one : {sphere(0.5), capsule(0.5, 0)})
+    for (const Shape& other : {sphere(0.2), capsule(0.2, 0)}) {
+      INFO(name(one.kind) << " in " << name(other.kind));
+      const auto found = points(one, at(1, 2, 3), other, at(1, 2, 3));
+      REQUIRE(found.size() == 1);
+      CHECK(found[0].normal == Vec3(0, 1, 0));
+      CHECK(found[0].gap == Approx(-0.7));
+      // Halfway from the lowest point of the first, at 1.5, to the highest one of the other, at 2.2.
+      CHECK((found[0].position - Vec3(1, 1.85, 3)).norm() < 1e-15);
+    }
+}

@@ -346,26 +346,31 @@ TEST_CASE("a box with a grid that stands on an edge touches in the points of tha
 
 TEST_CASE("A contact of every two kinds lies halfway between their surfaces, with a gap as with an overlap") {
   const Shape ball = sphere(0.5), cube = box(1, 1, 1), drum = cylinder(0.5, 1), plane = half_space();
-  for (const double gap : {0.05, -0.05})
-    for (const Shape& low : {plane, ball, cube, drum})
-      for (const Shape& high : {ball, cube, drum}) {
-        const double top = low.kind == ShapeKind::half_space ? 0 : 0.5;
-        for (const bool swapped : {false, true}) {
-          INFO(static_cast<int>(low.kind) << " below " << static_cast<int>(high.kind) << ", gap " << gap);
-          std::vector<ContactPoint> points;
-          const Pose above = at(0, top + gap + 0.5, 0), still = at(0, 0, 0);
-          if (swapped)
-            contact_points(low, still, 0, high, above, 1, 0.1, points);
-          else
-            contact_points(high, above, 1, low, still, 0, 0.1, points);
-          REQUIRE(!points.empty());
-          for (const ContactPoint& point : points) {
-            CHECK(point.position.y() == Approx(top + gap / 2).margin(1e-14));
-            CHECK(point.gap == Approx(gap).margin(1e-14));
-            CHECK(point.normal.y() == Approx(swapped ? -1 : 1).margin(1e-14));
+  const Shape rod = capsule(0.3, 0.4), block = box_hull(1, 1, 1);
+  // Within the tolerance, and beyond it where more is looked at; each is 1 m high.
+  for (const auto& [tolerance, reach] : {std::pair(0.1, 0.0), {1e-9, 0.1}})
+    for (const double gap : {0.05, -0.05})
+      for (const Shape& low : {plane, ball, cube, drum, rod, block})
+        for (const Shape& high : {ball, cube, drum, rod, block}) {
+          const double top = low.kind == ShapeKind::half_space ? 0 : 0.5;
+          for (const bool swapped : {false, true}) {
+            INFO(name(low.kind) << " below " << name(high.kind) << ", gap " << gap << ", looked for up to " << reach);
+            std::vector<ContactPoint> points;
+            const Pose above = at(0, top + gap + 0.5, 0), still = at(0, 0, 0);
+            if (swapped)
+              contact_points(low, still, 0, high, above, 1, tolerance, points, false, reach);
+            else
+              contact_points(high, above, 1, low, still, 0, tolerance, points, false, reach);
+            REQUIRE(!points.empty());
+            for (const ContactPoint& point : points) {
+              CHECK(point.position.y() == Approx(top + gap / 2).margin(1e-14));
+              CHECK(point.gap == Approx(gap).margin(1e-14));
+              CHECK(point.normal.y() == Approx(swapped ? -1 : 1).margin(1e-14));
+              CHECK(point.shape_a == (swapped ? 0 : 1));
+              CHECK(point.shape_b == (swapped ? 1 : 0));
+            }
           }
         }
-      }
 }
 
 TEST_CASE("a tilted box whose grid touches in part keeps every point of it, where a whole face keeps its corners") {

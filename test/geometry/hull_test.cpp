@@ -96,12 +96,32 @@ TEST_CASE("Points without a volume, too few or too many, and what is not finite,
   none({Vec3(0, 0, 0), Vec3(0, 0, 1), Vec3(0, 0, 2), Vec3(0, 0, 7)});
   none({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 1, 0), Vec3(0.3, 0.2, 0)});
   none({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 1, 1e-8)});
+  none({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 1, 0.7e-6)});  // 1e-6 of the extent
   none({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, NAN)});
   none({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, HUGE_VAL)});
   none(on_sphere(random, static_cast<int>(most_hull_vertices) + 1));
   CHECK(convex_hull(on_sphere(random, static_cast<int>(most_hull_vertices))).vertices.size() == most_hull_vertices);
   CHECK(convex_hull({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 1, 1e-3)}).faces.size() == 4);
+  CHECK(convex_hull({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 1, 1.5e-6)}).faces.size() == 4);
   CHECK(convex_hull({Vec3(0, 0, 0), Vec3(1e-6, 0, 0), Vec3(0, 1e-6, 0), Vec3(0, 0, 1e-6)}).faces.size() == 4);
+  // As many points as are taken, most of them in one place; one more is too many.
+  std::vector<Vec3> many(most_hull_points, Vec3(0.1, 0.1, 0.1));
+  for (std::size_t i = 0; i < 4; ++i) many[i] = i == 3 ? Vec3(Vec3::Zero()) : Vec3(Vec3::Unit(static_cast<int>(i)));
+  CHECK(convex_hull(many).vertices.size() == 4);
+  many.emplace_back(0.1, 0.1, 0.1);
+  none(many);
+}
+
+TEST_CASE("Four corners are one face as long as they are in one plane to 1e-9 of the extent") {
+  for (const double off : {0.3e-9, 3e-9}) {
+    std::vector<Vec3> corners;
+    for (int k = 0; k < 8; ++k) corners.push_back(10 * Vec3(k & 1 ? 1 : 0, k & 2 ? 1 : 0, k & 4 ? 1 : 0));
+    corners[7].x() += 10 * off;  // of the side at x = 10 m, in the planes of the two others
+    const Polytope hull = convex_hull(corners);
+    INFO(off);
+    CHECK(hull.vertices.size() == 8);
+    CHECK(hull.faces.size() == (off < 1e-9 ? 6 : 7));
+  }
 }
 
 TEST_CASE("Points whose hull's moments are beyond what a number holds are refused, smaller and larger ones are not") {

@@ -102,3 +102,10 @@ TEST_CASE("Bounding radius and size of the shapes") {
   CHECK(std::isinf(half_space().bounding_radius()));
   CHECK(std::isinf(half_space().size()));
 }
+
+TEST_CASE("A kind of shape is told by the name of its element in a scene") {
+  const std::pair<ShapeKind, std::string_view> elements[] = {
+      {ShapeKind::sphere, "sphere"},   {ShapeKind::box, "box"},   {ShapeKind::cylinder, "cylinder"},
+      {ShapeKind::capsule, "capsule"}, {ShapeKind::hull, "hull"}, {ShapeKind::half_space, "half_space"}};
+  for (const auto& [kind, element] : elements) CHECK(name(kind) == element);
+}

@@ -366,3 +366,13 @@ TEST_CASE("a step that is no number ends the look ahead, in place of going round
   CHECK(advance_until(2, lost) == 2);
   CHECK(looks == 1);
 }
+
+TEST_CASE("a look ahead that comes on by small steps alone ends at the safe time that it has reached, not beyond") {
+  int looks = 0;
+  const auto slow = [&](double, double, bool) {
+    ++looks;
+    return Look{.arrived = false, .step = 1e-3};
+  };
+  CHECK(advance_until(2, slow) == Approx(1e-3 * max_advancements));
+  CHECK(looks == max_advancements);
+}

@@ -191,6 +191,16 @@ TEST_CASE("A controller's numbers go by their names, whatever their order, to th
   CHECK(other.words == std::vector<int>{0});  // computed
   REQUIRE(other.joints.size() == 1);
   CHECK(other.joints[0].gains == std::vector<double>(6, 0.0));
+  // Gains that would drive what they are to hold are refused.
+  const auto said = [](const std::string& numbers, const std::string& of_joint) {
+    return message_of(TextFile(scene(cart, "<controllers><controller kind=\"computed_torque\" robot=\"first\" " +
+                                               numbers + "><track joint=\"rail\" " + of_joint +
+                                               "/></controller></controllers>"))
+                          .path());
+  };
+  CHECK(said("kp=\"0\" kd=\"0\"", "kp=\"0\" kv=\"0\" amplitude=\"-1\"").empty());
+  for (const char* gain : {"kp=\"-1\"", "kd=\"-1\""}) CHECK_THAT(said(gain, ""), Catch::Contains("at least 0"));
+  for (const char* gain : {"kp=\"-1\"", "kv=\"-1\""}) CHECK_THAT(said("", gain), Catch::Contains("at least 0"));
 }
 
 TEST_CASE("A figure eight's wheels are the left and the right one by name, its numbers in the order of its row") {
@@ -223,7 +233,9 @@ TEST_CASE("A figure eight's wheels are the left and the right one by name, its n
   CHECK_THAT(said("kv=\"1\"", "<left joint=\"a\"/>"),
              Catch::Contains("0 <right> in a figure_eight controller; it takes 1"));
   CHECK_THAT(said("kv=\"-1\"", "<left joint=\"a\"/><right joint=\"b\"/>"), Catch::Contains("at least 0"));
-  CHECK_THAT(said("kv=\"1\" axle=\"0\"", "<left joint=\"a\"/><right joint=\"b\"/>"), Catch::Contains("at least 1e-06"));
+  for (const char* length : {"axle=\"0\"", "wheel_radius=\"0\""})
+    CHECK_THAT(said(std::string("kv=\"1\" ") + length, "<left joint=\"a\"/><right joint=\"b\"/>"),
+               Catch::Contains("at least 1e-06"));
   CHECK_THAT(said("kv=\"1\"", "<left joint=\"a\"/><right joint=\"float\"/>"),
              Catch::Contains("no joint \"float\" that a motor can drive; did you mean") ||
                  Catch::Contains("these it has: a, b"));
