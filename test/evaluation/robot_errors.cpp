@@ -127,7 +127,7 @@ TEST_CASE("Only a robot that is free, alone, level and alike on both sides has o
   CHECK(refused([](Scenario& s) { s.shapes[1].radius *= 1.001; }));
   CHECK(refused([](Scenario& s) { s.initial.pose[2].p.y() += 1e-3; }));  // one wheel higher than the other
   CHECK(refused([](Scenario& s) { s.controllers[0].gains[3] = 0; }));    // the figure's rate
-  CHECK(refused([](Scenario& s) {                                       // an arm on it
+  CHECK(refused([](Scenario& s) {                                        // an arm on it
     s.model.bodies.push_back({"arm", 1, Vec3::Constant(1), 0});
     s.initial.pose.emplace_back();
     Joint joint;

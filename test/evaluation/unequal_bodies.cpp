@@ -162,7 +162,7 @@ TEST_CASE("A shell's run is measured against the cone and against the polygon, e
     errors.observe_event(EventRecord{t, problem, solution, residuals, v_plus, contacts});
   };
   show(0.4, 2, 20, turned);
-  show(0.5, 1, 2, turned);  // a smaller gain, of less
+  show(0.5, 1, 2, turned);     // a smaller gain, of less
   show(0.6, 0.5, 20, turned);  // neither is the last one
   // Impulses of the cone and of the polygon: 0.4 (-1, 0) and 0.4 (-cos, sin) along x and z; over 2 kg, and by 0.5 /
   // 0.1.

@@ -193,10 +193,10 @@ TEST_CASE("A controller's numbers go by their names, whatever their order, to th
   CHECK(other.joints[0].gains == std::vector<double>(6, 0.0));
   // Gains that would drive what they are to hold are refused.
   const auto said = [](const std::string& numbers, const std::string& of_joint) {
-    return message_of(TextFile(scene(cart, "<controllers><controller kind=\"computed_torque\" robot=\"first\" " +
-                                               numbers + "><track joint=\"rail\" " + of_joint +
-                                               "/></controller></controllers>"))
-                          .path());
+    return message_of(
+        TextFile(scene(cart, "<controllers><controller kind=\"computed_torque\" robot=\"first\" " + numbers +
+                                 "><track joint=\"rail\" " + of_joint + "/></controller></controllers>"))
+            .path());
   };
   CHECK(said("kp=\"0\" kd=\"0\"", "kp=\"0\" kv=\"0\" amplitude=\"-1\"").empty());
   for (const char* gain : {"kp=\"-1\"", "kd=\"-1\""}) CHECK_THAT(said(gain, ""), Catch::Contains("at least 0"));
