@@ -53,11 +53,11 @@ void add_force(const Force& force, double mass, const OnPlane& plane, Driven& ou
   const Vec2 along = in_plane(plane, a);
   out.drive.pushes.push_back({along, force.from, force.to});
   out.strongest += a.norm();
-  if (!out.push && along.norm() > 0) {
+  if (along.norm() == 0) return;
+  if (!out.push || force.from < out.push_from) {
     out.push = along.normalized();
     out.push_from = force.from;
   }
-  out.push_from = std::min(out.push_from, force.from);
   out.push_to = std::max(out.push_to, force.to);
 }
 

@@ -124,7 +124,7 @@ TEST_CASE("Pushes count by their times, in whatever order they are written") {
   const Vec3 force = scenario.forces[0].force;
   Errors in_order;
   for (const bool latest_first : {false, true}) {
-    scenario.forces = {{0, force, 1, 1.5}, {0, force, 4, 5}};  // at rest between
+    scenario.forces = {{0, force, 1, 1.5}, {0, Vec3(-force.z(), 0, force.x()), 4, 5}};  // at rest between, then across
     if (latest_first) std::swap(scenario.forces[0], scenario.forces[1]);
     const Errors errors =
         errors_of(scenario, 8, 1e-3, 0, 8, [&](double t) { return moved(scenario, Vec3(0.01 * t, 0, 0)); });
