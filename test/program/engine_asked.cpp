@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cstdlib>
+#include <tuple>
 
 #include "program/program.h"
 
@@ -205,6 +206,12 @@ TEST_CASE("runs whose knobs lie over the defaults and over those tuned have a fo
   const fs::path runs = directory.path() / "results/runs";
   CHECK(summary(runs / "fall__ode__quick__own__iterations_50")["engine"]["knobs"]["erp"] == 1);
   CHECK(summary(runs / "fall__ode__quick__own__tuned__iterations_50")["engine"]["knobs"]["erp"] != 1);
+  // Nor is the preflight of the one that of the other.
+  for (const std::string setting : {"default", "tuned"}) {
+    const Result checked =
+        by_engine(directory.path(), {"check", "--engine", "ode", "--setting", setting, "--json"});
+    CHECK((Json::parse(checked.out)[0]["knobs"]["erp"] == 1) == (setting == "default"));
+  }
 }
 
 TEST_CASE("an engine is listed with what it says of itself, or with why it says nothing", "[program][engines]") {
@@ -291,6 +298,21 @@ TEST_CASE("the preflight of an engine is that of each variant, or of the one tha
   const Result too_long = by_engine(directory.path(), {"check", "--engine", "odd", "--variant", "a", "--step", "10"});
   CHECK(too_long.code == 2);
   CHECK(too_long.err.find("--step 10: must be a positive number of seconds, at most 0.5") != std::string::npos);
+  const std::vector<std::string> check = {"check", "--engine", "odd"};
+  CHECK(by_engine(directory.path(), joined(check, {"--variant", "a", "--step", "0.5"})).code == 3);
+  for (const auto& [flag, value, words] :
+       {std::tuple("--step", "0.5001", "--step 0.5001: must be a positive number of seconds, at most 0.5"),
+        std::tuple("--variant", "c", "--variant c: odd has no such variant; there are a, b"),
+        std::tuple("--setting", "best", "--setting best: must be default or tuned"),
+        std::tuple("--engine", "od", "--engine od: no such engine")}) {
+    const Result refused = by_engine(directory.path(), flag == std::string("--engine")
+                                                           ? std::vector<std::string>{"check", flag, value}
+                                                           : joined(check, {flag, value}));
+    INFO(refused.err);
+    CHECK(refused.code == 2);
+    CHECK(refused.out.empty());
+    CHECK(refused.err.find(words) != std::string::npos);
+  }
   for (const std::string odd : {R"({"lines": [{"name": "good"}]})", R"({"lines": 3})"}) {
     write_engine(directory.path(), odd);
     const Result unlike = by_engine(directory.path(), {"check", "--engine", "odd", "--variant", "a"});

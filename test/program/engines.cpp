@@ -143,6 +143,21 @@ TEST_CASE("an engine that does not describe itself as it should is unavailable",
   }
 }
 
+TEST_CASE("an engine's run says in lines how long its steps took", "[program][engines]") {
+  const TemporaryDirectory directory;
+  const Result result = run(
+      directory.path(),
+      {"run", scenes + "fall.xml", "--engine", "broken", "--variant", "falls", "--duration", "0.02", "--out", "out"},
+      broken_too);
+  INFO(result.out << result.err);
+  REQUIRE(result.code == 0);
+  const double spent = summary(directory.path() / "out")["time"]["total_s"];
+  const std::size_t at = result.out.find(" s stepping, ");
+  REQUIRE(at != std::string::npos);
+  CHECK(std::stod(result.out.substr(result.out.find("  time ") + 7)) == Approx(spent).epsilon(1e-2));
+  CHECK(std::stod(result.out.substr(at + 13)) == Approx(1e6 * spent / 20).epsilon(1e-2));
+}
+
 TEST_CASE("what an engine's program answers is believed where it is an answer, and counted", "[program][engines]") {
   const TemporaryDirectory directory;
   for (const auto& [said, words] : {std::pair(R"({"status":5})", "docs/engines.md"),

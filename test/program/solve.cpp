@@ -50,6 +50,15 @@ bool has_fclib() {
 
 }  // namespace
 
+TEST_CASE("an answer that finds no room is no success", "[program]") {
+  TemporaryDirectory directory;
+  const std::vector<std::string> full = with(stored_lcp("lcp_spd_8"), {"--out", "/dev/full", "--json"});
+  const Result result = run(directory.path(), with({"solve"}, full));
+  CHECK(result.code == 3);
+  CHECK(result.err.starts_with("contactbench solve: write_failed: /dev/full: could not be written"));
+  CHECK(Json::parse(result.out)["status"] == "write_failed");
+}
+
 TEST_CASE("solve finds the one solution of a positive definite LCP and writes it", "[program]") {
   TemporaryDirectory directory;
   const Json answer =
@@ -198,7 +207,13 @@ TEST_CASE("wrong flags of solve are named, with the fix", "[program]") {
   solve_refused({contact, "--kind", "contact", "--method", "convex", "--epsilon", "1e-8", "--epsilon-relative", "1e-8"},
                 {"exclude each other"});
   solve_refused({contact, "--kind", "contact", "--method", "ap", "--matrix", "M.mtx"}, {"--matrix", "no use"});
+  solve_refused({contact, "--kind", "contact", "--method", "ap", "--vector", "q.mtx"}, {"--vector q.mtx", "no use"});
+  solve_refused({contact, "--kind", "contact", "--method", "ap", "--prune", "rest"}, {"--prune rest", "on or off"});
+  solve_refused({contact, "--kind", "contact", "--method", "ap", "--velocities", "no/such/folder/u.mtx"},
+                {"--velocities no/such/folder/u.mtx", "in a folder that exists"});
   solve_refused({lcp, "--kind", "lcp", "--method", "ap"}, {"--method ap", "no use"});
+  for (const auto& [flag, value] : {std::pair("--velocities", "u.mtx"), {"--prune", "on"}, {"--variant", "capped"}})
+    solve_refused({lcp, "--kind", "lcp", flag, value}, {flag, value, "no use"});
   solve_refused({lcp, "--kind", "lcp", "--k", "8"}, {"--k 8", "no use"});
   solve_refused({lcp, "--kind", "lcp", "--epsilon", "1e-8"}, {"--epsilon", "no use"});
   solve_refused({lcp, "--kind", "lcp", "--symmetrise"}, {"--symmetrise", "no use"});
