@@ -163,6 +163,16 @@ TEST_CASE("of an engine the first variant, the scene's own step and its knobs as
              "--perturb", "0.125", "--seed",     "6",   "--record-every", "7"});
   CHECK(fs::exists(directory.path() /
                    "results/runs/fall__odd__b__own__h0.01__T1__mu0.5__e0.25__perturb0.125__seed6__every7__x_2"));
+  by_engine(directory.path(), {"run", "impacting_sphere.xml", "--engine", "odd", "--set", "mu=0.5", "--quiet"});
+  CHECK(fs::exists(directory.path() / "results/runs/impacting_sphere__odd__a__mu0.5"));
+  // A build without HDF5 keeps no problems.
+  if (by_engine(directory.path(), {"run", fall, "--engine", "odd", "--save-problems", "kept", "--save-every", "3",
+                                   "--out", "out", "--quiet"})
+          .code == 2)
+    return;
+  const Json keeping = Json::parse(read_file(directory.path() / "asked"));
+  CHECK(keeping["save_problems"] == "kept");
+  CHECK(keeping["save_every"] == 3);
 }
 
 TEST_CASE("an engine's knobs that nobody has tuned, or that it does not have, are refused by name",

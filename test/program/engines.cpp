@@ -163,7 +163,8 @@ TEST_CASE("what an engine's program answers is believed where it is an answer, a
   for (const auto& [said, words] : {std::pair(R"({"status":5})", "docs/engines.md"),
                                     {R"({"status":"ok"})", "0 of 500"},
                                     {R"({"status":"ok","reason":null})", "docs/engines.md"},
-                                    {R"({"status":"ok","errors":[1]})", "docs/engines.md"}}) {
+                                    {R"({"status":"ok","errors":[1]})", "docs/engines.md"},
+                                    {R"({"status":"fine","reason":"as it said"})", "as it said"}}) {
     const Result result = by_odd_answer(directory.path(), std::string("printf '%s' '") + said + "' >&3");
     INFO(said << ": " << result.err);
     CHECK(result.code == 3);
