@@ -1,6 +1,8 @@
 // Engines beside the methods: whatever one does is a typed row, and each that is here falls as Newton's law says and
 // keeps momentum, so that an adapter's fault is not taken for an engine's.
 
+#include <sys/file.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -206,6 +208,18 @@ TEST_CASE("an engine's run leaves no file of an earlier one, and refuses before 
   const std::string before = read_file(directory.path() / "out/summary.json");
   CHECK(fall(directory.path(), "falls", {"--save-problems", "/proc/nope"}).result.code == 2);
   CHECK(read_file(directory.path() / "out/summary.json") == before);
+  {
+    const int folder = open((directory.path() / "out").c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);  // as another run
+    REQUIRE(flock(folder, LOCK_EX | LOCK_NB) == 0);
+    const Result taken = run(
+        directory.path(),
+        {"run", scenes + "fall.xml", "--engine", "broken", "--variant", "falls", "--out", "out", "--quiet"},
+        broken_too);
+    CHECK(taken.code == 2);
+    CHECK(taken.err.find("--out out: another run is writing into this folder") != std::string::npos);
+    CHECK(read_file(directory.path() / "out/summary.json") == before);
+    close(folder);
+  }
   fs::create_directories(directory.path() / "own");
   std::ofstream(directory.path() / "own/step_000001.hdf5") << "old";
   const std::vector<std::string> nowhere = {

@@ -57,3 +57,16 @@ TEST_CASE("a method is tried for as many steps as a scene has where these are fe
     CHECK(Json::parse(result.out)["trial"]["steps"] == tried);
   }
 }
+
+TEST_CASE("the ends of a range are part of it", "[program]") {
+  const TemporaryDirectory directory;
+  for (const auto& [restitution, friction] : {std::pair("1", "0"), std::pair("0", "9")}) {
+    const Result result =
+        run(directory.path(), {"run", "impacting_sphere.xml", "--method", "ap", "--duration", "0.002", "--restitution",
+                               restitution, "--friction", friction, "--out", "r", "--quiet"});
+    INFO(result.err);
+    REQUIRE(result.code == 0);
+    CHECK(summary(directory.path() / "r")["options"]["restitution"] == std::stod(restitution));
+    CHECK(summary(directory.path() / "r")["options"]["friction"] == std::stod(friction));
+  }
+}

@@ -127,8 +127,8 @@ TEST_CASE("a listing of everything has a heading for each topic, and below it wh
   const std::string all = run(directory.path(), {"list"}).out;
   CHECK(all.starts_with("methods\n  newton "));
   CHECK(all.find("\nstatuses\n  ok ") != std::string::npos);
-  CHECK(all.find("\ncontrollers\n  computed_torque ") != std::string::npos);
+  CHECK(all.find("\ncontrollers\n  figure_eight ") != std::string::npos);
   const std::string one = run(directory.path(), {"list", "controllers"}).out;
-  CHECK(one.starts_with("computed_torque "));
+  CHECK(one.starts_with("figure_eight "));
   CHECK(one.find("one of: computed, torque; default computed\n") != std::string::npos);
 }

@@ -207,6 +207,7 @@ class Runs(unittest.TestCase):
         for options, k in (({}, 8), ({"k": 4}, 4)):
             self.assertEqual(cb.run("sticking_box.xml", "ap", duration=0.002, **options).summary["options"]["k"], k)
         self.assertEqual(cb.run("sticking_box.xml", "ap", duration=0.002, k=np.int64(6)).summary["options"]["k"], 6)
+        self.assertEqual(cb.run("impacting_sphere.xml", "ap", duration=0.002, restitution=1).summary["options"]["restitution"], 1)
         self.assertEqual(cb.run("sticking_box.xml", "convex", duration=0.002, epsilon=1e-9).summary["options"]["epsilon"], 1e-9)
         for options, bound in (({}, "off"), ({"compression_bound": True}, "on")):
             self.assertEqual(cb.run("grasp.xml", "convex", duration=0.002, **options).summary["options"]["compression_bound"],

@@ -214,6 +214,10 @@ TEST_CASE("What a simulation does not use of a URDF file is told, each kind with
   CHECK(told("dry friction"));
   CHECK(told("<mimic> (the joint moves on its own)"));
   CHECK(s.left_out.size() == 5);
+  // A limit of 0, which is none to this format, and no friction are not said to be left out.
+  std::string none = replaced(arm, "friction=\"0.1\"", "friction=\"0\"");
+  none = replaced(replaced(none, " velocity=\"3\"", " velocity=\"0\""), " velocity=\"1\"", " velocity=\"0\"");
+  CHECK(load(none).left_out.size() == 3);
 }
 
 TEST_CASE("The base floats where the scene says so, and continuous joints have no limits") {
