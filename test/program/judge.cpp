@@ -165,6 +165,7 @@ TEST_CASE("judge refuses what it cannot read, in one line", "[program]") {
   judge_refused({slide, slide + "x", "--law", "newton"}, {"cannot be opened"});
   judge_refused({slide, slide, "--law", "newton", "--k", "8"}, {"--k 8", "no use"});
   judge_refused({slide, slide, "--law", "ap", "--k", "7"}, {"--k 7", "even"});
+  judge_refused({slide, slide, "--law", "newton", "--tolerance", "0"}, {"--tolerance 0", "a positive residual"});
   judge_refused({slide, data + "/problems/lcp_spd_8.q.mtx", "--law", "newton"}, {"holds 8 impulses", "need 24"});
   judge_refused({slide, data + "/README.md", "--law", "newton"}, {"README.md"});
   TemporaryDirectory directory;

@@ -240,6 +240,10 @@ TEST_CASE("broken problem files are refused with their name", "[program]") {
   const Json answer = solved(directory.path(), {skew.string(), "--kind", "contact", "--method", "ap", "--symmetrise"});
   CHECK(answer["status"] == "ok");
   CHECK(answer["notes"].size() == 1);
+  const fs::path still = directory.path() / "still.dat";
+  std::ofstream(still) << "3 1 0 3 3 3 3\n1 0 0  0 1 0  0 0 1\n0 0 0\n0.5\n";
+  solve_refused({still.string(), "--kind", "contact", "--method", "convex", "--epsilon-relative", "1e-6"},
+                {"--epsilon-relative", "still.dat has no kinetic energy before the event"});
 }
 
 TEST_CASE("the problems that a run saves are solved again to the same energy", "[program]") {

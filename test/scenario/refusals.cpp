@@ -61,6 +61,8 @@ TEST_CASE("A body that says too much, too little, or what none can be is refused
        "a second element in <array>"},
       {ball + "<heightfield name=\"g\" position=\"0 0 0\" columns=\"2\" spacing=\"^0 1\" heights=\"0 0 0 0\"/>",
        "spacing is 0 1; both have to be more than 0"},
+      {"<sphere name=\"s\" radius=\"1\" mass=\"1\" position=\"0 0 0\" ^contact_grid=\"5\"/>",
+       "<sphere> has no attribute \"contact_grid\""},
       {robot("stiffness=\"^-1\""), "stiffness is -1; it has to be at least 0"},
       {robot("torque_limit=\"^-1\""), "torque_limit is -1; it has to be at least 0"},
   };
