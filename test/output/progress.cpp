@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <cstdio>
 #include <string>
 
 using namespace cb;
@@ -57,4 +58,12 @@ TEST_CASE("a terminal is told how far a run is and its rate and the time that is
   CHECK(line.find("0.500 of 2 s (25 %) at 0.000135 of real time, 7 contacts, 3:05:00 left") != std::string::npos);
   progress.update(start + std::chrono::seconds(3800), 0, 2, 7);
   CHECK(terminal.said().find("0 %) at 0 of real time, 7 contacts, 0:00:00 left") != std::string::npos);
+  progress.clear();
+  std::fputs("next", stderr);
+  CHECK(terminal.said() == "\r\033[Knext");
+  Progress quiet(false);
+  quiet.update(start + std::chrono::seconds(3900), 0.5, 2, 7);
+  quiet.clear();
+  std::fputs("last", stderr);
+  CHECK(terminal.said() == "last");
 }

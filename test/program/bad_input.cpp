@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <regex>
 #include <set>
+#include <tuple>
 
 #include "program/program.h"
 
@@ -82,6 +83,7 @@ TEST_CASE("a flag that the method has no use for says so", "[program]") {
 TEST_CASE("a friction polygon has an even number of edges, at least four", "[program]") {
   for (const char* k : {"0", "2", "3", "5", "7", "-4", "8.5", "eight", "nan", "1e1", "4x", "99999999999999999999"})
     refused(run_with({std::string("--k=") + k}), {"--k", "even"});
+  refused(run_with({"--k=1048578"}), {"--k 1048578", "even"});  // 2^20 and 2
 }
 
 TEST_CASE("steps, durations and limits are positive finite numbers", "[program]") {
@@ -99,6 +101,7 @@ TEST_CASE("steps, durations and limits are positive finite numbers", "[program]"
   refused(run_with({"--record-every", "-1"}), {"--record-every"});
   refused(run_with({"--record-every", "0.5"}), {"--record-every"});
   refused(run_with({"--jobs", "0"}), {"--jobs 0", "at least 1"});
+  refused(run_with({"--jobs", "1025"}), {"--jobs 1025", "a number of cores"});
   refused(run_with({"--law", "coulomb", "--command", "true", "--jobs", "2"}, "external"), {"--jobs 2", "external"});
 }
 
@@ -187,6 +190,9 @@ TEST_CASE("flags of an engine, or of a method, are refused beside the other", "[
   refused(run_with({"--setting", "tuned"}), {"--setting tuned", "--engine"});
   refused(run_with({"--knob", "a=1"}), {"--knob a=1", "--engine"});
   refused({"check", "stack.xml", "--variant", "si10"}, {"--variant", "--engine"});
+  refused({"check", "stack.xml", "--setting", "tuned"}, {"--setting: belongs to --engine"});
+  refused({"check", "stack.xml", "--step", "1e-3"}, {"--step: belongs to --engine"});
+  refused({"check", "stack.xml", "--engine", "ode"}, {"stack.xml: --engine ode is checked without a scene"});
   for (const std::vector<std::string>& of_scene :
        {std::vector<std::string>{"--method", "ap"}, {"--steps", "3"}, {"--set", "n=1"}, {"--files"}}) {
     std::vector<std::string> words = {"check", "--engine", "ode"};
@@ -232,4 +238,51 @@ TEST_CASE("a scene's reference is one that there is, its files are files, its pl
   refused({"check", scene(none, "1e308", "")}, {"s.xml:9:", "ball_2", "not finite"});
   const std::string robots = "<robot name=\"r\" urdf=\"" + std::string(300, 'x') + "\"/>";
   refused({"check", scene(none, "1", robots)}, {"s.xml:11:", "there is no file"});
+}
+
+TEST_CASE("no flag of methods is taken for an engine's run, and its numbers stay in their range, too", "[program]") {
+  const auto by_engine = [](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"run", "sticking_box.xml", "--engine", "ode"};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  };
+  for (const std::vector<std::string>& of_methods : {std::vector<std::string>{"--solver", "lemke"},
+                                                     {"--prune", "on"},
+                                                     {"--shuffle-contacts", "1"},
+                                                     {"--order", "2"},
+                                                     {"--gyroscopic", "implicit"},
+                                                     {"--stepping", "events"},
+                                                     {"--accuracy", "1e-6"},
+                                                     {"--conditioning"},
+                                                     {"--record-interval", "0.1"},
+                                                     {"--format", "csv"},
+                                                     {"--joint-forces", "explicit"},
+                                                     {"--record-contacts"},
+                                                     {"--jobs", "2"}})
+    refused(by_engine(of_methods), {of_methods[0] + ": belongs to methods"});
+  for (const auto& [flag, value, expected] :
+       {std::tuple("--friction", "-0.1", "at least 0"), std::tuple("--restitution", "1.1", "from 0 to 1"),
+        std::tuple("--restitution", "-0.1", "from 0 to 1"), std::tuple("--record-every", "-1", "a whole number of"),
+        std::tuple("--perturb", "-1", "a length in m of at least 0"), std::tuple("--time-limit", "0", "positive"),
+        std::tuple("--memory-limit", "0", "positive number of MB"), std::tuple("--step", "0", "positive"),
+        std::tuple("--duration", "0", "positive"), std::tuple("--save-every", "2", "give that too"),
+        std::tuple("--seed", "3", "belongs to --perturb"), std::tuple("--out", "", "must name a directory")})
+    refused(by_engine({flag, value}), {flag, expected});
+  refused(by_engine({"--perturb", "1", "--seed", "-1"}), {"--seed -1", "at least 0"});
+}
+
+TEST_CASE("what belongs to another flag is refused without it, and a switch has its own words", "[program]") {
+  refused(run_with({"--seed", "3"}), {"--seed 3: belongs to --perturb"});
+  refused(run_with({"--perturb", "-1"}), {"--perturb -1", "a length in m of at least 0"});
+  refused(run_with({"--perturb", "1", "--seed", "-1"}), {"--seed -1", "at least 0"});
+  refused(run_with({"--shuffle-contacts", "-1"}), {"--shuffle-contacts -1", "at least 0"});
+  refused(run_with({"--gyroscopic", "on"}), {"--gyroscopic on: must be implicit or explicit"});
+  refused(run_with({"--joint-forces", "on"}), {"--joint-forces on: must be implicit or explicit"});
+  for (const char* order : {"1", "9"})
+    refused(run_with({"--accuracy", "1e-6", "--order", order}), {"--order", order, "from 2 to 8"});
+  refused(run_with({"--accuracy", "1e-6", "--record-interval", "0"}), {"--record-interval 0", "positive"});
+  refused(run_with({"--impedance", "0.5"}, "soft"), {"--impedance: of soft, only --variant mujoco has a use for it"});
+  refused({"check"}, {"scenario is required"});
+  refused({"check", "stack.xml", "--steps", "3"}, {"--steps 3: says how long --method METHOD is tried"});
+  refused({"check", "stack.xml", "--method", "ap", "--steps", "-1"}, {"--steps -1", "a whole number of steps"});
 }

@@ -64,6 +64,11 @@ TEST_CASE("what judge says of the right answer of two contacts is what is done b
     CHECK(std::abs(json[none].get<double>()) < 1e-12);
   }
   for (const char* none : {"gap_j", "infeasibility"}) CHECK(json[none].is_null());
+  // In lines what is nothing is left out.
+  const Result plain = run(directory.path(), {"judge", "two.dat", "r.txt", "--law", "coulomb"});
+  CHECK(plain.code == 0);
+  CHECK(plain.out.find("  verdict              holds\n") != std::string::npos);
+  for (const char* none : {"  reason", "  gap_j", "  infeasibility"}) CHECK(plain.out.find(none) == std::string::npos);
 }
 
 TEST_CASE("what judge says of a wrong impulse is of the contact where it is, as large as by hand", "[program]") {

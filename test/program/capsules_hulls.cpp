@@ -1,7 +1,9 @@
 // Capsules and convex hulls in motion, by the real program.
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <vector>
 
 #include "program/program.h"
 
@@ -116,6 +118,28 @@ TEST_CASE("What a hull is made of is said by check, and its corners stand in hul
                         "out", "--quiet"})
               .code == 0);
   CHECK(lines(read_file(scratch / "out" / "hulls.csv")).size() == 13);
+  // A face's corners run counter-clockwise seen from outside: what they span with any point adds up to the volume.
+  const auto rows = lines(read_file(scratch / "out" / "hulls.csv"));
+  std::vector<std::array<double, 3>> corners;
+  double volume = 0;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    const auto row = cells(rows[i]);
+    CHECK(row.at(0) == "part");
+    CHECK(row.at(1) == std::to_string((i - 1) / 3));
+    corners.push_back({std::stod(row.at(2)), std::stod(row.at(3)), std::stod(row.at(4))});
+    if (i % 3 != 0) continue;
+    const auto &a = corners[i - 3], &b = corners[i - 2], &c = corners[i - 1];
+    volume += (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+               a[2] * (b[0] * c[1] - b[1] * c[0])) /
+              6;
+  }
+  CHECK(volume == Approx(1e-3 / 6).epsilon(1e-9));
+  std::ofstream(scratch / "two.xml") << scene(
+      "0 -9.8 0",
+      "<hull name=\"part\" file=\"part.obj\" scale=\"0.1\" density=\"500\" position=\"0 0.1 0\"/><hull name=\"cube\" " +
+          std::string(cube) + " mass=\"1\" position=\"3 0.6 0\"/>",
+      "<pair a=\"part\" b=\"ground\" mu=\"0.5\"/>");
+  CHECK_THAT(run(scratch, {"check", "two.xml"}).out, Catch::Contains("2 hull (4 to 8 vertices)"));
   std::ofstream(scratch / "part.obj") << "v 0 0 0\nv 1 0\n";
   const Result refused = run(scratch, {"check", "one.xml"});
   CHECK(refused.code == 2);

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cstdlib>
+#include <tuple>
 
 #include "program/program.h"
 
@@ -162,6 +163,16 @@ TEST_CASE("of an engine the first variant, the scene's own step and its knobs as
              "--perturb", "0.125", "--seed",     "6",   "--record-every", "7"});
   CHECK(fs::exists(directory.path() /
                    "results/runs/fall__odd__b__own__h0.01__T1__mu0.5__e0.25__perturb0.125__seed6__every7__x_2"));
+  by_engine(directory.path(), {"run", "impacting_sphere.xml", "--engine", "odd", "--set", "mu=0.5", "--quiet"});
+  CHECK(fs::exists(directory.path() / "results/runs/impacting_sphere__odd__a__mu0.5"));
+  // A build without HDF5 keeps no problems.
+  if (by_engine(directory.path(), {"run", fall, "--engine", "odd", "--save-problems", "kept", "--save-every", "3",
+                                   "--out", "out", "--quiet"})
+          .code == 2)
+    return;
+  const Json keeping = Json::parse(read_file(directory.path() / "asked"));
+  CHECK(keeping["save_problems"] == "kept");
+  CHECK(keeping["save_every"] == 3);
 }
 
 TEST_CASE("an engine's knobs that nobody has tuned, or that it does not have, are refused by name",
@@ -205,6 +216,12 @@ TEST_CASE("runs whose knobs lie over the defaults and over those tuned have a fo
   const fs::path runs = directory.path() / "results/runs";
   CHECK(summary(runs / "fall__ode__quick__own__iterations_50")["engine"]["knobs"]["erp"] == 1);
   CHECK(summary(runs / "fall__ode__quick__own__tuned__iterations_50")["engine"]["knobs"]["erp"] != 1);
+  // Nor is the preflight of the one that of the other.
+  for (const std::string setting : {"default", "tuned"}) {
+    const Result checked =
+        by_engine(directory.path(), {"check", "--engine", "ode", "--setting", setting, "--json"});
+    CHECK((Json::parse(checked.out)[0]["knobs"]["erp"] == 1) == (setting == "default"));
+  }
 }
 
 TEST_CASE("an engine is listed with what it says of itself, or with why it says nothing", "[program][engines]") {
@@ -291,6 +308,21 @@ TEST_CASE("the preflight of an engine is that of each variant, or of the one tha
   const Result too_long = by_engine(directory.path(), {"check", "--engine", "odd", "--variant", "a", "--step", "10"});
   CHECK(too_long.code == 2);
   CHECK(too_long.err.find("--step 10: must be a positive number of seconds, at most 0.5") != std::string::npos);
+  const std::vector<std::string> check = {"check", "--engine", "odd"};
+  CHECK(by_engine(directory.path(), joined(check, {"--variant", "a", "--step", "0.5"})).code == 3);
+  for (const auto& [flag, value, words] :
+       {std::tuple("--step", "0.5001", "--step 0.5001: must be a positive number of seconds, at most 0.5"),
+        std::tuple("--variant", "c", "--variant c: odd has no such variant; there are a, b"),
+        std::tuple("--setting", "best", "--setting best: must be default or tuned"),
+        std::tuple("--engine", "od", "--engine od: no such engine")}) {
+    const Result refused = by_engine(directory.path(), flag == std::string("--engine")
+                                                           ? std::vector<std::string>{"check", flag, value}
+                                                           : joined(check, {flag, value}));
+    INFO(refused.err);
+    CHECK(refused.code == 2);
+    CHECK(refused.out.empty());
+    CHECK(refused.err.find(words) != std::string::npos);
+  }
   for (const std::string odd : {R"({"lines": [{"name": "good"}]})", R"({"lines": 3})"}) {
     write_engine(directory.path(), odd);
     const Result unlike = by_engine(directory.path(), {"check", "--engine", "odd", "--variant", "a"});

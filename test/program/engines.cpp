@@ -1,6 +1,8 @@
 // Engines beside the methods: whatever one does is a typed row, and each that is here falls as Newton's law says and
 // keeps momentum, so that an adapter's fault is not taken for an engine's.
 
+#include <sys/file.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -143,12 +145,28 @@ TEST_CASE("an engine that does not describe itself as it should is unavailable",
   }
 }
 
+TEST_CASE("an engine's run says in lines how long its steps took", "[program][engines]") {
+  const TemporaryDirectory directory;
+  const Result result = run(
+      directory.path(),
+      {"run", scenes + "fall.xml", "--engine", "broken", "--variant", "falls", "--duration", "0.02", "--out", "out"},
+      broken_too);
+  INFO(result.out << result.err);
+  REQUIRE(result.code == 0);
+  const double spent = summary(directory.path() / "out")["time"]["total_s"];
+  const std::size_t at = result.out.find(" s stepping, ");
+  REQUIRE(at != std::string::npos);
+  CHECK(std::stod(result.out.substr(result.out.find("  time ") + 7)) == Approx(spent).epsilon(1e-2));
+  CHECK(std::stod(result.out.substr(at + 13)) == Approx(1e6 * spent / 20).epsilon(1e-2));
+}
+
 TEST_CASE("what an engine's program answers is believed where it is an answer, and counted", "[program][engines]") {
   const TemporaryDirectory directory;
   for (const auto& [said, words] : {std::pair(R"({"status":5})", "docs/engines.md"),
                                     {R"({"status":"ok"})", "0 of 500"},
                                     {R"({"status":"ok","reason":null})", "docs/engines.md"},
-                                    {R"({"status":"ok","errors":[1]})", "docs/engines.md"}}) {
+                                    {R"({"status":"ok","errors":[1]})", "docs/engines.md"},
+                                    {R"({"status":"fine","reason":"as it said"})", "as it said"}}) {
     const Result result = by_odd_answer(directory.path(), std::string("printf '%s' '") + said + "' >&3");
     INFO(said << ": " << result.err);
     CHECK(result.code == 3);
@@ -190,6 +208,18 @@ TEST_CASE("an engine's run leaves no file of an earlier one, and refuses before 
   const std::string before = read_file(directory.path() / "out/summary.json");
   CHECK(fall(directory.path(), "falls", {"--save-problems", "/proc/nope"}).result.code == 2);
   CHECK(read_file(directory.path() / "out/summary.json") == before);
+  {
+    const int folder = open((directory.path() / "out").c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);  // as another run
+    REQUIRE(flock(folder, LOCK_EX | LOCK_NB) == 0);
+    const Result taken = run(
+        directory.path(),
+        {"run", scenes + "fall.xml", "--engine", "broken", "--variant", "falls", "--out", "out", "--quiet"},
+        broken_too);
+    CHECK(taken.code == 2);
+    CHECK(taken.err.find("--out out: another run is writing into this folder") != std::string::npos);
+    CHECK(read_file(directory.path() / "out/summary.json") == before);
+    close(folder);
+  }
   fs::create_directories(directory.path() / "own");
   std::ofstream(directory.path() / "own/step_000001.hdf5") << "old";
   const std::vector<std::string> nowhere = {

@@ -143,12 +143,29 @@ TEST_CASE("FCLIB's solution is read as an answer", "[program]") {
   CHECK(Json::parse(result.out)["contacts"].get<int>() > 0);
 }
 
+TEST_CASE("an unsymmetric W is judged by its symmetric part, where that is asked for", "[program]") {
+  TemporaryDirectory directory;
+  std::ofstream(directory.path() / "skew.dat") << "3 1 0 3 3 3 3\n2 0 0  1 2 0  0 0 2\n-1 0 0\n0.5\n";
+  // W r = (1, 0, 0) by (2, 1/2, 0), (1/2, 2, 0): it sticks, with half of the friction that it may have.
+  write_plain(directory.path() / "r.txt", {8.0 / 15, -2.0 / 15, 0});
+  const std::vector<std::string> asked = {"skew.dat", "r.txt", "--law", "coulomb"};
+  std::vector<std::string> words = asked;
+  words.insert(words.begin(), "judge");
+  const Result plain = run(directory.path(), words);
+  CHECK(plain.code == 2);
+  CHECK(plain.err.find("--symmetrise") != std::string::npos);
+  words = asked;
+  words.emplace_back("--symmetrise");
+  CHECK(judged(directory.path(), words, 0)["notes"].size() == 1);
+}
+
 TEST_CASE("judge refuses what it cannot read, in one line", "[program]") {
   judge_refused({slide, slide}, {"--law is missing", "newton"});
   judge_refused({slide, slide, "--law", "coulom"}, {"--law coulom", "no such law"});
   judge_refused({slide, slide + "x", "--law", "newton"}, {"cannot be opened"});
   judge_refused({slide, slide, "--law", "newton", "--k", "8"}, {"--k 8", "no use"});
   judge_refused({slide, slide, "--law", "ap", "--k", "7"}, {"--k 7", "even"});
+  judge_refused({slide, slide, "--law", "newton", "--tolerance", "0"}, {"--tolerance 0", "a positive residual"});
   judge_refused({slide, data + "/problems/lcp_spd_8.q.mtx", "--law", "newton"}, {"holds 8 impulses", "need 24"});
   judge_refused({slide, data + "/README.md", "--law", "newton"}, {"README.md"});
   TemporaryDirectory directory;

@@ -92,3 +92,43 @@ TEST_CASE("a run leaves no file of an earlier one that it does not write itself"
   for (const char* name : {"steps.csv", "trajectory.csv", "summary.json"})
     CHECK(read_file(out / name).find("old") == std::string::npos);
 }
+
+TEST_CASE("check says of a scene that no velocity lets its contacts be, as a run would", "[program]") {
+  // A ram that its stop drives against a cube against a wall.
+  const TemporaryDirectory directory;
+  const std::string ram = std::string(SOURCE_ROOT) + "/scenarios/stress/driven_ram.xml";
+  const std::string fault = "infeasible: no velocity lets none of the contacts approach";
+  for (const auto& [gap, code] : {std::pair("gap=0", 3), std::pair("gap=0.1", 0)}) {
+    const Result result = run(directory.path(), {"check", ram, "--set", gap, "--json"});
+    INFO(gap << ": " << result.err);
+    CHECK(result.code == code);
+    CHECK(Json::parse(result.out)["fault"] == (code == 0 ? "" : fault));
+    if (code != 0) CHECK(result.err == "contactbench check: a run of driven_ram does not finish: " + fault + "\n");
+  }
+}
+
+TEST_CASE("bodies that pass through each other are not told to step their impacts one by one", "[program]") {
+  const TemporaryDirectory directory;
+  for (const auto& [other, notes] : {std::pair("ground", 1), std::pair("s_*", 2)}) {
+    std::ofstream(directory.path() / "eight.xml")
+        << R"(<scenario title="eight balls"><simulation step="1e-3" duration="1"/><reference kind="missing"/>)"
+           R"(<gravity constant="0 -9.8 0"/><bodies><half_space name="ground" point="0 0 0" normal="0 1 0"/>)"
+           R"(<array count="8" offset="3 0 0"><sphere name="s" radius="1" mass="1" position="0 1 0"/></array></bodies>)"
+           R"(<contacts><pair a="s_*" b=")"
+        << other << R"(" mu="0.5"/></contacts></scenario>)";
+    const Json json = Json::parse(run(directory.path(), {"check", "eight.xml", "--json"}).out);
+    INFO(other);
+    CHECK(json["stepping"].size() == static_cast<std::size_t>(notes));
+  }
+}
+
+TEST_CASE("a listing of everything has a heading for each topic, and below it what belongs to each", "[program]") {
+  const TemporaryDirectory directory;
+  const std::string all = run(directory.path(), {"list"}).out;
+  CHECK(all.starts_with("methods\n  newton "));
+  CHECK(all.find("\nstatuses\n  ok ") != std::string::npos);
+  CHECK(all.find("\ncontrollers\n  figure_eight ") != std::string::npos);
+  const std::string one = run(directory.path(), {"list", "controllers"}).out;
+  CHECK(one.starts_with("figure_eight "));
+  CHECK(one.find("one of: computed, torque; default computed\n") != std::string::npos);
+}

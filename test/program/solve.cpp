@@ -50,6 +50,15 @@ bool has_fclib() {
 
 }  // namespace
 
+TEST_CASE("an answer that finds no room is no success", "[program]") {
+  TemporaryDirectory directory;
+  const std::vector<std::string> full = with(stored_lcp("lcp_spd_8"), {"--out", "/dev/full", "--json"});
+  const Result result = run(directory.path(), with({"solve"}, full));
+  CHECK(result.code == 3);
+  CHECK(result.err.starts_with("contactbench solve: write_failed: /dev/full: could not be written"));
+  CHECK(Json::parse(result.out)["status"] == "write_failed");
+}
+
 TEST_CASE("solve finds the one solution of a positive definite LCP and writes it", "[program]") {
   TemporaryDirectory directory;
   const Json answer =
@@ -198,7 +207,13 @@ TEST_CASE("wrong flags of solve are named, with the fix", "[program]") {
   solve_refused({contact, "--kind", "contact", "--method", "convex", "--epsilon", "1e-8", "--epsilon-relative", "1e-8"},
                 {"exclude each other"});
   solve_refused({contact, "--kind", "contact", "--method", "ap", "--matrix", "M.mtx"}, {"--matrix", "no use"});
+  solve_refused({contact, "--kind", "contact", "--method", "ap", "--vector", "q.mtx"}, {"--vector q.mtx", "no use"});
+  solve_refused({contact, "--kind", "contact", "--method", "ap", "--prune", "rest"}, {"--prune rest", "on or off"});
+  solve_refused({contact, "--kind", "contact", "--method", "ap", "--velocities", "no/such/folder/u.mtx"},
+                {"--velocities no/such/folder/u.mtx", "in a folder that exists"});
   solve_refused({lcp, "--kind", "lcp", "--method", "ap"}, {"--method ap", "no use"});
+  for (const auto& [flag, value] : {std::pair("--velocities", "u.mtx"), {"--prune", "on"}, {"--variant", "capped"}})
+    solve_refused({lcp, "--kind", "lcp", flag, value}, {flag, value, "no use"});
   solve_refused({lcp, "--kind", "lcp", "--k", "8"}, {"--k 8", "no use"});
   solve_refused({lcp, "--kind", "lcp", "--epsilon", "1e-8"}, {"--epsilon", "no use"});
   solve_refused({lcp, "--kind", "lcp", "--symmetrise"}, {"--symmetrise", "no use"});
@@ -225,6 +240,10 @@ TEST_CASE("broken problem files are refused with their name", "[program]") {
   const Json answer = solved(directory.path(), {skew.string(), "--kind", "contact", "--method", "ap", "--symmetrise"});
   CHECK(answer["status"] == "ok");
   CHECK(answer["notes"].size() == 1);
+  const fs::path still = directory.path() / "still.dat";
+  std::ofstream(still) << "3 1 0 3 3 3 3\n1 0 0  0 1 0  0 0 1\n0 0 0\n0.5\n";
+  solve_refused({still.string(), "--kind", "contact", "--method", "convex", "--epsilon-relative", "1e-6"},
+                {"--epsilon-relative", "still.dat has no kinetic energy before the event"});
 }
 
 TEST_CASE("the problems that a run saves are solved again to the same energy", "[program]") {

@@ -1,4 +1,6 @@
 // Ways of stepping, as a user asks for them.
+#include <set>
+
 #include "program/program.h"
 
 using namespace program;
@@ -72,4 +74,21 @@ TEST_CASE("flags of stepping that contradict each other are refused", "[program]
     CHECK(result.code == 2);
   }
   CHECK(content(directory.path()).empty());
+}
+
+TEST_CASE("to an accuracy what is only tried leaves no contacts: an extrapolated step has none", "[program]") {
+  TemporaryDirectory directory;
+  const fs::path out = directory.path() / "out";
+  const Result result = run(directory.path(), {"run", "sliding_box", "--method", "convex", "--accuracy", "1e-6",
+                                               "--duration", "0.05", "--record-contacts", "--quiet", "--out", "out"});
+  INFO(result.err);
+  REQUIRE(result.code == 0);
+  std::set<std::string> extrapolated;
+  for (const std::string& line : lines(read_file(out / "stepping.csv"))) {
+    const auto row = cells(line);
+    if (row.at(2) == "macro" && row.at(3) == "0") extrapolated.insert(row[0]);
+  }
+  REQUIRE_FALSE(extrapolated.empty());
+  for (const std::string& line : lines(read_file(out / "contacts.csv")))
+    CHECK_FALSE(extrapolated.contains(cells(line).at(1)));
 }

@@ -71,6 +71,21 @@ class Problems(unittest.TestCase):
             for name in ("M", "J", "v", "mu", "e", "offset", "W", "q"):
                 np.testing.assert_array_equal(getattr(p, name), getattr(back, name))
 
+    def test_a_file_has_the_unknowns_in_the_order_in_which_they_were_given(self):
+        # Two bodies, whose unknowns alternate.
+        generator = np.random.default_rng(2)
+        M, J = np.zeros((6, 6)), np.zeros((6, 6))
+        for b in range(2):
+            A = generator.normal(size=(3, 3))
+            M[b::2, b::2] = A @ A.T + 3 * np.eye(3)
+            J[3 * b:3 * b + 3, b::2] = generator.normal(size=(3, 3))
+        p = cb.Problem(M=M, J=J, v=generator.normal(size=6), mu=[0.1, 0.2])
+        with tempfile.TemporaryDirectory() as folder:
+            p.write(os.path.join(folder, "p.hdf5"))
+            back = cb.Problem.read(os.path.join(folder, "p.hdf5"))
+        for name in ("M", "J", "v", "mu"):
+            np.testing.assert_allclose(getattr(back, name), getattr(p, name), rtol=1e-12, atol=1e-12)
+
     def test_every_property_can_be_read(self):
         p = ball()
         a = cb.solve(p, "ap", k=4)
@@ -96,11 +111,16 @@ class Problems(unittest.TestCase):
             (lambda: cb.Problem(M=M, J=J, v=v, mu=1, e=2), ["restitution of contact 0"]),
             (lambda: cb.Problem(M="a", J=J, v=v, mu=1), ["M:", "numbers"]),
             (lambda: cb.Problem(W=np.eye(3) + np.eye(3, k=1), q=v[:3], mu=1), ["W is not symmetric"]),
+            (lambda: cb.Problem(M=M[:5], J=J, v=v, mu=1), ["M: is 5 x 6", "square"]),
+            (lambda: cb.Problem(W=np.eye(3)[:2], q=v[:3], mu=1), ["W: is 2 x 3", "square"]),
+            (lambda: cb.Problem(W=np.eye(3), q=v[:3], mu=1, offset=v[:3]), ["offset: belongs to M, J, v"]),
+            (lambda: cb.Problem(M=M, J=J, v=v, mu=[1, 1]), ["mu: holds 2 numbers", "1 belong"]),
             (lambda: cb.Problem.read("no such file"), ["no such file", "cannot be opened"]),
             (lambda: cb.solve(ball(), "app"), ["method app", "ap"]),
             (lambda: cb.solve(ball(), "ap", k=7), ["k 7", "even"]),
             (lambda: cb.solve(ball(), "newton", k=8), ["k 8", "no use"]),
             (lambda: cb.solve(ball(), "ap", kk=8), ["kk: no such option"]),
+            (lambda: cb.solve(ball(), "ap", k=[8]), ["k: must be a number"]),
             (lambda: cb.solve(ball(), "ap", law="newton"), ["law: ap has its own"]),
             (lambda: cb.solve(ball(), gauss_seidel), ["law is missing"]),
             (lambda: cb.solve(ball(), 3), ["method:", "function"]),
@@ -109,6 +129,14 @@ class Problems(unittest.TestCase):
             (lambda: cb.run("no_such_scene", "ap"), ["no_such_scene"]),
             (lambda: cb.run("stack.xml", "ap", duration=-1), ["duration"]),
             (lambda: cb.run("stack.xml", "ap", step=1e-300), ["step", "1e12"]),
+            (lambda: cb.run("stack.xml", "ap", step=0), ["step: must be positive"]),
+            (lambda: cb.run("stack.xml", "ap", duration="a"), ["duration: must be a finite number"]),
+            (lambda: cb.run("stack.xml", "ap", friction=-0.1), ["friction: is -0.1", "at least 0"]),
+            (lambda: cb.run("stack.xml", "ap", restitution=1.1), ["restitution: is 1.1", "from 0 to 1"]),
+            (lambda: cb.run("stack.xml", "ap", restitution=-0.1), ["restitution: is -0.1", "from 0 to 1"]),
+            (lambda: cb.run("stack.xml", "ap", record_every=0), ["record_every: is 0", "from 1"]),
+            (lambda: cb.run("stack.xml", "ap", stepping="leaps"), ["stepping: is 'leaps'", "'events' or 'steps'"]),
+            (lambda: cb.run("stack.xml", "ap", set=3), ["set: must be a dict"]),
             (lambda: cb.run("stack.xml", "ap", prune="of"), ["prune", "of"]),
             (lambda: cb.run("stack.xml", "ap", record_every=1.5), ["record_every", "whole"]),
             (lambda: cb.solve(ball(), "ap", time_limit=-5), ["time_limit", "positive"]),

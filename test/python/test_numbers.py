@@ -111,6 +111,13 @@ class ByHand(unittest.TestCase):
         p = cb.Problem(W=skew, q=[-1, 0, 0], mu=0.5, symmetrise=True)
         np.testing.assert_allclose(p.W, [[4, 0.5, 0], [0.5, 2, 0], [0, 0, 3]], atol=1e-12)
         self.assertEqual(len(p.notes), 1)
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "skew.dat")
+            with open(path, "w") as file:
+                file.write("3 1 0 3 3 3 3\n4 1 0  0 2 0  0 0 3\n-1 0 0\n0.5\n")
+            with self.assertRaises(cb.Error):
+                cb.Problem.read(path)
+            np.testing.assert_allclose(cb.Problem.read(path, symmetrise=True).W, p.W, atol=1e-12)
 
     def test_problems_answers_and_runs_say_in_a_line_what_they_are(self):
         self.assertEqual(repr(two()), "<contactbench.Problem: 2 contacts, 6 velocities>")
@@ -199,6 +206,9 @@ class Runs(unittest.TestCase):
     def test_what_a_scene_asks_of_its_method_is_in_force_unless_something_else_is_said(self):
         for options, k in (({}, 8), ({"k": 4}, 4)):
             self.assertEqual(cb.run("sticking_box.xml", "ap", duration=0.002, **options).summary["options"]["k"], k)
+        self.assertEqual(cb.run("sticking_box.xml", "ap", duration=0.002, k=np.int64(6)).summary["options"]["k"], 6)
+        self.assertEqual(cb.run("impacting_sphere.xml", "ap", duration=0.002, restitution=1).summary["options"]["restitution"], 1)
+        self.assertEqual(cb.run("sticking_box.xml", "convex", duration=0.002, epsilon=1e-9).summary["options"]["epsilon"], 1e-9)
         for options, bound in (({}, "off"), ({"compression_bound": True}, "on")):
             self.assertEqual(cb.run("grasp.xml", "convex", duration=0.002, **options).summary["options"]["compression_bound"],
                              bound)

@@ -225,6 +225,27 @@ TEST_CASE("Without any one of its attributes a scenario is refused, or the attri
   CHECK(attributes > 60);
 }
 
+TEST_CASE("No element takes an attribute, or an element within it, that the format does not know") {
+  int elements = 0;
+  for (const char* name : {"small", "robot"}) {
+    const std::string text = file_text(std::string(TEST_DATA) + "/scenes/" + name + ".xml");
+    for (std::size_t at = text.find("<scenario"); at != std::string::npos; at = text.find('<', at + 1)) {
+      if (text[at + 1] == '/') continue;
+      const std::size_t end = text.find_first_of(" />", at), tag_end = text.find('>', end);
+      const std::string element = text.substr(at + 1, end - at - 1);
+      INFO(name << ": <" << element << ">");
+      ++elements;
+      CHECK_THAT(message_of(TextFile(std::string(text).insert(end, " zz=\"1\"")).path()),
+                 Catch::Contains("<" + element + "> has no attribute \"zz\""));
+      const std::string with_child = text[tag_end - 1] == '/'
+                                         ? std::string(text).replace(tag_end - 1, 2, "><zz/></" + element + ">")
+                                         : std::string(text).insert(tag_end + 1, "<zz/>");
+      CHECK_THAT(message_of(TextFile(with_child).path()), Catch::Contains("<zz> in"));
+    }
+  }
+  CHECK(elements > 35);
+}
+
 TEST_CASE("A message stays one line of bearable length, whatever it has to quote") {
   const std::string text = file_text(std::string(TEST_DATA) + "/scenes/small.xml");
   for (const std::string& value : {std::string("two\nlines"), std::string("bell\a"), std::string(1000000, 'x')}) {

@@ -69,6 +69,10 @@ TEST_CASE("An if picks by a word, and does not compute the case that is not aske
   CHECK(value("if(start = rest, 3, 1/0)") == 3);
   CHECK(value("if(start = steady, 1, if(start = rest, 4, acos(2)))") == 4);
   CHECK(value("2*if(start = rest, 1, 0) + 1") == 3);
+  // Nor an if within it, nor what follows that one.
+  CHECK(value("if(start = steady, if(start = rest, 1/0, 2), 3)") == 3);
+  CHECK(value("if(start = steady, if(start = steady, 1, 1/0), 3)") == 3);
+  CHECK(value("if(start = steady, if(start = rest, 1, 2) + 1/0, 3)") == 3);
 }
 
 TEST_CASE("mod is what floor leaves, of the sign of the second") {
@@ -147,6 +151,14 @@ TEST_CASE("A wrong expression says where it is wrong and what would be right") {
     CHECK(at == row.at);
     CHECK_THAT(message, Catch::Contains(row.fragment));
   }
+}
+
+TEST_CASE("Parentheses go 99 deep, and any number of them may stand side by side") {
+  CHECK(value(std::string(99, '(') + "1" + std::string(99, ')')) == 1);
+  CHECK_THROWS_AS(value(std::string(100, '(') + "1" + std::string(100, ')')), ExpressionError);
+  std::string sum = "0";
+  for (int i = 0; i < 150; ++i) sum += " + (1)";
+  CHECK(value(sum) == 150);
 }
 
 TEST_CASE("Thousands of parentheses are refused, not recursed into") {

@@ -125,6 +125,32 @@ TEST_CASE("A mesh that is cut off anywhere, or holds what is no number, is refus
   CHECK_THAT(message(std::string(100, '\0'), "a.obj"), Catch::Contains("no text"));
 }
 
+TEST_CASE("A face has three points or more of those that stand before it, counted from 1, or back from -1") {
+  const auto said = [](const std::string& face) {
+    const TextFile file("v 0 0 0\nv 1 0 0\nv 0 1 0\nf " + face + "\nv 0 0 1\n", "a.obj");
+    try {
+      read_mesh_triangles(file.path(), 1);
+    } catch (const NoMesh& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  CHECK(said("1 2 3").empty());
+  CHECK(said("-3 -2 -1").empty());
+  for (const std::string none : {"0", "4", "-4"})
+    CHECK_THAT(said("1 2 " + none), Catch::Contains("a.obj, line 4: \"" + none + "\" names none of the 3 points"));
+  CHECK_THAT(said("1 2"), Catch::Contains("a.obj, line 4: a face of 2 points; it has three or more"));
+  CHECK_THAT(said("1 2 3.5"), Catch::Contains("\"3.5\" names no point"));
+}
+
+TEST_CASE("A mesh may be long, but not beyond 64 MB") {
+  const std::string text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+  CHECK(points_of(text + std::string(std::size_t{1} << 20U, '#') + "\n", "a.obj").size() == 4);
+  const TextFile file(text, "a.obj");
+  std::filesystem::resize_file(file.path(), (std::size_t{64} << 20U) + 1);
+  CHECK_THROWS_WITH(read_mesh_points(file.path(), 1), Catch::Contains("a.obj is longer than 64 MB"));
+}
+
 TEST_CASE("A scene's hull names the file that is wrong, and the place in the scene") {
   const std::string text = replaced(file_text(std::string(TEST_DATA) + "/scenes/small.xml"),
                                     "<sphere name=\"ball\" radius=\"0.5\" ", "<hull name=\"ball\" file=\"part.obj\" ");

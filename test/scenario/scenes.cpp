@@ -292,3 +292,21 @@ TEST_CASE("A heightfield is as long along each axis as its spacing there says") 
   CHECK(low[2] == Approx(-1));
   CHECK(high[2] == Approx(5));
 }
+
+TEST_CASE("A ground without a depth is as deep as its widest triangle is long, be that along x or along z") {
+  for (const char* spacing : {"3 1", "1 3"}) {
+    const test::TextFile file(
+        "<scenario title=\"test\"><simulation step=\"1e-3\" duration=\"1\"/><reference kind=\"missing\"/>"
+        "<gravity constant=\"0 -9.8 0\"/><bodies><heightfield name=\"ground\" position=\"0 0 0\" columns=\"2\" "
+        "heights=\"0 0 0 0\" spacing=\"" +
+        std::string(spacing) +
+        "\"/><sphere name=\"ball\" radius=\"0.1\" mass=\"1\" position=\"0 1 0\"/></bodies></scenario>");
+    const Scenario s = load_scenario(file.path(), {});
+    double lowest = 0;
+    for (const Shape& shape : s.shapes)
+      if (shape.hull)
+        for (const Vec3& x : shape.hull->polytope.vertices) lowest = std::min(lowest, (shape.local * x).y());
+    INFO(spacing);
+    CHECK(lowest == Approx(-3));
+  }
+}

@@ -174,6 +174,9 @@ TEST_CASE("A capsule of a URDF file lies along z, and a mesh beside it counts as
   const TextFile again = beside();
   CHECK_THAT(message(replaced(text, "scale=\"1 2 1\"", "scale=\"1 0 1\"")),
              Catch::Contains("all points are in one plane"));
+  const TextFile named = beside();
+  const Scenario by_url = load(replaced(text, "filename=\"cube.obj\"", "filename=\"file://cube.obj\""));
+  CHECK(shape(by_url, "arm").kind == ShapeKind::hull);
 }
 
 TEST_CASE("A capsule that is only seen is left out as other visuals are, and a collision stays what it is") {
@@ -192,6 +195,9 @@ TEST_CASE("A shape of a URDF file whose name is taken is told of at the robot's 
   const std::string text = message(arm, replaced(scene, "name=\"ground\"", "name=\"hand\""));
   CHECK_THAT(text, Catch::Contains("written_by_test.xml:7:18: a second body named hand"));
   CHECK_THAT(text, Catch::Contains("written_by_test.xml:6:23)"));
+  const char* again = "    <robot name=\"robot\" urdf=\"arm.urdf\" prefix=\"b_\"/>\n  </bodies>";
+  CHECK_THAT(message(arm, replaced(scene, "  </bodies>", again)),
+             Catch::Contains("written_by_test.xml:8:18: a second robot named robot"));
 }
 
 TEST_CASE("What a simulation does not use of a URDF file is told, each kind with its number and first place") {
@@ -208,6 +214,10 @@ TEST_CASE("What a simulation does not use of a URDF file is told, each kind with
   CHECK(told("dry friction"));
   CHECK(told("<mimic> (the joint moves on its own)"));
   CHECK(s.left_out.size() == 5);
+  // A limit of 0, which is none to this format, and no friction are not said to be left out.
+  std::string none = replaced(arm, "friction=\"0.1\"", "friction=\"0\"");
+  none = replaced(replaced(none, " velocity=\"3\"", " velocity=\"0\""), " velocity=\"1\"", " velocity=\"0\"");
+  CHECK(load(none).left_out.size() == 3);
 }
 
 TEST_CASE("The base floats where the scene says so, and continuous joints have no limits") {
@@ -235,7 +245,9 @@ TEST_CASE("A joint starts where the scene says") {
   const Scenario s = load(arm, with("<start joint=\"shoulder\" position=\"0.5\" velocity=\"-2\"/>"));
   CHECK(s.initial.q == std::vector<double>{0.5, 0});
   CHECK(s.initial.qd == std::vector<double>{-2, 0});
-  CHECK_THAT(message(arm, with("<start joint=\"shoulder\" position=\"2\"/>")), Catch::Contains("outside its limits"));
+  for (const char* beyond : {"2", "-2"})  // told in the scene, which says so, not in the robot's file
+    CHECK_THAT(message(arm, with("<start joint=\"shoulder\" position=\"" + std::string(beyond) + "\"/>")),
+               Catch::Contains("written_by_test.xml:7:") && Catch::Contains("outside its limits from -1 to 1.5"));
   CHECK_THAT(message(arm, with("<start joint=\"shoulder\"/><start joint=\"shoulder\" position=\"0.1\"/>")),
              Catch::Contains("already; keep one"));
   CHECK_THAT(message(arm, with("<start joint=\"sholder\"/>")), Catch::Contains("did you mean \"shoulder\"?"));
@@ -361,6 +373,7 @@ TEST_CASE("A broken URDF file ends in one line with file and line") {
            Row{"<cylinder radius=\"0.05\" length=\"0.4\"/>", "<capsule radius=\"0.05\" length=\"-0.04\"/>", 10,
                "no size"},
            Row{"damping=\"0.4\"", "damping=\"-1\"", 16, "at least 0"},
+           Row{"effort=\"5\"", "effort=\"-5\"", 20, "effort -5; both have to be at least 0"},
            Row{"<link name=\"tip\">", "<link name=\"hand\">", 15, "a second link named hand"},
        }) {
     INFO(row.from << " -> " << row.to);
