@@ -129,9 +129,9 @@ TEST_CASE("What a hull is made of is said by check, and its corners stand in hul
     corners.push_back({std::stod(row.at(2)), std::stod(row.at(3)), std::stod(row.at(4))});
     if (i % 3 != 0) continue;
     const auto &a = corners[i - 3], &b = corners[i - 2], &c = corners[i - 1];
-    volume += (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
-               a[2] * (b[0] * c[1] - b[1] * c[0])) /
-              6;
+    volume +=
+        (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])) /
+        6;
   }
   CHECK(volume == Approx(1e-3 / 6).epsilon(1e-9));
   std::ofstream(scratch / "two.xml") << scene(

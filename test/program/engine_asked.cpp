@@ -218,8 +218,7 @@ TEST_CASE("runs whose knobs lie over the defaults and over those tuned have a fo
   CHECK(summary(runs / "fall__ode__quick__own__tuned__iterations_50")["engine"]["knobs"]["erp"] != 1);
   // Nor is the preflight of the one that of the other.
   for (const std::string setting : {"default", "tuned"}) {
-    const Result checked =
-        by_engine(directory.path(), {"check", "--engine", "ode", "--setting", setting, "--json"});
+    const Result checked = by_engine(directory.path(), {"check", "--engine", "ode", "--setting", setting, "--json"});
     CHECK((Json::parse(checked.out)[0]["knobs"]["erp"] == 1) == (setting == "default"));
   }
 }
@@ -315,9 +314,9 @@ TEST_CASE("the preflight of an engine is that of each variant, or of the one tha
         std::tuple("--variant", "c", "--variant c: odd has no such variant; there are a, b"),
         std::tuple("--setting", "best", "--setting best: must be default or tuned"),
         std::tuple("--engine", "od", "--engine od: no such engine")}) {
-    const Result refused = by_engine(directory.path(), flag == std::string("--engine")
-                                                           ? std::vector<std::string>{"check", flag, value}
-                                                           : joined(check, {flag, value}));
+    const Result refused =
+        by_engine(directory.path(), flag == std::string("--engine") ? std::vector<std::string>{"check", flag, value}
+                                                                    : joined(check, {flag, value}));
     INFO(refused.err);
     CHECK(refused.code == 2);
     CHECK(refused.out.empty());

@@ -211,10 +211,10 @@ TEST_CASE("an engine's run leaves no file of an earlier one, and refuses before 
   {
     const int folder = open((directory.path() / "out").c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);  // as another run
     REQUIRE(flock(folder, LOCK_EX | LOCK_NB) == 0);
-    const Result taken = run(
-        directory.path(),
-        {"run", scenes + "fall.xml", "--engine", "broken", "--variant", "falls", "--out", "out", "--quiet"},
-        broken_too);
+    const Result taken =
+        run(directory.path(),
+            {"run", scenes + "fall.xml", "--engine", "broken", "--variant", "falls", "--out", "out", "--quiet"},
+            broken_too);
     CHECK(taken.code == 2);
     CHECK(taken.err.find("--out out: another run is writing into this folder") != std::string::npos);
     CHECK(read_file(directory.path() / "out/summary.json") == before);

@@ -97,8 +97,7 @@ TEST_CASE("A parameter that contradicts itself or has another's name is refused 
 TEST_CASE("A force does not begin before the run, and a controller is of some kind") {
   refused_at_mark(scene(ball, "<forces><force body=\"ball\" force=\"1 0 0\" from=\"^-1\" to=\"1\"/></forces>"),
                   "from is -1; it has to be at least 0");
-  refused_at_mark(scene(robot(), "<controllers><^controller robot=\"r\"/></controllers>"),
-                  "<controller> needs a kind");
+  refused_at_mark(scene(robot(), "<controllers><^controller robot=\"r\"/></controllers>"), "<controller> needs a kind");
 }
 
 TEST_CASE("The word of a controller may be that of a parameter, which has words") {
