@@ -40,7 +40,8 @@ Json measure(const std::filesystem::path& program, const std::string& engine, co
               {"step", step},     {"fault", nullptr},           {"lines", Json::array()}};
   if (setting == "tuned")
     if (const nlohmann::json tuned = tuned_knobs(engine, request.variant); tuned.is_object())
-      for (const auto& [key, value] : tuned.items()) request.knobs[key] = value;
+      for (const auto& [key, value] : tuned.items())
+        if (const auto found = request.knobs.find(key); found != request.knobs.end()) found->second = value;
   row["knobs"] = request.knobs;
   const Ended ended = run_program(program, {"--preflight", nlohmann::json(request).dump()}, patience, memory_mb);
   const nlohmann::json said = nlohmann::json::parse(ended.answer, nullptr, false);

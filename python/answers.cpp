@@ -62,7 +62,9 @@ std::string text_of_option(const std::string& name, const py::handle& value) {
   try {
     if (py::isinstance<py::int_>(value) || py::hasattr(value, "__index__"))
       return py::str(py::int_(py::reinterpret_borrow<py::object>(value))).cast<std::string>();
-    return py::repr(py::float_(py::reinterpret_borrow<py::object>(value))).cast<std::string>();
+    const double x = PyFloat_AsDouble(value.ptr());
+    if (PyErr_Occurred() != nullptr) throw py::error_already_set();
+    return py::repr(py::float_(x)).cast<std::string>();  // NumPy 2 writes its own numbers as np.float64(1.0)
   } catch (const py::error_already_set&) {
     throw ArgumentError(fmt::format("{}: must be a number, a word, True or False", name));
   }

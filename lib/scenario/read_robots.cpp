@@ -160,12 +160,10 @@ void read_urdf_robot(Reading& in, const XmlElement& element) {
     in.source.fail(file.value_at,
                    fmt::format("there is no file {}; urdf names one, from the scene's folder on", beside.string()));
   const SourceText source = read_text(beside.string());
-  in.scenario.files.push_back(source.file);
+  in.note_file(source.file);
   UrdfRobot urdf = read_urdf(source, base != nullptr && in.one_of(*base, {"fixed", "free"}) == "free",
                              prefix != nullptr ? prefix->value : std::string());
-  for (const std::string& mesh : urdf.files)
-    if (std::find(in.scenario.files.begin(), in.scenario.files.end(), mesh) == in.scenario.files.end())
-      in.scenario.files.push_back(mesh);
+  for (const std::string& mesh : urdf.files) in.note_file(mesh);
   RobotDescription& robot = urdf.robot;
   robot.name = in.name_of(element, "a robot");
   for (const Tree& tree : in.scenario.model.trees)

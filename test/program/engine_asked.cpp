@@ -219,7 +219,9 @@ TEST_CASE("runs whose knobs lie over the defaults and over those tuned have a fo
   // Nor is the preflight of the one that of the other.
   for (const std::string setting : {"default", "tuned"}) {
     const Result checked = by_engine(directory.path(), {"check", "--engine", "ode", "--setting", setting, "--json"});
-    CHECK((Json::parse(checked.out)[0]["knobs"]["erp"] == 1) == (setting == "default"));
+    const Json knobs = Json::parse(checked.out)[0]["knobs"];
+    CHECK((knobs["erp"] == 1) == (setting == "default"));
+    CHECK(knobs.size() == 2);  // cfm was tuned, too, which this one does not have
   }
 }
 

@@ -48,6 +48,12 @@ def two():
     return cb.Problem(W=W, q=Q, mu=MU)
 
 
+class Written(float):
+    """A number that writes itself as those of NumPy 2 do."""
+    def __repr__(self):
+        return f"np.float64({float(self)})"
+
+
 class ByHand(unittest.TestCase):
 
     def test_the_referee_says_what_is_done_by_hand(self):
@@ -208,7 +214,9 @@ class Runs(unittest.TestCase):
             self.assertEqual(cb.run("sticking_box.xml", "ap", duration=0.002, **options).summary["options"]["k"], k)
         self.assertEqual(cb.run("sticking_box.xml", "ap", duration=0.002, k=np.int64(6)).summary["options"]["k"], 6)
         self.assertEqual(cb.run("impacting_sphere.xml", "ap", duration=0.002, restitution=1).summary["options"]["restitution"], 1)
-        self.assertEqual(cb.run("sticking_box.xml", "convex", duration=0.002, epsilon=1e-9).summary["options"]["epsilon"], 1e-9)
+        for epsilon in (1e-9, Written(1e-9)):
+            summary = cb.run("sticking_box.xml", "convex", duration=0.002, epsilon=epsilon).summary
+            self.assertEqual(summary["options"]["epsilon"], 1e-9)
         for options, bound in (({}, "off"), ({"compression_bound": True}, "on")):
             self.assertEqual(cb.run("grasp.xml", "convex", duration=0.002, **options).summary["options"]["compression_bound"],
                              bound)

@@ -238,6 +238,15 @@ TEST_CASE("The base floats where the scene says so, and continuous joints have n
              Catch::Contains("arm.urdf:3:") && Catch::Contains("free but has no <inertial>"));
 }
 
+TEST_CASE("A URDF file that two robots are of is one of the scene's files once") {
+  const char* again = "    <robot name=\"other\" urdf=\"arm.urdf\" prefix=\"b_\" position=\"9 2 3\"/>\n  </bodies>";
+  const Scenario s = load(arm, replaced(scene, "  </bodies>", again));
+  CHECK(s.model.trees.size() == 2);
+  REQUIRE(s.files.size() == 2);
+  CHECK_THAT(s.files[0], Catch::EndsWith("written_by_test.xml"));
+  CHECK_THAT(s.files[1], Catch::EndsWith("arm.urdf"));
+}
+
 TEST_CASE("A joint starts where the scene says") {
   const auto with = [](const std::string& start) {
     return replaced(scene, "angle=\"${-pi/2}\"/>", "angle=\"${-pi/2}\">" + start + "</robot>");
