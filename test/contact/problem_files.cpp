@@ -104,7 +104,9 @@ TEST_CASE("A W with a clearly negative eigenvalue is refused, one that is singul
   // Eigenvalues 3, -1, 1: no mass gives this.
   const std::string bad = write(folder, "bad.dat", "3 1 0 3 3 3 3\n1 2 0  2 1 0  0 0 1\n-1 0 0\n0.5\n");
   CHECK_THAT(refusal(bad), Catch::Contains(bad) && Catch::Contains("semidefinite"));
-  CHECK_THAT(refusal(bad, {.symmetrise = true}), Catch::Contains("semidefinite"));
+  CHECK_THAT(refusal(bad), Catch::Contains("; --symmetrise takes the nearest matrix that is"));
+  CHECK_THAT(refusal(bad, {.symmetrise = true}),
+             Catch::Contains("semidefinite") && !Catch::Contains("--symmetrise takes"));
   // The same contact twice: rank 3 of 6.
   const std::string twice = write(folder, "twice.dat",
                                   "3 2 0 6 6 6 6\n2 0 0 2 0 0  0 1 0 0 1 0  0 0 1 0 0 1\n2 0 0 2 0 0  0 1 0 0 1 0  "
@@ -485,6 +487,14 @@ TEST_CASE("Every broken FCLIB file is refused in one message with its file and d
     CHECK_THAT(message, Catch::StartsWith(path) && Catch::Contains(broken[i].second));
     CHECK(message.find('\n') == std::string::npos);
   }
+}
+
+TEST_CASE("A file may say that it has no bilateral constraints") {
+  const Folder folder;
+  Content global = small_global(), local = small_local();
+  global["/fclib_global/G/n"] = local["/fclib_local/V/n"] = integers({0});
+  CHECK(refusal(save(folder, "global.hdf5", global)).empty());
+  CHECK(refusal(save(folder, "local.hdf5", local)).empty());
 }
 
 TEST_CASE("An FCLIB file that was cut short is refused, wherever the cut is") {

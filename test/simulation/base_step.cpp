@@ -240,6 +240,47 @@ TEST_CASE("a try that is not taken takes back what its answers were worth, not w
   CHECK(record.size == 10);
 }
 
+TEST_CASE("a try that is not taken takes back the bounces that it left out and what it moved out of an overlap") {
+  // With e = 1e-4 one bounce is all: what comes down again in the same step does not bounce.
+  Scenario s = landing(1, 0, 1e-4);
+  s.gravity.constant = {0, -10, 0};
+  s.initial.pose[0].p[1] += 1e-3;
+  SimulationOptions options;
+  options.step = h;
+  BaseStep base(s, options, find_method("newton")->make({}), newton_law());
+  base.begin(1);
+  base.set_trial(true);
+  base.kick(h);
+  base.look(h);
+  REQUIRE_FALSE(base.approaching());
+  const double dt = base.until_contact(h, false, false);
+  REQUIRE(dt == Approx(1e-3 / 1.1).epsilon(1e-5));
+  base.move(dt);
+  REQUIRE(base.arrive(dt));
+  base.find_contacts();
+  REQUIRE(base.approaching());
+  REQUIRE(base.event(h - dt));
+  CHECK(base.record().bounces_left_out == 0);
+  base.kick(h);
+  base.find_contacts();
+  REQUIRE(base.approaching());
+  REQUIRE(base.event(h / 2));
+  CHECK(base.record().bounces_left_out == 1);
+  CHECK(base.record().bounce_speed > 0);
+  CHECK(base.record().bounce_distance > 0);
+  State deep = s.initial;
+  deep.pose[0].p[1] = 0.1 - 1e-3;
+  base.set_state(deep);
+  base.look(h);
+  base.part();
+  CHECK(base.record().penetration_displacement == Approx(1e-3).epsilon(1e-3));
+  base.forgive();
+  CHECK(base.record().bounces_left_out == 0);
+  CHECK(base.record().bounce_speed == 0);
+  CHECK(base.record().bounce_distance == 0);
+  CHECK(base.record().penetration_displacement == 0);
+}
+
 namespace {
 
 /// s, from the start of a step in which nothing is solved.

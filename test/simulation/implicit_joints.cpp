@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "closed_forms.h"
 #include "dynamics/composite_body.h"
 #include "simulation/explicit_step.h"
 #include "simulation/simulation.h"
@@ -181,4 +182,18 @@ TEST_CASE("a motor at its greatest torque gives that, however stiff it would be"
   // 0.5 N on 2 kg; joint two has no torque: carriage two goes on as it was, and carriage one takes all of it.
   const State state = ended(s, implicit(1e-3, 0.02), "newton");
   CHECK(state.qd[0] == Approx(0.01 - 0.5 * 0.02).margin(1e-12));
+}
+
+TEST_CASE("what strikes a joint within a step meets its mass alone, however stiff its implicit spring is") {
+  // 1 kg each, without loss: they change velocities 2 ms before the end of the step, until which no force acts anew.
+  Scenario s = test::empty_scene(1e-2, 1e-2);
+  s.gravity.constant.setZero();
+  test::add_on_rail(s, test::sphere_shape(0.1), 1, {0, 0, 0});
+  s.model.trees[0].joints[0].stiffness = 1e6;
+  test::add_sphere(s, 0.1, 1, {-0.208, 0, 0}, {1, 0, 0});
+  test::collide_all(s, 0, 1);
+  const State state = ended(s, implicit(1e-2, 1e-2), "newton");
+  CHECK(state.v[6] == Approx(0).margin(1e-9));
+  CHECK(state.qd[0] == Approx(1).epsilon(1e-9));
+  CHECK(state.q[0] == Approx(2e-3).epsilon(1e-5));
 }

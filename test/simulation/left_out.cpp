@@ -189,6 +189,27 @@ TEST_CASE("a box that rests is asked about once, and rests to the last bit", "[l
   CHECK(cube(method.c_str(), false, stepping, 20, nothing).repeats == 0);
 }
 
+TEST_CASE("steps of what rests are told the overlap that counts as closed, those that repeat the first one too",
+          "[left_out]") {
+  const Stepping stepping = GENERATE(Stepping::events, Stepping::steps);
+  CAPTURE(stepping);
+  constexpr double depth = 4e-10;  // m, of a cube of 1 m
+  Scenario scenario = load_scenario(SOURCE_ROOT "/scenarios/stress/contact_grid.xml", {{"n", "2"}});
+  scenario.initial.pose[0].p[1] -= depth;
+  SimulationOptions options;
+  options.step = 1e-3;
+  options.stepping = stepping;
+  options.prune.repeats = true;
+  PrunedRun run(scenario, options, *find_method("coulomb"), {}, true);
+  for (int i = 0; i < 5; ++i) {
+    const StepRecord& record = run.simulation.step();
+    CHECK(record.status == Status::ok);
+    CHECK(record.max_penetration == Approx(depth).epsilon(1e-3));
+    CHECK(record.penetration_inside == Approx(depth).epsilon(1e-3));
+  }
+  CHECK(run.simulation.left_out().repeats == 4);
+}
+
 TEST_CASE("a box that rests goes when it is pushed, and is asked about anew where it rests then", "[left_out]") {
   const std::string method = GENERATE("ap", "convex", "coulomb");
   const Stepping stepping = GENERATE(Stepping::events, Stepping::steps);
