@@ -104,9 +104,7 @@ TEST_CASE("A W with a clearly negative eigenvalue is refused, one that is singul
   // Eigenvalues 3, -1, 1: no mass gives this.
   const std::string bad = write(folder, "bad.dat", "3 1 0 3 3 3 3\n1 2 0  2 1 0  0 0 1\n-1 0 0\n0.5\n");
   CHECK_THAT(refusal(bad), Catch::Contains(bad) && Catch::Contains("semidefinite"));
-  CHECK_THAT(refusal(bad), Catch::Contains("; --symmetrise takes the nearest matrix that is"));
-  CHECK_THAT(refusal(bad, {.symmetrise = true}),
-             Catch::Contains("semidefinite") && !Catch::Contains("--symmetrise takes"));
+  CHECK_THAT(refusal(bad, {.symmetrise = true}), Catch::Contains("semidefinite"));
   // The same contact twice: rank 3 of 6.
   const std::string twice = write(folder, "twice.dat",
                                   "3 2 0 6 6 6 6\n2 0 0 2 0 0  0 1 0 0 1 0  0 0 1 0 0 1\n2 0 0 2 0 0  0 1 0 0 1 0  "

@@ -238,7 +238,8 @@ TEST_CASE("a slide in MuJoCo starts where the scene says, swings about its sprin
   const auto cart = [](const std::string& name, const std::string& joint) {
     return "<robot name=\"" + name + "\" position=\"1 2 3\" axis=\"0 1 0\" angle=\"0.5\"><link name=\"" + name +
            R"(_cart" mass="2" position="0.4 0 0" inertia="1 1 1"/><joint name=")" + name +
-           R"(_rail" kind="prismatic" parent="world" child=")" + name + "_cart\" axis=\"1 0 0\" " + joint + "/></robot>";
+           R"(_rail" kind="prismatic" parent="world" child=")" + name + R"(_cart" axis="1 0 0" )" + joint +
+           "/></robot>";
   };
   write_scene(directory.path() / "scene.xml",
               cart("swings", R"(stiffness="50" rest="0.3" position="0.1" velocity="0.5")") +

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
+#include <tuple>
 
 #include "contact/answer_files.h"
 #include "contact/problem_files.h"
@@ -78,6 +79,47 @@ TEST_CASE("a folder of an engine's problems is that of one run, and nobody's oth
   for (const std::string& file : stored) CHECK_FALSE(fs::exists(own / file));
   for (const std::string& file : others) CHECK(fs::exists(own / file));
   CHECK(store("own").code == 3);  // one folder for both
+}
+
+TEST_CASE("of an engine's own problems every n-th is kept, from the first on, whichever steps they are of",
+          "[program][engines]") {
+  if (!cb::fclib_available()) return;
+  const TemporaryDirectory directory;
+  if (!is_here(directory.path(), "mujoco")) return;
+  const auto kept = [&](const std::string& every) {
+    const Result ended = run(directory.path(), {"run", "stack", "--set", "boxes=1", "--engine", "mujoco", "--step",
+                                                "1e-3", "--duration", "0.03", "--save-problems", "own", "--save-every",
+                                                every, "--out", "out", "--quiet"});
+    INFO(ended.err);
+    REQUIRE(ended.code == 0);
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(directory.path() / "own"))
+      if (entry.path().extension() == ".hdf5") names.push_back(entry.path().stem().string());
+    std::sort(names.begin(), names.end());
+    return names;
+  };
+  const std::vector<std::string> all = kept("1");
+  REQUIRE(all.size() > 10);
+  std::vector<std::string> wanted;
+  for (std::size_t i = 0; i < all.size(); i += 5) wanted.push_back(all[i]);
+  CHECK(kept("5") == wanted);
+}
+
+TEST_CASE("an engine that keeps no problems, or none of robots, says so", "[program][engines]") {
+  if (!cb::fclib_available()) return;
+  const TemporaryDirectory directory;
+  for (const auto& [engine, scene, reason] :
+       {std::tuple("ode", "stack", "--save-problems: ode does not give its contact problems away"),
+        {"mujoco", "urdf_arm", "--save-problems: of free bodies only, and this scene has a robot"}}) {
+    INFO(engine);
+    if (!is_here(directory.path(), engine)) continue;
+    const Result ended = run(directory.path(), {"run", scene, "--engine", engine, "--duration", "0.01",
+                                                "--save-problems", "own", "--out", "out", "--quiet"});
+    INFO(ended.err);
+    CHECK(ended.code == 3);
+    CHECK(summary(directory.path() / "out")["status"] == "unsupported");
+    CHECK(summary(directory.path() / "out")["reason"] == reason);
+  }
 }
 
 TEST_CASE("the momentum that an engine's own impulses give is that of its step", "[program][engines]") {

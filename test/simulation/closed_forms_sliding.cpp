@@ -169,6 +169,28 @@ TEST_CASE("a box on a driven belt does not feel what else is on the belt", "[clo
     }
 }
 
+// No impulse moves a belt that is driven, so that two that rub each other, and one on the ground, have no contact.
+TEST_CASE("a driven belt that lies on the ground and rubs another one moves what is on it all the same", "[closed]") {
+  constexpr double h = 1e-2, mu = 0.4, speed = 0.5;
+  for (const Claimant& who : complementarity() + std::vector{convex(true)}) {
+    INFO(who.name);
+    Scenario s = box_on_belt(mu, 5, speed, h);
+    drive(s, speed);
+    s.shapes[static_cast<std::size_t>(add_ground(s))].local.p.y() = -1;
+    add_on_rail(s, box_shape({20, 1, 4}), 5, {0, -0.5, 4}, -speed);
+    drive(s, -speed);
+    collide_all(s, mu);
+    Stepped run(s, who);
+    int contacts = 0;
+    run.simulation().on_event = [&](const EventRecord& event) { contacts = event.problem.nc(); };
+    for (int n = 1; n <= 5; ++n) {
+      run.step();
+      CHECK(contacts == 4);
+      CHECK((run.velocity(1) - Vec3(n * mu * g * h, 0, 0)).norm() < rounding * speed);
+    }
+  }
+}
+
 // Free on its rail the belt, of mass B, gives what it takes: v_box = mu g t, v_belt = V - m / B mu g t, up to the
 // common B V / (B + m).
 TEST_CASE("a belt that coasts and a box on it end with the momentum that the belt had", "[closed]") {
