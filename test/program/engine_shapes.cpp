@@ -32,13 +32,14 @@ std::map<std::string, Json> engines_here(const fs::path& directory) {
   return here;
 }
 
-/// A scene on level ground.
+/// A scene on level ground, which is at y = `level`, m.
 void write_scene(const fs::path& file, const std::string& bodies, const std::string& pairs, const std::string& duration,
-                 const std::string& gravity = "0 -9.8 0") {
+                 const std::string& gravity = "0 -9.8 0", const std::string& level = "0") {
   std::ofstream(file) << "<scenario title=\"engines\"><simulation step=\"1e-3\" duration=\"" << duration
                       << "\"/><reference kind=\"missing\"/><gravity constant=\"" << gravity
-                      << "\"/><bodies><half_space name=\"ground\" point=\"0 0 0\" normal=\"0 1 0\"/>" << bodies
-                      << "</bodies>" << (pairs.empty() ? "" : "<contacts>" + pairs + "</contacts>") << "</scenario>";
+                      << "\"/><bodies><half_space name=\"ground\" point=\"0 " << level << " 0\" normal=\"0 1 0\"/>"
+                      << bodies << "</bodies>" << (pairs.empty() ? "" : "<contacts>" + pairs + "</contacts>")
+                      << "</scenario>";
 }
 
 /// The last row of each body or joint of a table, by name; words count as 0.
@@ -64,26 +65,47 @@ std::map<std::string, Row> ended(const fs::path& directory, const Words& words) 
   return last_rows(directory / "out/trajectory.csv");
 }
 
+/// -: speed with which the ball of bounce.xml leaves the ground, over the one that it comes with.
+double rebound(const fs::path& directory, const Words& words) {
+  const Result result = run(directory, joined({"run", scenes + "bounce.xml", "--out", "out", "--quiet"}, words));
+  INFO(result.err);
+  REQUIRE(result.code == 0);
+  const Words all = lines(read_file(directory / "out/trajectory.csv"));
+  REQUIRE(cells(all[0])[10] == "vy");
+  double down = 0, up = 0;
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    const double vy = std::strtod(cells(all[i])[10].c_str(), nullptr);
+    down = std::max(down, -vy);
+    up = std::max(up, vy);
+  }
+  CHECK(down == Approx(std::sqrt(2 * 9.8)).epsilon(0.01));
+  return up / down;
+}
+
 }  // namespace
 
-TEST_CASE("cylinders and capsules in an engine stand along their y axis, as tall and as thick as they are",
+TEST_CASE("what stands in an engine is as tall and as thick as it is, along its own axes, fixed or free",
           "[program][engines]") {
-  // Lying, or of another size, each would be in the ground or come down by up to 0.2 m meanwhile.
-  const std::string can = R"(<cylinder name="can" radius="0.2" length="0.9" mass="1" position="0 0.45 0"/>)",
-                    pill = R"(<capsule name="pill" radius="0.15" length="0.6" mass="1" position="3 0.45 0"/>)",
-                    posts = R"(<cylinder name="post" fixed="yes" radius="0.4" length="0.5" position="6 0.25 0"/>
-<sphere name="ball" radius="0.2" mass="1" position="6 0.7 0"/>)";
+  // Lying, unturned or of another size, each would be in what it is on, or something would come down by up to 0.2 m.
+  const std::string
+      can = R"(<cylinder name="can" radius="0.2" length="0.9" mass="1" position="0 0.45 0"/>)",
+      pill = R"(<capsule name="pill" radius="0.15" length="0.6" mass="1" position="3 0.45 0"/>)",
+      post = R"(<cylinder name="post" fixed="yes" radius="0.4" length="0.5" position="6 0.35 0"/>
+<sphere name="on_post" radius="0.2" mass="1" position="6 0.8 0"/>)",
+      wall =
+          R"(<box name="wall" fixed="yes" size="0.6 0.2 1" position="9 0.8 0" axis="1 0 0" angle="${pi/2}"/>
+<sphere name="on_wall" radius="0.2" mass="1" position="9 1.5 0"/>)";
   const TemporaryDirectory directory;
-  const auto here = engines_here(directory.path());
-  for (const char* name : {"ode", "bullet", "bullet-float", "mujoco", "siconos"}) {
+  for (const auto& [name, engine] : engines_here(directory.path())) {
     INFO(name);
-    if (!here.contains(name)) continue;
-    const bool capsules = std::string(name) != "siconos";
-    write_scene(directory.path() / "scene.xml", can + posts + (capsules ? pill : ""),
+    if (name == "simbody") continue;  // knows half-spaces alone to be on
+    const bool cylinders = name != "dart", capsules = cylinders && name != "siconos";
+    write_scene(directory.path() / "scene.xml", wall + (cylinders ? can + post : "") + (capsules ? pill : ""),
                 R"(<pair a="*" b="*" mu="0.5"/>)", "0.2");
     const auto rows = ended(directory.path(), {"--engine", name});
-    CHECK(rows.at("can").at("py") == Approx(0.45).margin(0.05));
-    CHECK(rows.at("ball").at("py") == Approx(0.7).margin(0.05));
+    CHECK(rows.at("on_wall").at("py") == Approx(1.5).margin(0.05));
+    if (cylinders) CHECK(rows.at("on_post").at("py") == Approx(0.8).margin(0.05));
+    if (cylinders) CHECK(rows.at("can").at("py") == Approx(0.45).margin(0.05));
     if (capsules) CHECK(rows.at("pill").at("py") == Approx(0.45).margin(0.05));
   }
 }
@@ -92,10 +114,10 @@ TEST_CASE("bodies in an engine meet by the law of their own pair, and those of n
           "[program][engines]") {
   const TemporaryDirectory directory;
   write_scene(directory.path() / "scene.xml",
-              R"(<box name="slick" size="1 0.2 1" mass="1" position="0 0.1 0" velocity="2 0 0"/>
-<box name="rough" size="1 0.2 1" mass="1" position="0 0.1 3" velocity="2 0 0"/>
-<sphere name="ghost" radius="0.4" mass="1" position="0 0.5 6"/>)",
-              R"(<pair a="slick" b="ground" mu="0.1"/><pair a="rough" b="ground" mu="0.3"/>)", "0.3");
+              R"(<box name="slick" size="1 0.2 1" mass="1" position="0 2.1 0" velocity="2 0 0"/>
+<box name="rough" size="1 0.2 1" mass="1" position="0 2.1 3" velocity="2 0 0"/>
+<sphere name="ghost" radius="0.4" mass="1" position="0 2.5 6"/>)",
+              R"(<pair a="slick" b="ground" mu="0.1"/><pair a="rough" b="ground" mu="0.3"/>)", "0.3", "0 -9.8 0", "2");
   for (const auto& [name, engine] : engines_here(directory.path())) {
     INFO(name);
     Words words = {"--engine", name};
@@ -103,7 +125,8 @@ TEST_CASE("bodies in an engine meet by the law of their own pair, and those of n
     const auto rows = ended(directory.path(), words);
     CHECK(rows.at("slick").at("vx") == Approx(2 - 0.1 * 9.8 * 0.3).margin(0.05));
     CHECK(rows.at("rough").at("vx") == Approx(2 - 0.3 * 9.8 * 0.3).margin(0.05));
-    CHECK(rows.at("ghost").at("py") == Approx(0.5 - 9.8 * 0.3 * 0.3 / 2).margin(0.01));
+    for (const char* box : {"slick", "rough"}) CHECK(rows.at(box).at("py") == Approx(2.1).margin(0.02));
+    CHECK(rows.at("ghost").at("py") == Approx(2.5 - 9.8 * 0.3 * 0.3 / 2).margin(0.01));
   }
 }
 
@@ -114,21 +137,12 @@ TEST_CASE("a ball in an engine that has restitution parts with the pair's share 
        {std::pair("ode", "world"), {"dart", "dantzig"}, {"simbody", "rigid"}, {"siconos", "nsgs"}}) {
     INFO(name);
     if (!here.contains(name)) continue;
-    const Result result = run(directory.path(), {"run", scenes + "bounce.xml", "--engine", name, "--variant", variant,
-                                                 "--out", "out", "--quiet"});
-    INFO(result.err);
-    REQUIRE(result.code == 0);
-    const Words all = lines(read_file(directory.path() / "out/trajectory.csv"));
-    REQUIRE(cells(all[0])[10] == "vy");
-    double down = 0, up = 0;
-    for (std::size_t i = 1; i < all.size(); ++i) {
-      const double vy = std::strtod(cells(all[i])[10].c_str(), nullptr);
-      down = std::max(down, -vy);
-      up = std::max(up, vy);
-    }
-    CHECK(down == Approx(std::sqrt(2 * 9.8)).epsilon(0.01));
-    CHECK(up / down == Approx(0.5).margin(0.01));
+    CHECK(rebound(directory.path(), {"--engine", name, "--variant", variant}) == Approx(0.5).margin(0.01));
   }
+  // Bullet's contacts begin before they touch, and take most of a bounce; nearer ones leave it, and add to it.
+  if (!here.contains("bullet")) return;
+  const Words near = {"--engine", "bullet", "--knob", "breaking_threshold=1e-3"};
+  CHECK(rebound(directory.path(), near) > 0.2 + rebound(directory.path(), joined(near, {"--restitution", "0"})));
 }
 
 TEST_CASE("friction at 45 degrees to the axes is in an engine what its variant says, on four points of a box",
@@ -271,7 +285,7 @@ TEST_CASE("a robot that floats and is turned moves in MuJoCo as in our own steps
 <joint name="space" kind="free" parent="world" child="hull" velocity="1 -2 0.5" angular_velocity="1 2 -1"/>
 <joint name="elbow" kind="revolute" parent="hull" child="boom" axis="0 1 1" anchor="0.5 0 0" velocity="2"/>
 <joint name="mount" kind="fixed" parent="hull" child="eye"/></robot>)",
-              "", "0.1", "0 0 0");
+              "", "0.2", "0 0 0");
   const auto ours = ended(directory.path(), {"--method", "ap"});
   const auto theirs = ended(directory.path(), {"--engine", "mujoco"});
   for (const char* link : {"hull", "boom", "eye"}) {
@@ -282,7 +296,7 @@ TEST_CASE("a robot that floats and is turned moves in MuJoCo as in our own steps
     CHECK(std::abs(cosine) > 1 - 2e-5);
     for (const char* place : {"px", "py", "pz"}) CHECK(a.at(place) == Approx(b.at(place)).margin(5e-3));
     for (const char* speed : {"vx", "vy", "vz", "wx", "wy", "wz"})
-      CHECK(a.at(speed) == Approx(b.at(speed)).margin(0.05));
+      CHECK(a.at(speed) == Approx(b.at(speed)).margin(0.03));
   }
 }
 
