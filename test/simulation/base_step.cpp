@@ -196,6 +196,49 @@ TEST_CASE("a limit that moves is approached with the difference of the rates") {
   }
 }
 
+TEST_CASE("a joint has a mode while it goes with its limit, and one while its motor is at its greatest torque") {
+  // A carriage at a stop that moves with 0.5 m/s; -1: of the first tree.
+  const auto modes_of = [](bool lower, double rate, double torque_limit) {
+    Scenario s = test::empty_scene(h, 1);
+    s.gravity.constant = Vec3::Zero();
+    s.model.bodies.push_back({"carriage", 2, Vec3::Ones(), 0});
+    Joint joint;
+    joint.kind = JointKind::prismatic;
+    joint.body = joint.q = joint.v = 0;
+    (lower ? joint.lower : joint.upper) = 0;
+    joint.limit_rate = 0.5;
+    joint.torque_limit = torque_limit;
+    Tree tree;
+    tree.joints = {joint};
+    tree.nv = 1;
+    s.model.trees = {tree};
+    s.initial.pose.resize(1);
+    s.initial.v = {rate, 0, 0, 0, 0, 0};
+    s.initial.q = {0};
+    s.initial.qd = {rate};
+    SimulationOptions options;
+    options.step = h;
+    BaseStep base(s, options, find_method("newton")->make({}), newton_law());
+    base.begin(1);
+    base.kick(h);
+    base.look(h);
+    CHECK_FALSE(base.approaching());
+    std::vector<BaseStep::Mode> modes;
+    base.read_modes(modes);
+    return modes;
+  };
+  for (const bool lower : {true, false}) {
+    const std::vector<BaseStep::Mode> stays = modes_of(lower, 0.5, HUGE_VAL);
+    REQUIRE(stays.size() == 1);
+    CHECK(stays[0].a == -1);
+    CHECK(stays[0].b == 0);
+    CHECK(modes_of(lower, lower ? 0.7 : 0.3, HUGE_VAL).empty());
+    CHECK(modes_of(lower, lower ? 0.7 : 0.3, 0).size() == 1);  // there is no motor, and no torque that it might give
+    CHECK(modes_of(lower, 0.5, 0).size() == 2);
+  }
+  CHECK(modes_of(true, 0.5, HUGE_VAL)[0].facet != modes_of(false, 0.5, HUGE_VAL)[0].facet);
+}
+
 TEST_CASE("a try that is not taken takes back what its answers were worth, not what they cost") {
   const Scenario s = landing(1, 0, 0);
   SimulationOptions options;

@@ -67,6 +67,23 @@ TEST_CASE("where the patch spins the polygon keeps all its points, and the cone 
   CHECK(count(less, "coplanar contacts") == 0);
 }
 
+TEST_CASE("contacts in a random order are all there in each step, whatever else is left out", "[left_out]") {
+  const Scenario scenario = load_scenario(SOURCE_ROOT "/scenarios/stress/contact_grid.xml", {{"n", "5"}});
+  for (const std::uint64_t shuffle : {0, 7}) {
+    SimulationOptions options;
+    options.step = 1e-3;
+    options.shuffle = shuffle;
+    options.prune.repeats = true;
+    PrunedRun run(scenario, options, *find_method("convex"), {}, true);
+    for (int i = 0; i < 4; ++i) {
+      const StepRecord& record = run.simulation.step();
+      CHECK(record.status == Status::ok);
+      CHECK(record.contacts == (shuffle == 0 ? 4 : 25));
+    }
+    CHECK((run.simulation.left_out().repeats > 0) == (shuffle == 0));
+  }
+}
+
 TEST_CASE("points of a pair with restitution, and of methods that hit one after the other, stay", "[left_out]") {
   CHECK(count(after("ap", true, 4, {0, -1, 0, 0, 0, 0}, 0.5), "coplanar contacts") == 0);
   CHECK(count(after("newton", true, 4, {0, 0, 0, 0, 0, 0}), "coplanar contacts") == 0);
