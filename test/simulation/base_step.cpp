@@ -196,49 +196,6 @@ TEST_CASE("a limit that moves is approached with the difference of the rates") {
   }
 }
 
-TEST_CASE("a joint has a mode while it goes with its limit, and one while its motor is at its greatest torque") {
-  // A carriage at a stop that moves with 0.5 m/s; -1: of the first tree.
-  const auto modes_of = [](bool lower, double rate, double torque_limit) {
-    Scenario s = test::empty_scene(h, 1);
-    s.gravity.constant = Vec3::Zero();
-    s.model.bodies.push_back({"carriage", 2, Vec3::Ones(), 0});
-    Joint joint;
-    joint.kind = JointKind::prismatic;
-    joint.body = joint.q = joint.v = 0;
-    (lower ? joint.lower : joint.upper) = 0;
-    joint.limit_rate = 0.5;
-    joint.torque_limit = torque_limit;
-    Tree tree;
-    tree.joints = {joint};
-    tree.nv = 1;
-    s.model.trees = {tree};
-    s.initial.pose.resize(1);
-    s.initial.v = {rate, 0, 0, 0, 0, 0};
-    s.initial.q = {0};
-    s.initial.qd = {rate};
-    SimulationOptions options;
-    options.step = h;
-    BaseStep base(s, options, find_method("newton")->make({}), newton_law());
-    base.begin(1);
-    base.kick(h);
-    base.look(h);
-    CHECK_FALSE(base.approaching());
-    std::vector<BaseStep::Mode> modes;
-    base.read_modes(modes);
-    return modes;
-  };
-  for (const bool lower : {true, false}) {
-    const std::vector<BaseStep::Mode> stays = modes_of(lower, 0.5, HUGE_VAL);
-    REQUIRE(stays.size() == 1);
-    CHECK(stays[0].a == -1);
-    CHECK(stays[0].b == 0);
-    CHECK(modes_of(lower, lower ? 0.7 : 0.3, HUGE_VAL).empty());
-    CHECK(modes_of(lower, lower ? 0.7 : 0.3, 0).size() == 1);  // there is no motor, and no torque that it might give
-    CHECK(modes_of(lower, 0.5, 0).size() == 2);
-  }
-  CHECK(modes_of(true, 0.5, HUGE_VAL)[0].facet != modes_of(false, 0.5, HUGE_VAL)[0].facet);
-}
-
 TEST_CASE("a try that is not taken takes back what its answers were worth, not what they cost") {
   const Scenario s = landing(1, 0, 0);
   SimulationOptions options;
@@ -281,47 +238,6 @@ TEST_CASE("a try that is not taken takes back what its answers were worth, not w
   CHECK(record.solves == 2);
   CHECK(record.iterations == 6);
   CHECK(record.size == 10);
-}
-
-TEST_CASE("a try that is not taken takes back the bounces that it left out and what it moved out of an overlap") {
-  // With e = 1e-4 one bounce is all: what comes down again in the same step does not bounce.
-  Scenario s = landing(1, 0, 1e-4);
-  s.gravity.constant = {0, -10, 0};
-  s.initial.pose[0].p[1] += 1e-3;
-  SimulationOptions options;
-  options.step = h;
-  BaseStep base(s, options, find_method("newton")->make({}), newton_law());
-  base.begin(1);
-  base.set_trial(true);
-  base.kick(h);
-  base.look(h);
-  REQUIRE_FALSE(base.approaching());
-  const double dt = base.until_contact(h, false, false);
-  REQUIRE(dt == Approx(1e-3 / 1.1).epsilon(1e-5));
-  base.move(dt);
-  REQUIRE(base.arrive(dt));
-  base.find_contacts();
-  REQUIRE(base.approaching());
-  REQUIRE(base.event(h - dt));
-  CHECK(base.record().bounces_left_out == 0);
-  base.kick(h);
-  base.find_contacts();
-  REQUIRE(base.approaching());
-  REQUIRE(base.event(h / 2));
-  CHECK(base.record().bounces_left_out == 1);
-  CHECK(base.record().bounce_speed > 0);
-  CHECK(base.record().bounce_distance > 0);
-  State deep = s.initial;
-  deep.pose[0].p[1] = 0.1 - 1e-3;
-  base.set_state(deep);
-  base.look(h);
-  base.part();
-  CHECK(base.record().penetration_displacement == Approx(1e-3).epsilon(1e-3));
-  base.forgive();
-  CHECK(base.record().bounces_left_out == 0);
-  CHECK(base.record().bounce_speed == 0);
-  CHECK(base.record().bounce_distance == 0);
-  CHECK(base.record().penetration_displacement == 0);
 }
 
 namespace {
