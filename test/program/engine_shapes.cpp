@@ -195,8 +195,7 @@ TEST_CASE("what an engine cannot express is unsupported, and named", "[program][
   const std::string ground = R"(<pair a="*" b="ground" mu="0.5"/>)",
                     apart = R"(<pair a="a" b="ground" mu="0.1"/><pair a="b" b="ground" mu="0.3"/>)",
                     knots = apart + R"(<pair a="a" b="b" mu="0.5"/>)",
-                    bounce =
-                        R"(<pair a="a" b="ground" mu="0.1"/><pair a="b" b="ground" mu="0.1" restitution="0.25"/>)",
+                    bounce = R"(<pair a="a" b="ground" mu="0.1"/><pair a="b" b="ground" mu="0.1" restitution="0.25"/>)",
                     bounces = R"(<pair a="a" b="ground" mu="0.1" restitution="0.5"/>
 <pair a="b" b="ground" mu="0.1" restitution="0.25"/><pair a="a" b="b" mu="0.1" restitution="0.25"/>)";
   struct Case {

@@ -87,9 +87,9 @@ TEST_CASE("of an engine's own problems every n-th is kept, from the first on, wh
   const TemporaryDirectory directory;
   if (!is_here(directory.path(), "mujoco")) return;
   const auto kept = [&](const std::string& every) {
-    const Result ended = run(directory.path(), {"run", "stack", "--set", "boxes=1", "--engine", "mujoco", "--step",
-                                                "1e-3", "--duration", "0.03", "--save-problems", "own", "--save-every",
-                                                every, "--out", "out", "--quiet"});
+    const Result ended =
+        run(directory.path(), {"run", "stack", "--set", "boxes=1", "--engine", "mujoco", "--step", "1e-3", "--duration",
+                               "0.03", "--save-problems", "own", "--save-every", every, "--out", "out", "--quiet"});
     INFO(ended.err);
     REQUIRE(ended.code == 0);
     std::vector<std::string> names;
