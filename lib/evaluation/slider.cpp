@@ -40,6 +40,8 @@ constexpr double long_scan = 10;
 constexpr double tolerance = 1e-13;
 constexpr double longest = 0.01;
 constexpr double setting_off = 1e-6;
+/// m/s: speed below which the errors of the disk's integrator turn it anyhow.
+constexpr double least_speed = 100 * tolerance;
 /// Segments without progress in time before the rest is taken at face value.
 constexpr int max_segments = 1000;
 
@@ -266,13 +268,17 @@ void DiskSlider::advance() {
   const double room = drive_.next_change(t0_) - t0_;
   // The drive after a change is another one: take the acceleration from its right.
   a0_ = acceleration(t0_, s0_.v);
-  if (s0_.v.norm() > zero_speed * fastest_) return slide(room);
+  if (s0_.v.norm() > standing()) return slide(room);
   s0_.v = s1_.v = Vec2::Zero();
-  if (drive_.at(t0_).norm() <= friction_ * (1 + zero_slack))
+  if (holds(t0_))
     rest(room);
   else
     set_off(room);
 }
+
+bool DiskSlider::holds(double t) const { return drive_.at(t).norm() <= friction_ * (1 + zero_slack); }
+
+double DiskSlider::standing() const { return std::max(zero_speed * fastest_, least_speed); }
 
 void DiskSlider::end_step(double h) {
   t1_ = t0_ + h;
@@ -287,9 +293,8 @@ void DiskSlider::rest(double room) {
   double h = std::min(longest, room);
   if (!drive_.harmonics.empty()) {
     double low = 0, high = h;
-    if (drive_.at(t0_ + h).norm() > friction_) {
-      for (int i = 0; i < 60; ++i)
-        (drive_.at(t0_ + 0.5 * (low + high)).norm() > friction_ ? high : low) = 0.5 * (low + high);
+    if (!holds(t0_ + h)) {
+      for (int i = 0; i < 60; ++i) (holds(t0_ + 0.5 * (low + high)) ? low : high) = 0.5 * (low + high);
       h = high;
     }
   }
@@ -297,9 +302,11 @@ void DiskSlider::rest(double room) {
   a1_.setZero();
 }
 
+// As long as it takes to be told from rest.
 void DiskSlider::set_off(double room) {
   const Vec2 a = drive_.at(t0_);
-  const double strength = a.norm(), h = std::min(setting_off, room);
+  const double strength = a.norm(), seen = 2 * standing() / (strength - friction_);
+  const double h = std::min({std::max(setting_off, seen), longest, room});
   const Vec2 later = drive_.at(t0_ + h / 2);
   const double turned = std::atan2(cross(a, later), a.dot(later)) * 2 * strength / (2 * strength - friction_);
   const Vec2 along = a / strength;
@@ -314,10 +321,12 @@ void DiskSlider::set_off(double room) {
 // Dormand and Prince's method in the velocity, which does not see the way; the way has the mean velocity of its stages.
 void DiskSlider::slide(double room) {
   using namespace dormand_prince;
+  const Vec2 &v = s0_.v, k1 = a0_;
+  // What is held stops, and friction does not send it back: no step goes beyond.
+  const double slows = -k1.dot(v);
+  const double stops = holds(t0_) && slows > 0 ? v.squaredNorm() / slows : longest;
   while (true) {
-    const double h = std::min({trial_, longest, room});
-    const Vec2& v = s0_.v;
-    const Vec2 k1 = a0_;
+    const double h = std::min({trial_, longest, room, stops});
     const Vec2 v2 = v + h * second(k1);
     const Vec2 k2 = acceleration(t0_ + c2 * h, v2);
     const Vec2 v3 = v + h * third(k1, k2);

@@ -88,6 +88,8 @@ class DiskSlider {
   void slide(double room);
   void advance();
   void end_step(double h);
+  bool holds(double t) const;  ///< does friction hold, at rest, what drives?
+  double standing() const;     ///< m/s: up to this it counts as at rest
   Vec2 acceleration(double t, const Vec2& v) const;
 
   Drive drive_;

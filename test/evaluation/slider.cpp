@@ -244,3 +244,20 @@ TEST_CASE("Pushes that follow each other in different directions count from when
   CHECK(state_at(slider, 4.5).p.y() == Approx(2 * 0.25 * 0.25).epsilon(1e-9));
   CHECK(state_at(slider, 4.5).p.x() == Approx(x).epsilon(1e-9));
 }
+
+TEST_CASE("A slider that is pushed across its way comes to rest each time, however slow it was") {
+  // Pushes of 1 s, along x and along y, of 1 to 1.0001 times the friction and more.
+  for (const double friction : {1e-3, 0.98, 30.0})
+    for (const double beyond : {1e-4, 2e-2, 0.7}) {
+      INFO(friction << ", " << beyond);
+      const double a = friction * (1 + beyond), v = a - friction, way = v / 2 + v * v / (2 * friction);
+      Drive drive;
+      drive.pushes = {{Vec2(a, 0), 1, 2}, {Vec2(0, a), 4, 5}};
+      Slider slider = coulomb_slider(drive, friction, {});
+      REQUIRE(std::holds_alternative<DiskSlider>(slider));
+      CHECK(state_at(slider, 3.9).v.isZero(0));
+      CHECK(state_at(slider, 8).v.isZero(0));
+      CHECK(state_at(slider, 8).p.x() == Approx(way).epsilon(1e-8).margin(1e-12));
+      CHECK(state_at(slider, 8).p.y() == Approx(way).epsilon(1e-8).margin(1e-12));
+    }
+}

@@ -175,7 +175,7 @@ TEST_CASE("friction at 45 degrees to the axes is in an engine what its variant s
     CHECK(std::hypot(box.at("vx"), box.at("vz")) == Approx(2 - diagonal * 0.2 * 9.8 * 0.1).margin(0.02));
     CHECK(box.at("vx") == Approx(box.at("vz")).margin(0.02));
     const bool says = std::string(name) != "simbody";
-    CHECK(summary(directory.path() / "out")["contacts_max"] == (says ? 4 : 0));
+    CHECK((summary(directory.path() / "out")["contacts_max"] > 0) == says);
   }
 }
 
