@@ -132,6 +132,24 @@ TEST_CASE("what a program says of its answer is what is known of it: how it ende
   CHECK(answer.impulse == std::vector<double>{4, 0.25, -1e-3});
 }
 
+TEST_CASE("a program that gave too few impulses is started anew for the next problem", "[outside]") {
+  const TemporaryDirectory folder;
+  MethodOptions options;
+  options.command = "cd '" + folder.path().string() +
+                    "'; n=2; [ -e before ] && n=3; touch before; printf 'ready text\nanswer ok 1 '$n'\nr 4 0.25 0\n'; "
+                    "cat > /dev/null";
+  const ContactMethod method = external_row(coulomb_law()).make(options);
+  const ContactProblem p = sphere({0, -1, 0}, {0, 0, 0});
+  ContactSolution answer;
+  method(p, answer);
+  CHECK(answer.status == Status::input_error);
+  CHECK(answer.reason == "the answer holds 2 impulses; 1 contacts need 3 (n, t1, t2 of each)");
+  method(p, answer);
+  INFO(answer.reason);
+  CHECK(answer.status == Status::ok);
+  CHECK(answer.impulse == std::vector<double>{4, 0.25, 0});
+}
+
 namespace {
 
 /// Where files are put that are there for a while.
