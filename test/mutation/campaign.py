@@ -55,6 +55,7 @@ MEMORY = 4 << 30       # bytes of data a test may hold: a fault that makes it ea
 APART = {"rooms", "scripts_style", "published"}
 PARTS = ("lib/", "app/", "test/", "scripts/", "scenarios/", "CMake")
 MODULE = "contactbench_python"  # the target that makes the Python module
+ENGINES = "engines"  # and that of all engines beside the program
 # Tests of scripts that a fault there reaches first, where they have another name than the script; the others follow, the quick
 # ones first.
 SCRIPTS = {
@@ -157,13 +158,14 @@ class Copy:
         command = " ".join(self.tests[name]["command"])
         own = re.findall(r"/bin/(\w+)", command.partition(str(self.build))[2])
         if "test_program" in own:
-            own.append("contactbench")
+            own += ["contactbench", ENGINES]
         if name.startswith("python"):
             own = ["contactbench", MODULE]
         return own or (["contactbench_wrong"] if name == "wrong_methods" else ["contactbench"])
 
     def of_programs(self, name):
-        files = (next((self.build / "python").glob("contactbench/_core*")) if p == MODULE else self.build / "bin" / p for p in self.programs(name))
+        made = {MODULE: "python/contactbench/_core*", ENGINES: "bin/contactbench-engine-*"}
+        files = (file for p in self.programs(name) for file in sorted(self.build.glob(made.get(p, f"bin/{p}"))))
         return digest_of(*(file.read_bytes() for file in files))
 
     def of_tests(self, names):
@@ -217,7 +219,7 @@ def order(copy, fault, nearest_only):
         near = [test for name in SCRIPTS.get(name, (name,)) for test in (name, f"scripts_{name}")]
     else:
         can = [name for name in copy.tests if name not in stand_in]
-        near = {"app": ["program"], "cone": ["cone", "methods"], "ncp": ["ncp", "methods"],
+        near = {"app": ["program"], "bench": ["program"], "cone": ["cone", "methods"], "ncp": ["ncp", "methods"],
                 "contact": ["contact", "second_referee"], "python": ["python", "python_numbers"]}.get(room, [room])
     near = [name for name in near if name in can]
     if nearest_only:
