@@ -20,7 +20,7 @@ from .templates import TEMPLATES
 
 FIRST_LOOK = "statuses, errors and claims hold, times are a first look"
 PROFILES = {
-    "quick": f"one run a cell (two of the sliding box in error against run time) and limits of some seconds a run: {FIRST_LOOK}",
+    "quick": f"one run a cell (two of the sliding box) and limits of some seconds a run: {FIRST_LOOK}",
     "paper": "the paper's durations, three interleaved repeats, limits of ten minutes a run"}
 ERRORS = (1e-2, 1e-4, 1e-6, 1e-9)  # m, for which a method is advised
 TIMES = ("median_s", "minimum_s", "maximum_s", "ratio", "busy")
