@@ -74,7 +74,8 @@ class PolygonSlider {
 };
 
 /// A point mass on a plane under Coulomb friction of constant strength against the velocity, by an embedded Runge-Kutta
-/// method (Dormand and Prince 1980) with quintic interpolation of the way between its steps.
+/// method (Dormand and Prince 1980) with quintic interpolation of the way between its steps; in closed form where it
+/// goes straight.
 class DiskSlider {
  public:
   DiskSlider(Drive drive, double friction, const SliderState& start);
@@ -84,12 +85,14 @@ class DiskSlider {
  private:
   // Each to `room` (s) beyond t0_ at most.
   void rest(double room);
+  void go_straight(double room);
   void set_off(double room);
   void slide(double room);
   void advance();
   void end_step(double h);
   bool holds(double t) const;  ///< does friction hold, at rest, what drives?
   double standing() const;     ///< m/s: up to this it counts as at rest
+  bool on_one_line() const;    ///< velocity and a drive that is constant up to its next change
   Vec2 acceleration(double t, const Vec2& v) const;
 
   Drive drive_;

@@ -53,7 +53,7 @@ MEMORY = 4 << 30       # bytes of data a test may hold: a fault that makes it ea
 # Look at the text of the sources and not at what the program does: they would be killed by any fault that breaks a line. The last
 # compares with results/, which another optimisation than that of the copy rounds in other ways.
 APART = {"rooms", "scripts_style", "published"}
-PARTS = ("lib/", "app/", "test/", "scripts/", "scenarios/", "CMake")
+PARTS = ("lib/", "app/", "bench/", "test/", "scripts/", "scenarios/", "CMake")
 MODULE = "contactbench_python"  # the target that makes the Python module
 ENGINES = "engines"  # and that of all engines beside the program
 # Tests of scripts that a fault there reaches first, where they have another name than the script; the others follow, the quick
