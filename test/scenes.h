@@ -63,4 +63,23 @@ inline int add_box(Scenario& s, const Vec3& size, double mass, const Pose& pose,
   return add_free(s, shape, mass, inertia, pose, v, w);
 }
 
+/// A carriage of 2 kg on a rail along x, the scene's only body, at this rate (m/s) and at a stop at 0 that moves with
+/// 0.5 m/s.
+inline void add_carriage(Scenario& s, double rate, bool lower = true) {
+  s.model.bodies.push_back({"carriage", 2, Vec3::Ones(), 0});
+  Joint joint;
+  joint.kind = JointKind::prismatic;
+  joint.body = joint.q = joint.v = 0;
+  (lower ? joint.lower : joint.upper) = 0;
+  joint.limit_rate = 0.5;
+  Tree tree;
+  tree.joints = {joint};
+  tree.nv = 1;
+  s.model.trees = {tree};
+  s.initial.pose.resize(1);
+  s.initial.v = {rate, 0, 0, 0, 0, 0};
+  s.initial.q = {0};
+  s.initial.qd = {rate};
+}
+
 }  // namespace cb::test

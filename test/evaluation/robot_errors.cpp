@@ -338,12 +338,22 @@ TEST_CASE("Distances from the figure count from 5 s on, those from the robot tha
   CHECK(found.at("position_l2_m") == Approx(std::sqrt(sum / 800)).epsilon(1e-9));
 }
 
-TEST_CASE("A robot that moves as the one that never slips has no error, and shares its load as it was given") {
+namespace {
+
+/// Their shapes are 0 and 1, that of the ground is 2.
+Scenario two_wheels_on_the_ground() {
   Scenario scenario = two_wheels(0.05);
-  const WheeledRobot robot = *wheeled_robot(scenario);
   Shape ground;
   ground.kind = ShapeKind::half_space;
   scenario.shapes.push_back(ground);
+  return scenario;
+}
+
+}  // namespace
+
+TEST_CASE("A robot that moves as the one that never slips has no error, and shares its load as it was given") {
+  Scenario scenario = two_wheels_on_the_ground();
+  const WheeledRobot robot = *wheeled_robot(scenario);
   SimulationOptions options;
   options.step = 1e-2;
   options.duration = 12;
@@ -382,11 +392,8 @@ TEST_CASE("A robot that moves as the one that never slips has no error, and shar
 
 TEST_CASE(
     "A wheel has a load where it has a millionth of both wheels', whichever of wheel and ground is listed first") {
-  Scenario scenario = two_wheels(0.05);
+  Scenario scenario = two_wheels_on_the_ground();
   const WheeledRobot robot = *wheeled_robot(scenario);
-  Shape ground;
-  ground.kind = ShapeKind::half_space;
-  scenario.shapes.push_back(ground);
   SimulationOptions options;
   options.duration = 10;
   for (const bool ground_first : {false, true}) {

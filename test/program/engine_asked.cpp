@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <tuple>
 
-#include "program/program.h"
+#include "program/engine_rows.h"
 
 #ifdef BROKEN_ENGINE_FOLDER  // where engines are built at all
 
@@ -35,11 +35,6 @@ std::string fmt_line(const std::string& verdict, const std::string& name, std::s
   measured.insert(0, 14 - measured.size(), ' ');
   return "  " + padded(verdict, 6) + ' ' + padded(name, 32) + ' ' + measured + "   " + padded(std::move(wanted), 24) +
          " noted\n";
-}
-
-std::vector<std::string> joined(std::vector<std::string> words, const std::vector<std::string>& more) {
-  words.insert(words.end(), more.begin(), more.end());
-  return words;
 }
 
 }  // namespace

@@ -7,22 +7,13 @@
 #include <cstdlib>
 #include <map>
 
-#include "program/program.h"
+#include "program/engine_rows.h"
 
 #ifdef BROKEN_ENGINE_FOLDER  // where engines are built at all
 
 using namespace program;
 
 namespace {
-
-const std::string scenes = std::string(SOURCE_ROOT) + "/scenarios/preflight/";
-using Words = std::vector<std::string>;
-using Row = std::map<std::string, double>;
-
-Words joined(Words words, const Words& more) {
-  words.insert(words.end(), more.begin(), more.end());
-  return words;
-}
 
 /// Only the engine that is broken on purpose beside those of the build.
 void broken_too() { setenv("CONTACTBENCH_ENGINES", BROKEN_ENGINE_FOLDER, 1); }
@@ -33,27 +24,10 @@ Result falls(const fs::path& directory, const Words& words) {
              broken_too);
 }
 
-/// Names and precisions of the engines that are here.
-std::map<std::string, std::string> engines_here(const fs::path& directory) {
-  std::map<std::string, std::string> here;
-  for (const Json& engine : Json::parse(run(directory, {"list", "engines", "--json"}).out))
-    if (engine["unavailable"].is_null())
-      here[engine["name"].get<std::string>()] = engine["precision"].get<std::string>();
-  return here;
-}
-
-/// Rows of a table by the names of its columns; words count as 0.
+/// Rows of a table by the names of its columns.
 std::vector<Row> rows_of(const fs::path& csv) {
-  const Words all = lines(read_file(csv));
-  REQUIRE(all.size() > 1);
-  const Words names = cells(all[0]);
   std::vector<Row> rows;
-  for (std::size_t i = 1; i < all.size(); ++i) {
-    const Words row = cells(all[i]);
-    REQUIRE(row.size() == names.size());
-    Row& numbers = rows.emplace_back();
-    for (std::size_t c = 0; c < names.size(); ++c) numbers[names[c]] = std::strtod(row[c].c_str(), nullptr);
-  }
+  for (const auto& [name, row] : named_rows(csv)) rows.push_back(row);
   return rows;
 }
 
@@ -69,7 +43,7 @@ angular_velocity="3 2 1"/></bodies></scenario>)";
   const fs::path trajectory = directory.path() / "out/trajectory.csv";
   REQUIRE(run(directory.path(), joined(scene, {"--method", "ap"})).code == 0);
   const Row ours = rows_of(trajectory).back();
-  for (const auto& [name, precision] : engines_here(directory.path())) {
+  for (const auto& [name, about] : engines_here(directory.path())) {
     const Result ended = run(directory.path(), joined(scene, {"--engine", name}));
     INFO(name << ": " << ended.err);
     REQUIRE(ended.code == 0);
@@ -92,14 +66,14 @@ TEST_CASE("a force in an engine pushes its body and no other, in the steps that 
 <bodies><sphere name="left" radius="0.5" mass="1" position="-2 0 0"/>
 <sphere name="right" radius="0.5" mass="4" position="2 0 0"/></bodies>
 <forces><force body="right" force="4 -8 12" from="0.005" to="0.015"/></forces></scenario>)";
-  for (const auto& [name, precision] : engines_here(directory.path())) {
+  for (const auto& [name, about] : engines_here(directory.path())) {
     const Result ended = run(directory.path(), {"run", "pushed.xml", "--engine", name, "--out", "out", "--quiet"});
     INFO(name << ": " << ended.err);
     REQUIRE(ended.code == 0);
     const std::vector<Row> rows = rows_of(directory.path() / "out/trajectory.csv");
     REQUIRE(rows.size() == 2 * 21);
     const Row &left = rows[rows.size() - 2], &right = rows.back();
-    const double rounding = precision == "single" ? 1e-6 : 1e-10;
+    const double rounding = about["precision"] == "single" ? 1e-6 : 1e-10;
     for (const char* v : {"vx", "vy", "vz"}) CHECK(left.at(v) == Approx(0).margin(rounding));
     // (1, -2, 3) m/s^2 for ten steps
     CHECK(right.at("vx") == Approx(0.01).margin(rounding));
@@ -119,7 +93,7 @@ TEST_CASE("a box slides down a ramp in an engine as long and as wide as it is, a
 velocity="${2*cos(0.3)} ${2*sin(0.3)} 0"/></bodies>
 <contacts><pair a="box" b="ramp" mu="0.2"/></contacts></scenario>)";
   const double c = std::cos(0.3), s = std::sin(0.3), braked = 0.2 * 9.8 * 0.1;
-  for (const auto& [name, precision] : engines_here(directory.path())) {
+  for (const auto& [name, about] : engines_here(directory.path())) {
     const Result ended = run(directory.path(), {"run", "ramp.xml", "--engine", name, "--out", "out", "--quiet"});
     INFO(name << ": " << ended.err);
     REQUIRE(ended.code == 0);
@@ -135,14 +109,14 @@ velocity="${2*cos(0.3)} ${2*sin(0.3)} 0"/></bodies>
 
 TEST_CASE("what coasts slowly in an engine neither falls asleep nor is damped", "[program][engines]") {
   const TemporaryDirectory directory;
-  for (const auto& [name, precision] : engines_here(directory.path())) {
-    const Result ended = run(directory.path(), {"run", scenes + "coast.xml", "--engine", name, "--step", "1e-2",
-                                                "--record-every", "500", "--out", "out", "--quiet"});
+  for (const auto& [name, about] : engines_here(directory.path())) {
+    const Result ended = run(directory.path(), {"run", preflight_scenes + "coast.xml", "--engine", name, "--step",
+                                                "1e-2", "--record-every", "500", "--out", "out", "--quiet"});
     INFO(name << ": " << ended.err);
     REQUIRE(ended.code == 0);
     const Row row = rows_of(directory.path() / "out/trajectory.csv").back();
     CHECK(row.at("t") == Approx(5));
-    const double rounding = precision == "single" ? 1e-4 : 1e-8;
+    const double rounding = about["precision"] == "single" ? 1e-4 : 1e-8;
     CHECK(row.at("vx") == Approx(1e-3).epsilon(rounding));
     CHECK(row.at("wy") == Approx(1e-3).epsilon(rounding));
   }
@@ -159,19 +133,19 @@ TEST_CASE("an engine has the friction and the restitution that flags give, in pl
     REQUIRE(ended.code == 0);
     return rows_of(directory.path() / "out/trajectory.csv").back();
   };
-  const Words slides = {scenes + "slide.xml", "--duration", "0.1"};
+  const Words slides = {preflight_scenes + "slide.xml", "--duration", "0.1"};
   CHECK(last_row(slides).at("vx") == Approx(2 - 0.2 * 9.8 * 0.1).epsilon(1e-2));
   CHECK(summary(directory.path() / "out")["contacts_max"] == 4);
   CHECK(last_row(joined(slides, {"--friction", "0"})).at("vx") == Approx(2).epsilon(1e-6));
   // It comes down with 4.4 m/s after 0.45 s, and has gone up for 0.15 s.
-  CHECK(last_row({scenes + "bounce.xml"}).at("vy") < 1.5);
-  CHECK(last_row({scenes + "bounce.xml", "--restitution", "1"}).at("vy") > 2.5);
+  CHECK(last_row({preflight_scenes + "bounce.xml"}).at("vy") < 1.5);
+  CHECK(last_row({preflight_scenes + "bounce.xml", "--restitution", "1"}).at("vy") > 2.5);
 }
 
 TEST_CASE("a perturbed run of an engine starts where a method's does", "[program][engines]") {
   const TemporaryDirectory directory;
   const fs::path trajectory = directory.path() / "out/trajectory.csv";
-  const Words scene = {"run", scenes + "fall.xml", "--duration", "0.01", "--perturb", "0.01", "--seed", "3"};
+  const Words scene = {"run", preflight_scenes + "fall.xml", "--duration", "0.01", "--perturb", "0.01", "--seed", "3"};
   REQUIRE(falls(directory.path(), scene).code == 0);
   const Row theirs = rows_of(trajectory).front();
   REQUIRE(run(directory.path(), joined(scene, {"--method", "ap", "--out", "out", "--quiet"})).code == 0);
@@ -219,8 +193,8 @@ TEST_CASE("rows of an engine's run are of the steps that are recorded, its large
 
 TEST_CASE("an engine that comes back from its steps ends at its time limit by itself", "[program][engines]") {
   const TemporaryDirectory directory;
-  const Result ended = falls(directory.path(), {"run", scenes + "fall.xml", "--step", "1e-7", "--duration", "100",
-                                                "--record-every", "1000000000", "--time-limit", "0.2"});
+  const Result ended = falls(directory.path(), {"run", preflight_scenes + "fall.xml", "--step", "1e-7", "--duration",
+                                                "100", "--record-every", "1000000000", "--time-limit", "0.2"});
   CHECK(ended.code == 3);
   const Json row = summary(directory.path() / "out");
   CHECK(row["status"] == "time_limit");

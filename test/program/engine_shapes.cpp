@@ -7,30 +7,13 @@
 #include <cstdlib>
 #include <map>
 
-#include "program/program.h"
+#include "program/engine_rows.h"
 
 #ifdef BROKEN_ENGINE_FOLDER  // where engines are built at all
 
 using namespace program;
 
 namespace {
-
-const std::string scenes = std::string(SOURCE_ROOT) + "/scenarios/preflight/";
-using Words = std::vector<std::string>;
-using Row = std::map<std::string, double>;
-
-Words joined(Words words, const Words& more) {
-  words.insert(words.end(), more.begin(), more.end());
-  return words;
-}
-
-/// What the program says of the engines that are here, by name.
-std::map<std::string, Json> engines_here(const fs::path& directory) {
-  std::map<std::string, Json> here;
-  for (const Json& engine : Json::parse(run(directory, {"list", "engines", "--json"}).out))
-    if (engine["unavailable"].is_null()) here[engine["name"].get<std::string>()] = engine;
-  return here;
-}
 
 /// A scene on level ground, which is at y = `level`, m.
 void write_scene(const fs::path& file, const std::string& bodies, const std::string& pairs, const std::string& duration,
@@ -42,18 +25,10 @@ void write_scene(const fs::path& file, const std::string& bodies, const std::str
                       << "</scenario>";
 }
 
-/// The last row of each body or joint of a table, by name; words count as 0.
+/// The last row of each body or joint of a table, by name.
 std::map<std::string, Row> last_rows(const fs::path& csv) {
-  const Words all = lines(read_file(csv));
-  REQUIRE(all.size() > 1);
-  const Words names = cells(all[0]);
   std::map<std::string, Row> last;
-  for (std::size_t i = 1; i < all.size(); ++i) {
-    const Words row = cells(all[i]);
-    REQUIRE(row.size() == names.size());
-    Row& numbers = last[row[1]];
-    for (std::size_t c = 0; c < names.size(); ++c) numbers[names[c]] = std::strtod(row[c].c_str(), nullptr);
-  }
+  for (const auto& [name, row] : named_rows(csv)) last[name] = row;
   return last;
 }
 
@@ -67,7 +42,8 @@ std::map<std::string, Row> ended(const fs::path& directory, const Words& words) 
 
 /// -: speed with which the ball of bounce.xml leaves the ground, over the one that it comes with.
 double rebound(const fs::path& directory, const Words& words) {
-  const Result result = run(directory, joined({"run", scenes + "bounce.xml", "--out", "out", "--quiet"}, words));
+  const Result result =
+      run(directory, joined({"run", preflight_scenes + "bounce.xml", "--out", "out", "--quiet"}, words));
   INFO(result.err);
   REQUIRE(result.code == 0);
   const Words all = lines(read_file(directory / "out/trajectory.csv"));
@@ -167,8 +143,8 @@ TEST_CASE("friction at 45 degrees to the axes is in an engine what its variant s
     for (const Json& row : here.at(name).at("variants"))
       if (row["name"] == variant) CHECK(row["diagonal"].get<double>() == Approx(diagonal));
     const Result result =
-        run(directory.path(), {"run", scenes + "slide.xml", "--set", "heading=0.78539816339744831", "--engine", name,
-                               "--variant", variant, "--duration", "0.1", "--out", "out", "--quiet"});
+        run(directory.path(), {"run", preflight_scenes + "slide.xml", "--set", "heading=0.78539816339744831",
+                               "--engine", name, "--variant", variant, "--duration", "0.1", "--out", "out", "--quiet"});
     INFO(result.err);
     REQUIRE(result.code == 0);
     const Row box = last_rows(directory.path() / "out/trajectory.csv").at("box");

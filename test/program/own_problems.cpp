@@ -48,6 +48,23 @@ std::vector<fs::path> own_problems(const fs::path& directory, const std::string&
   return stems;
 }
 
+/// Of three boxes in a stack: does(engine, stem, what is written of the problem).
+template <class Does>
+void with_each_problem(const Does& does) {
+  if (!cb::fclib_available()) return;
+  for (const Giver& giver : givers) {
+    TemporaryDirectory directory;
+    if (!is_here(directory.path(), giver.name)) continue;
+    const auto stems = own_problems(directory.path(), giver.name, 3, "0.02");
+    REQUIRE(stems.size() > 10);
+    for (const fs::path& stem : stems) {
+      const Json about = Json::parse(read_file(stem.string() + ".json"));
+      INFO(stem << about.dump());
+      does(std::string(giver.name), stem, about);
+    }
+  }
+}
+
 }  // namespace
 
 TEST_CASE("a folder of an engine's problems is that of one run, and nobody's other files", "[program][engines]") {
@@ -123,20 +140,10 @@ TEST_CASE("an engine that keeps no problems, or none of robots, says so", "[prog
 }
 
 TEST_CASE("the momentum that an engine's own impulses give is that of its step", "[program][engines]") {
-  if (!cb::fclib_available()) return;
-  for (const Giver& giver : givers) {
-    const std::string engine = giver.name;
-    TemporaryDirectory directory;
-    if (!is_here(directory.path(), engine)) continue;
-    const auto stems = own_problems(directory.path(), engine, 3, "0.02");
-    REQUIRE(stems.size() > 10);
-    for (const fs::path& stem : stems) {
-      const Json about = Json::parse(read_file(stem.string() + ".json"));
-      INFO(stem << about.dump());
-      CHECK(about["momentum_error"].get<double>() <= 1e-12);
-      CHECK(about["velocity_error"].get<double>() <= 1e-12);
-    }
-  }
+  with_each_problem([](const std::string&, const fs::path&, const Json& about) {
+    CHECK(about["momentum_error"].get<double>() <= 1e-12);
+    CHECK(about["velocity_error"].get<double>() <= 1e-12);
+  });
 }
 
 // A box falls by n h g before its first contact, and all four corners with it: M has its mass, and J v- is its speed.
@@ -167,33 +174,23 @@ TEST_CASE("the first contact problem of a box that an engine meets is that of a 
 
 TEST_CASE("what an engine's answer is said to be off by is what the referee says, and its own model is solved",
           "[program][engines]") {
-  if (!cb::fclib_available()) return;
-  for (const Giver& giver : givers) {
-    const std::string engine = giver.name;
-    TemporaryDirectory directory;
-    if (!is_here(directory.path(), engine)) continue;
-    const auto stems = own_problems(directory.path(), engine, 3, "0.02");
-    REQUIRE(stems.size() > 10);
-    for (const fs::path& stem : stems) {
-      const Json about = Json::parse(read_file(stem.string() + ".json"));
-      INFO(stem << about.dump());
-      cb::ContactProblem problem = cb::read_contact_problem(stem.string() + ".hdf5").problem;
-      cb::ContactSolution answer;
-      answer.impulse = cb::read_impulses(stem.string() + ".hdf5", problem.nc());
-      std::vector<double> v_plus;
-      const auto off_by = [&] {
-        return cb::Referee().check(problem, answer, cb::newton_law(), v_plus).law.value_or(HUGE_VAL);
-      };
-      CHECK(about["contacts"] == problem.nc());
-      CHECK(about["t"].get<double>() == Approx(1e-3 * about["step"].get<double>()));
-      CHECK(about["law_residual"].get<double>() == Approx(off_by()).epsilon(1e-6).margin(1e-12));
-      problem.offset.assign(problem.offset.size(), 0.0);
-      CHECK(about["law_residual_without_offset"].get<double>() == Approx(off_by()).epsilon(1e-6).margin(1e-12));
-      // Of rigid contacts, and of a pyramid, nothing of the kind is said.
-      CHECK(about["own_residual"].is_number() == (engine == "mujoco"));
-      if (engine == "mujoco") CHECK(about["own_residual"].get<double>() < 1e-6);
-    }
-  }
+  with_each_problem([](const std::string& engine, const fs::path& stem, const Json& about) {
+    cb::ContactProblem problem = cb::read_contact_problem(stem.string() + ".hdf5").problem;
+    cb::ContactSolution answer;
+    answer.impulse = cb::read_impulses(stem.string() + ".hdf5", problem.nc());
+    std::vector<double> v_plus;
+    const auto off_by = [&] {
+      return cb::Referee().check(problem, answer, cb::newton_law(), v_plus).law.value_or(HUGE_VAL);
+    };
+    CHECK(about["contacts"] == problem.nc());
+    CHECK(about["t"].get<double>() == Approx(1e-3 * about["step"].get<double>()));
+    CHECK(about["law_residual"].get<double>() == Approx(off_by()).epsilon(1e-6).margin(1e-12));
+    problem.offset.assign(problem.offset.size(), 0.0);
+    CHECK(about["law_residual_without_offset"].get<double>() == Approx(off_by()).epsilon(1e-6).margin(1e-12));
+    // Of rigid contacts, and of a pyramid, nothing of the kind is said.
+    CHECK(about["own_residual"].is_number() == (engine == "mujoco"));
+    if (engine == "mujoco") CHECK(about["own_residual"].get<double>() < 1e-6);
+  });
 }
 
 #endif

@@ -167,26 +167,12 @@ TEST_CASE("what is approached with is the fastest of what touches, and nothing w
 
 TEST_CASE("a limit that moves is approached with the difference of the rates") {
   // A carriage at its lower limit, which follows with 0.5 m/s.
-  Scenario s = test::empty_scene(h, 1);
-  s.gravity.constant = Vec3::Zero();
-  s.model.bodies.push_back({"carriage", 2, Vec3::Ones(), 0});
-  Joint joint;
-  joint.kind = JointKind::prismatic;
-  joint.body = joint.q = joint.v = 0;
-  joint.lower = 0;
-  joint.limit_rate = 0.5;
-  Tree tree;
-  tree.joints = {joint};
-  tree.nv = 1;
-  s.model.trees = {tree};
-  s.initial.pose.resize(1);
-  s.initial.v.assign(6, 0.0);
-  s.initial.q = {0};
   SimulationOptions options;
   options.step = h;
   for (const double rate : {0.2, 0.7}) {
-    s.initial.qd = {rate};
-    s.initial.v[0] = rate;
+    Scenario s = test::empty_scene(h, 1);
+    s.gravity.constant = Vec3::Zero();
+    test::add_carriage(s, rate);
     BaseStep base(s, options, find_method("newton")->make({}), newton_law());
     base.begin(1);
     base.kick(h);

@@ -19,21 +19,8 @@ TEST_CASE("a joint has a mode while it goes with its limit, and one while its mo
   const auto modes_of = [](bool lower, double rate, double torque_limit) {
     Scenario s = test::empty_scene(h, 1);
     s.gravity.constant = Vec3::Zero();
-    s.model.bodies.push_back({"carriage", 2, Vec3::Ones(), 0});
-    Joint joint;
-    joint.kind = JointKind::prismatic;
-    joint.body = joint.q = joint.v = 0;
-    (lower ? joint.lower : joint.upper) = 0;
-    joint.limit_rate = 0.5;
-    joint.torque_limit = torque_limit;
-    Tree tree;
-    tree.joints = {joint};
-    tree.nv = 1;
-    s.model.trees = {tree};
-    s.initial.pose.resize(1);
-    s.initial.v = {rate, 0, 0, 0, 0, 0};
-    s.initial.q = {0};
-    s.initial.qd = {rate};
+    test::add_carriage(s, rate, lower);
+    s.model.trees[0].joints[0].torque_limit = torque_limit;
     SimulationOptions options;
     options.step = h;
     BaseStep base(s, options, find_method("newton")->make({}), newton_law());
