@@ -28,7 +28,8 @@ namespace {
 
 using std::numbers::pi;
 
-/// Fraction of the largest speed so far below which a slider counts as at rest.
+/// Fraction of the largest speed so far below which a slider counts as at rest; under a polygon that by which its
+/// velocity leaves a ray to the middle of the next sector: below that it belongs to no sector.
 constexpr double zero_speed = 1e-11;
 /// Relative slack of the polygon's edges: a drive that matches friction to this holds.
 constexpr double zero_slack = 1e-13;
@@ -114,7 +115,7 @@ void PolygonSlider::classify(double t, const SliderState& state) {
   fastest_ = std::max(fastest_, speed);
   const double edge = friction_ * std::sin(half_angle_), apothem = friction_ * std::cos(half_angle_);
 
-  if (speed <= zero_speed * fastest_) {
+  if (speed * std::sin(half_angle_) <= zero_speed * fastest_) {
     start_.v.setZero();
     // Nearest edge to -a: odd turn.
     const double turn = (std::atan2(-a.y(), -a.x()) - angle_) / half_angle_;

@@ -307,3 +307,17 @@ TEST_CASE("Whatever drives it, a slider is where shorter and shorter implicit st
     CHECK((fine - coarse).norm() < 1e-3 * friction);  // or it would prove little
   }
 }
+
+TEST_CASE("Under a polygon of many corners a box comes to rest, whatever way it goes") {
+  Drive drive;
+  drive.constant = Vec2(-1.5, -0.2);
+  const double friction = 48, speed = 2e-5;
+  for (int i = 0; i < 100; ++i) {
+    INFO(i);
+    const SliderState start{Vec2::Zero(), speed * Vec2(std::cos(0.0628 * i), std::sin(0.0628 * i))};
+    Slider polygon = PolygonSlider(drive, friction, 512, 0.1, start), disk = DiskSlider(drive, friction, start);
+    const SliderState end = state_at(polygon, 3);
+    CHECK(end.v.norm() == 0);
+    CHECK((end.p - state_at(disk, 3).p).norm() <= 5e-3 * speed * speed / friction);
+  }
+}
