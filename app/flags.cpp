@@ -74,6 +74,10 @@ void check_steps(double step, double duration, bool time_limit) {
   constexpr double many = 1e9;   // a quarter of an hour at least, and a trajectory of 100 GB; days as a rule
   constexpr double most = 1e12;  // decades of computing; far below what a step counter holds
   const double steps = duration / step;
+  if (steps < 1 - 1e-9)
+    throw UsageError(
+        fmt::format("--step {}: is longer than the run, which is {:g} s; give a shorter step, or a longer --duration",
+                    number_text(step), duration));
   if (steps <= (time_limit ? most : many)) return;
   throw UsageError(fmt::format(
       "--step {}: {:g} s would take {:.3g} steps; give a longer step, or a shorter --duration{}", number_text(step),
@@ -83,10 +87,14 @@ void check_steps(double step, double duration, bool time_limit) {
 std::string file_name_part(const std::string& value) {
   constexpr std::size_t enough = 60;  // of a command line
   std::string part;
-  for (const char c : value.substr(0, enough))
-    part += std::isalnum(static_cast<unsigned char>(c)) || std::strchr("+-._", c) ? c : '_';
-  if (value.size() <= enough) return part;
-  // Two that differ further on are two runs: FNV-1a.
+  bool whole = value.size() <= enough;
+  for (const char c : value.substr(0, enough)) {
+    const bool kept = std::isalnum(static_cast<unsigned char>(c)) || std::strchr("+-._", c);
+    part += kept ? c : '_';
+    whole = whole && (kept || c == '=');  // of NAME=VALUE
+  }
+  if (whole) return part;
+  // Two that differ in what is left out are two runs: FNV-1a.
   std::uint32_t all = 2166136261U;
   for (const char c : value) all = (all ^ static_cast<unsigned char>(c)) * 16777619U;
   return part + fmt::format("-{:08x}", all);

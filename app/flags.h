@@ -24,9 +24,11 @@ long whole_flag(std::string_view flag, const std::string& value, long low, long 
 bool on_off_flag(std::string_view flag, const std::string& value, std::string_view expected = "on or off");
 /// NAME=VALUE pairs of --set.
 Overrides set_flags(const std::vector<std::string>& values);
-/// Throws UsageError where there are more steps than anybody means, unless they say how long they will wait.
+/// Throws UsageError where a step is longer than the run, or there are more steps than anybody means, unless they say
+/// how long they will wait.
 void check_steps(double step, double duration, bool time_limit);
-/// The part of a folder's name that a value makes: of a long one its head, and a number that all of it has.
+/// The part of a folder's name that a value makes: of a long one, or one with signs that names lack, a number of all of
+/// it, too.
 std::string file_name_part(const std::string& value);
 
 /// Throws UsageError where the first argument is neither a flag nor a command.

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <limits>
 
 #include "commands.h"
 #include "contact/problem_files.h"
@@ -35,8 +36,9 @@ struct Chosen {
   EngineUse use;
 };
 
-/// --knob NAME=VALUE over what the setting has.
-void own_knobs(const std::vector<std::string>& given, std::map<std::string, double, std::less<>>& knobs) {
+/// --knob NAME=VALUE over what the setting has. Of the rows that tell of knobs, those of counts say from what on.
+void own_knobs(const std::vector<std::string>& given, const Json& rows,
+               std::map<std::string, double, std::less<>>& knobs) {
   std::vector<std::string> seen;
   for (const std::string& pair : given) {
     const std::size_t equals = pair.find('=');
@@ -51,6 +53,12 @@ void own_knobs(const std::vector<std::string>& given, std::map<std::string, doub
     if (at == knobs.end())
       throw UsageError(fmt::format("--knob {}: no such knob; {}", key, suggest(key, known, "there are")));
     at->second = number_flag("knob", pair.substr(equals + 1), -HUGE_VAL, HUGE_VAL, "NAME=NUMBER");
+    for (const Json& row : rows) {
+      if (row.value("name", "") != key || !row.contains("count_from")) continue;
+      const int least = row["count_from"], most = std::numeric_limits<int>::max();
+      if (at->second != std::floor(at->second) || at->second < least || at->second > most)
+        throw UsageError(fmt::format("--knob {}: must be a whole number from {} to {}", pair, least, most));
+    }
   }
 }
 
@@ -96,7 +104,7 @@ Chosen choose(const std::string& name, const Text& variant, const Text& setting,
       if (const auto found = knobs.find(key); found != knobs.end()) found->second = value;
   }
   if (!knob.empty()) chosen.use.setting = "own";
-  own_knobs(knob, knobs);
+  own_knobs(knob, said.value("knobs", Json::array()), knobs);
   chosen.use.knobs.assign(knobs.begin(), knobs.end());
   return chosen;
 }

@@ -89,7 +89,7 @@ Engine dart_engine() {
                   "depth is taken away by a velocity, slowly; impacts below 0.1 m/s do not bounce"};
   engine.variants = {{"dantzig", "Dantzig's algorithm after Baraff, by Gauss and Seidel where it fails", pyramid, {}},
                      {"pgs", "projected Gauss and Seidel", pyramid, {}}};
-  engine.knobs = {{"iterations", 30, "", "of pgs a step at most"},
+  engine.knobs = {{"iterations", 30, "", "of pgs a step at most", 1},
                   {"fall_back", 1, "", "of dantzig: 0 leaves a failure as it is"}};
   engine.make = make;
   return engine;

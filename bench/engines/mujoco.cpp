@@ -450,9 +450,9 @@ Engine mujoco() {
       {"cg-elliptic", "conjugate gradients, friction cone", 1, {}},
       {"newton-elliptic-stiff", "Newton's method, friction cone, contacts as stiff as they go", 1, stiff},
       {"newton-pyramidal-stiff", "the same with the pyramid", diamond, stiff}};
-  engine.knobs = {{"iterations", 100, "", "of the solver a step at most"},
+  engine.knobs = {{"iterations", 100, "", "of the solver a step at most", 1},
                   {"tolerance", 1e-8, "", "scaled improvement or gradient at which the solver stops"},
-                  {"noslip_iterations", 0, "", "of a second solver that takes slip away"},
+                  {"noslip_iterations", 0, "", "of a second solver that takes slip away", 0},
                   {"impratio", 1, "", "impedance of friction over that of the normal"},
                   {"timeconst", 0.02, "s", "solref: time in which depth is taken away; 0: 2 h"},
                   {"dampratio", 1, "", "solref: damping ratio"},

@@ -240,14 +240,14 @@ Engine ode() {
       {"world", "dWorldStep: direct LCP solver (Dantzig's algorithm after Baraff)", pyramid, {}},
       {"quick-slip", "quick, with friction along the slip where it slips", pyramid, {{"slip_speed", 1e-4}}},
       {"world-slip", "world, with friction along the slip where it slips", pyramid, {{"slip_speed", 1e-4}}}};
-  engine.knobs = {{"iterations", 20, "", "of quick a step"},
+  engine.knobs = {{"iterations", 20, "", "of quick a step", 1},
                   {"relaxation", 1.3, "", "of quick: over-relaxation"},
                   {"erp", 0.2, "", "share of the depth that a step takes away"},
                   {"cfm", 1e-10, "m/(N s)", "by which a contact's velocity gives way to its force"},
                   {"surface_layer", 0, "m", "depth that is left in"},
                   {"max_correcting_speed", 0, "m/s", "with which depth is taken away at most; 0: any"},
                   {"bounce_speed", 0, "m/s", "below which nothing bounces"},
-                  {"max_contacts", 8, "", "of a pair of shapes at most"},
+                  {"max_contacts", 8, "", "of a pair of shapes at most", 1},
                   {"slip_speed", 0, "m/s", "beyond which friction acts along the slip alone; 0: never"},
                   {"finite_rotation", 0, "", "1: orientations by finite rotations"}};
   engine.slip_knob = "slip_speed";

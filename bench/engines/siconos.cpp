@@ -68,8 +68,8 @@ Engine siconos() {
                      {"nsgs-tight", "the same to 1e-10", 1, {{"tolerance", 1e-10}, {"iterations", 100000}}}};
   engine.knobs = {{"theta", 0.5, "", "of the theta method: 1 takes forces and velocity at the end of the step"},
                   {"tolerance", 1e-4, "", "of the solver, of the size of q"},
-                  {"iterations", 1000, "", "of the solver at most"},
-                  {"newton_iterations", 20, "", "of a step's Newton loop at most"},
+                  {"iterations", 1000, "", "of the solver at most", 1},
+                  {"newton_iterations", 20, "", "of a step's Newton loop at most", 1},
                   {"newton_tolerance", 1e-10, "", "of a step's Newton loop"},
                   {"margin", 0.05, "", "share of a shape's least half length that Bullet finds contacts within"}};
   engine.make = make;

@@ -98,6 +98,9 @@ TEST_CASE("steps, durations and limits are positive finite numbers", "[program]"
   refused(run_with({"--step", "1e-300"}), {"--step", "longer step"});
   refused(run_with({"--step", "1e-12"}), {"--step 1e-12", "1e+10 steps", "--duration", "--time-limit"});
   refused(run_with({"--step", "1e-15", "--time-limit", "1"}), {"--step 1e-15", "1e+13 steps", "longer step"});
+  refused({"run", "stack.xml", "--method", "ap", "--step", "0.002", "--duration", "0.001"},
+          {"--step 0.002", "longer than the run", "0.001 s"});
+  refused(run_with({"--step", "1e300"}), {"--step 1e+300", "longer than the run"});
   refused(run_with({"--record-every", "-1"}), {"--record-every"});
   refused(run_with({"--record-every", "0.5"}), {"--record-every"});
   refused(run_with({"--jobs", "0"}), {"--jobs 0", "at least 1"});

@@ -19,7 +19,7 @@ void write_engine(const fs::path& directory, const std::string& answer) {
   const fs::path program = directory / "contactbench-engine-odd";
   std::ofstream(program)
       << "#!/bin/sh\nif [ \"$1\" = --describe ]; then\nprintf '%s' '"
-      << R"({"version": "1.2", "precision": "single", "package": "libodd", "knobs": [],)"
+      << R"({"version": "1.2", "precision": "single", "package": "libodd", "knobs": [{"name": "y", "count_from": 2}],)"
       << R"("variants": [{"name": "a", "knobs": {"x": 1, "y": 2}}, {"name": "b", "knobs": {"x": 3}}]})"
       << "' >&3\nexit\nfi\nprintf '%s' \"$1\" > how\nprintf '%s' \"$2\" > asked\nprintf '%s' '" << answer << "' >&3\n";
   fs::permissions(program, fs::perms::owner_all);
@@ -187,6 +187,8 @@ TEST_CASE("an engine's knobs that nobody has tuned, or that it does not have, ar
     CHECK(result.err.find(words) != std::string::npos);
   };
   refused_with({"--knob", "z=1"}, "--knob z: no such knob; there are x, y");
+  for (const std::string value : {"1", "2.5", "2147483648", "1e300", "-1"})
+    refused_with({"--knob", "y=" + value}, "--knob y=" + value + ": must be a whole number from 2 to 2147483647");
   refused_with({"--knob", "x"}, "--knob x: must be NAME=VALUE");
   refused_with({"--knob", "x=2", "--knob", "y=3", "--knob", "x=4"}, "--knob x=4: x is given twice");
   refused_with({"--knob", "x=fast"}, "--knob fast: must be NAME=NUMBER");

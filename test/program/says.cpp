@@ -256,7 +256,8 @@ TEST_CASE("scenes, references and controllers are listed with what belongs to ea
   CHECK(explanations.size() == 18);
 }
 
-TEST_CASE("commands that differ late have a folder each", "[program]") {
+TEST_CASE("commands that differ late have a folder each, and values that differ in signs that a name lacks",
+          "[program]") {
   const TemporaryDirectory directory;
   const std::string long_command = "true " + std::string(60, 'x');
   for (const char* last : {"1", "2"})
@@ -265,6 +266,12 @@ TEST_CASE("commands that differ late have a folder each", "[program]") {
               .code == 3);
   const auto folders = fs::directory_iterator(directory.path() / "results/runs");
   CHECK(std::distance(begin(folders), end(folders)) == 2);
+  for (const char* boxes : {"boxes=1*2", "boxes=4/2"})
+    CHECK(
+        run(directory.path(), {"run", "stack.xml", "--method", "ap", "--set", boxes, "--duration", "0.002", "--quiet"})
+            .code == 0);
+  const auto with_stacks = fs::directory_iterator(directory.path() / "results/runs");
+  CHECK(std::distance(begin(with_stacks), end(with_stacks)) == 4);
 }
 
 TEST_CASE("each flag of a run is in the name of its folder and in its summary", "[program]") {

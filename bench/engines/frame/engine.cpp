@@ -44,8 +44,10 @@ nlohmann::json describe(const Engine& engine) {
                         {"summary", row.summary},
                         {"diagonal", engine.diagonal(row, engine.knobs_of(row))},
                         {"knobs", engine.knobs_of(row)}});
-  for (const EngineKnob& row : engine.knobs)
+  for (const EngineKnob& row : engine.knobs) {
     knobs.push_back({{"name", row.name}, {"default", row.value}, {"unit", row.unit}, {"meaning", row.meaning}});
+    if (row.count_from) knobs.back()["count_from"] = *row.count_from;
+  }
   return {{"name", engine.name},       {"summary", engine.summary},
           {"version", engine.version}, {"precision", engine.precision},
           {"package", engine.package}, {"documentation", engine.documentation},

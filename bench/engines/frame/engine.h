@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -20,6 +21,8 @@ struct EngineKnob {
   double value = 0;  ///< the engine's own default
   std::string unit;  ///< empty: none
   std::string meaning;
+  /// The least of it where it is a count, which the engine holds as an int.
+  std::optional<int> count_from = std::nullopt;
 };
 
 /// A way in which the engine solves: a solver, a friction model.
