@@ -132,6 +132,20 @@ TEST_CASE("what a program says of its answer is what is known of it: how it ende
   CHECK(answer.impulse == std::vector<double>{4, 0.25, -1e-3});
 }
 
+TEST_CASE("a program that is started for every problem is believed where it ends without an error, and not otherwise",
+          "[outside]") {
+  const ContactProblem p = sphere({0, -1, 0}, {0, 0, 0});
+  for (const std::string ending : {"exit 0", "exit 1", "kill -9 $$"}) {
+    MethodOptions options;
+    options.command = "echo 4 0 0 > {answer}; test -s {text}; " + ending;
+    ContactSolution answer;
+    external_row(coulomb_law()).make(options)(p, answer);
+    INFO(ending << ": " << name(answer.status) << ", " << answer.reason);
+    CHECK((answer.status == Status::ok) == (ending == "exit 0"));
+    CHECK(answer.impulse[0] == (ending == "exit 0" ? 4 : 0));
+  }
+}
+
 TEST_CASE("a program that gave too few impulses is started anew for the next problem", "[outside]") {
   const TemporaryDirectory folder;
   MethodOptions options;

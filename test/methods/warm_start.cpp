@@ -87,6 +87,19 @@ TEST_CASE("a warm start gives way where the box changes from rest to slip and ba
     }
 }
 
+TEST_CASE("a warm start gives way where the box that lay still bounces", "[warm_start]") {
+  for (const char* name : {"ap", "convex"})
+    for (const int boxes : {1, 3}) {
+      INFO(name << ", " << boxes << " boxes");
+      Pair pair(name);
+      for (const double e : {0.0, 0.0, 0.5, 0.0, 0.5}) {
+        ContactProblem p = pushed_stack(boxes, 0.3, 0);
+        std::fill(p.restitution.begin(), p.restitution.end(), e);
+        pair.meets(p);
+      }
+    }
+}
+
 TEST_CASE("events of other sizes between leave nothing behind", "[warm_start]") {
   for (const char* name : {"ap", "convex", "soft"}) {
     Pair pair(name);

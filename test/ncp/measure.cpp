@@ -87,10 +87,17 @@ TEST_CASE("the residual is the worst contact's: its map over impulse, velocity a
   const Posed posed = points();
   const NcpProblem problem = posed.view();
   NcpMeasure measure;
+  std::vector<double> v, u;
+  // What rounding makes of velocities a billion times as large is none of the next event's.
+  Posed fast = points();
+  for (double& of : fast.p.v_minus) of *= 1e9;
+  const NcpProblem before = fast.view();
+  measure.begin(before);
+  measure.velocities(std::vector<double>(6, 0.0), v, u);
+  CHECK(measure.residual(std::vector<double>(6, 0.0), u) > 0.1);
   measure.begin(problem);
   check_near(measure.q(), posed.p.v_minus);
   CHECK(measure.size_before() == Approx(std::sqrt(1.25 + 4 * 5)));
-  std::vector<double> v, u;
   const auto residual = [&](double r_1, double r_2) {
     measure.velocities(std::vector<double>{r_1, 0, 0, r_2, 0, 0}, v, u);
     check_near(u, {r_1 - 1, 0.5, 0, r_2 / 4 - 2, 0, 1});

@@ -1,5 +1,7 @@
 // What an engine is asked for is what the flags say, and what it answers stands in its place.
 
+#include <sys/resource.h>
+
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <tuple>
@@ -168,6 +170,26 @@ TEST_CASE("of an engine the first variant, the scene's own step and its knobs as
   const Json keeping = Json::parse(read_file(directory.path() / "asked"));
   CHECK(keeping["save_problems"] == "kept");
   CHECK(keeping["save_every"] == 3);
+}
+
+TEST_CASE("an engine's run whose summary finds no room has not finished", "[program][engines]") {
+  // No file may grow beyond 64 kB; the engine takes its one step, and gives an error with a longer name.
+  const TemporaryDirectory directory;
+  write_engine(directory.path(), R"({"status": "ok", "errors": [[")" + std::string(100000, 'x') + R"(", 1]]})");
+  std::ofstream(directory.path() / "contactbench-engine-odd", std::ios::app)
+      << R"(printf '\0\0\0\0\0\0\0\0\1' >&4)" << '\n';
+  for (const bool room : {true, false}) {
+    const Result result =
+        run(directory.path(),
+            {"run", fall, "--engine", "odd", "--step", "0.5", "--duration", "0.5", "--out", "out", "--quiet"}, [&] {
+              setenv("CONTACTBENCH_ENGINES", directory.path().c_str(), 1);
+              rlimit limit{65536, 65536};
+              if (!room) setrlimit(RLIMIT_FSIZE, &limit);
+            });
+    INFO(result.err.substr(0, 1000));
+    CHECK(result.code == (room ? 0 : 3));
+    CHECK(result.err.empty() == room);
+  }
 }
 
 TEST_CASE("an engine's knobs that nobody has tuned, or that it does not have, are refused by name",

@@ -180,6 +180,7 @@ class Files(Folder):
 
     def test_an_interval_of_records_is_so_many_steps(self):
         for settings, step, every in (("record_interval_s = '0.1'", "1e-3", 100), ("record_interval_s = 0.1", "0.04", 2),
+                                      ("record_interval_s = 0.3", "0.1", 3),
                                       ("record_interval_s = 0.1", "1", 1), ("record_every = 7", "1e-3", 7)):
             run, = self.runs(f"methods = ['convex']\n{settings}\n[[runs]]\nscene = 'stack'\nstep = '{step}'\n")
             self.assertEqual(run.record_every, every, (settings, step))
