@@ -119,6 +119,7 @@ class Problems(unittest.TestCase):
             (lambda: cb.solve(ball(), "app"), ["method app", "ap"]),
             (lambda: cb.solve(ball(), "ap", k=7), ["k 7", "even"]),
             (lambda: cb.solve(ball(), "newton", k=8), ["k 8", "no use"]),
+            (lambda: cb.solve(ball(), "newton", epsilon_relative=1e-9), ["epsilon_relative 1e-09", "no use"]),
             (lambda: cb.solve(ball(), "ap", kk=8), ["kk: no such option"]),
             (lambda: cb.solve(ball(), "ap", k=[8]), ["k: must be a number"]),
             (lambda: cb.solve(ball(), "ap", law="newton"), ["law: ap has its own"]),
@@ -175,8 +176,9 @@ class Answers(unittest.TestCase):
                 out = subprocess.run([PROGRAM, "solve", path, "--kind", "contact", "--json", "--method", method, *flags],
                                      capture_output=True, text=True).stdout
                 theirs, ours = json.loads(out), cb.solve(cb.Problem.read(path), method, **options)
-                self.assertEqual((ours.status, ours.residual, ours.law_residual, ours.iterations),
-                                 (theirs["status"], theirs["residual"], theirs["law_residual"], theirs["iterations"]), path)
+                for name in ("status", "residual", "law_residual", "iterations", "claimed_residual", "gap", "infeasibility",
+                             "solver_status", "solver_reason"):
+                    self.assertEqual(getattr(ours, name), theirs[name], (name, path, method))
 
     def test_the_referee_says_the_same_whoever_answered(self):
         for path in sorted(glob.glob(PROBLEMS + "/gen_free_*.hdf5")):
@@ -210,6 +212,12 @@ class Answers(unittest.TestCase):
         def raises(problem):
             raise ValueError("no answer\nat all")
 
+        def inner():
+            raise KeyError("k")
+
+        def deep(problem):
+            return inner()
+
         def hangs(problem):
             while True:
                 pass
@@ -221,6 +229,8 @@ class Answers(unittest.TestCase):
                 pass
 
         for function, status, words in ((raises, "crash", "ValueError: no answer (test_module.py:"),
+                                        # Where it was raised, not where the function called what raised it.
+                                        (deep, "crash", f"KeyError: 'k' (test_module.py:{inner.__code__.co_firstlineno + 1})"),
                                         (lambda p: np.full((1, 3), np.nan), "not_finite", "NaN"),
                                         (lambda p: np.zeros((2, 3)), "input_error", "shape (2, 3)"),
                                         (lambda p: np.zeros((3, 1)), "input_error", "shape (3, 1)"),

@@ -81,10 +81,13 @@ class ByHand(unittest.TestCase):
     def test_a_tolerance_decides_what_holds_whoever_answers(self):
         off = np.array(RIGHT) + [[0, 0, 0], [0, 0, 1e-7]]
         for tolerance, holds in ((1e-6, True), (1e-10, False)):
-            for a in (cb.judge(two(), off, "coulomb", tolerance=tolerance),
-                      cb.solve(two(), lambda p: off, law="coulomb", tolerance=tolerance)):
+            judged = cb.judge(two(), off, "coulomb", tolerance=tolerance)
+            solved = cb.solve(two(), lambda p: off, law="coulomb", tolerance=tolerance)
+            for a in (judged, solved):
                 self.assertEqual((a.holds, a.status), (holds, "ok" if holds else "inaccurate"))
                 self.assertEqual("beyond 1e-10" in a.reason, not holds)
+            # What the referee finds is nothing that the solver said.
+            self.assertEqual((judged.solver_status, solved.solver_status, solved.solver_reason), (None, "ok", ""))
 
     def test_a_method_finds_it_and_says_of_itself_what_it_knows(self):
         a = cb.solve(two(), "coulomb")
@@ -109,6 +112,12 @@ class ByHand(unittest.TestCase):
         np.testing.assert_allclose(a.v, [3 - 0.125, -0.5, 0.5, 0.125, 0, 0])
         np.testing.assert_allclose(a.velocities, [[-0.5 + 0.0625 + 0.25, 2.875, 0]])
         self.assertEqual((p.nc, p.nv, p.e[0], p.mu[0]), (1, 6, 0.5, 0.25))
+
+    def test_one_number_stands_for_all_contacts(self):
+        p = cb.Problem(W=W, q=Q, mu=0.5, e=0.25)
+        np.testing.assert_array_equal([p.mu, p.e], [[0.5, 0.5], [0.25, 0.25]])
+        p = cb.Problem(M=np.eye(6), J=np.eye(6), v=np.arange(6), mu=0.5, offset=0.125)
+        np.testing.assert_allclose(p.q, np.arange(6) + 0.125, rtol=1e-14)
 
     def test_an_unsymmetric_W_is_taken_for_its_symmetric_part_where_that_is_asked_for(self):
         skew = [[4, 1, 0], [0, 2, 0], [0, 0, 3]]

@@ -91,8 +91,9 @@ class Claims(Asked):
         self.assertEqual([p.verdict for p in asked(creep, stopped={}).parts[5:]], [NO, NO])
         self.assertEqual([p.verdict for p in asked({"lemke": 1e-12}).parts[2:5]], [UNKNOWN] * 3)
 
-    def circle(self, end, k=(4, 8, 16), newton=((0, 0), (3, 0), (6, 0)), off=0.036):
-        """The circular path from rest: A-P's ends beside convex's (end of k), Mirtich's circle, Newton's corners."""
+    def circle(self, end, k=(4, 8, 16), newton=((0, 0), (3, 0), (6, 0)), off=0.036, oval=0.0):
+        """The circular path from rest: A-P's ends beside convex's (end of k), Mirtich's circle, Newton's corners. `oval`: by how
+        much of the radius the half axes of that circle differ."""
         more = {"parameters": "start=rest", "sweeps": "claims"}
         rows = self.runs("circular_sliding", {"convex": {}}, **more)
         motion = {rows[0]["run"]: [(0, (9, 9, 9)), (60, (1, 5, 2))]}
@@ -102,6 +103,7 @@ class Claims(Asked):
         rows += self.runs("circular_sliding", {"mirtich": {"error_position_linf_m": off}}, **more)
         turn = np.linspace(0, 4 * math.pi, 200)
         radii = 0.4 + np.maximum(0, 0.1 * (2 * math.pi - turn))  # the last turn counts; before it the box comes nearer
+        radii *= 1 + oval / 2 * np.cos(2 * turn)
         motion[rows[-1]["run"]] = [(t, (3 + r * math.cos(t), t, r * math.sin(t) - 1)) for t, r in zip(turn, radii)]
         for name in claims.VARIANTS:
             rows += self.runs("circular_sliding", {name: {"error_position_linf_m": 0.7}}, **more)
@@ -122,6 +124,11 @@ class Claims(Asked):
                                 ((4, 8), lambda k: k**-2, UNKNOWN), ((4, 8, 16, 32),
                                                                      lambda k: {4: 1, 8: 1e-4, 16: 2e-4, 32: 1e-5}[k], NO)):
             self.assertEqual(self.asked("C4", *self.circle(end, k)).parts[0].verdict, verdict)
+        # The root mean square of a cosine: 0.707 of 0.06 and of 0.08 are on either side of a twentieth.
+        for oval, verdict in ((0.12, YES), (0.16, NO)):
+            claim = self.asked("C4", *self.circle(lambda k: k**-2, oval=oval))
+            self.assertAlmostEqual(claim.parts[1].numbers["deviation"], oval / 2 * math.sqrt(0.5), delta=2e-3)
+            self.assertEqual(claim.parts[1].verdict, verdict)
         # Two legs of 3 and 4 m: 5 of 7 m. A tenth of the radius is 0.0349 m.
         claim = self.asked("C4", *self.circle(lambda k: k**-2, newton=((0, 0), (3, 0), (3, 4)), off=0.034))
         self.assertEqual([p.verdict for p in claim.parts], [YES, YES, NO, NO, NO])

@@ -73,11 +73,21 @@ class Shell(Folder):
         path.write_text(text)
         path.chmod(0o755)
 
-    def run_in(self, folder, script, *words):
-        self.write("scripts/lib.sh", self.LIB)
-        self.write("scripts/setup.sh", "#!/bin/sh\n")
+    def run_in(self, folder, script, *words, lib="", **environment):
+        """`lib`: what lib.sh has besides; programs of the project's folder bin/ come first."""
+        self.write("scripts/lib.sh", self.LIB + lib)
+        if script != "setup.sh":
+            self.write("scripts/setup.sh", "#!/bin/sh\n")
         shutil.copy(SCRIPTS / script, self.top / "project/scripts")
-        return subprocess.run(["bash", self.top / "project/scripts" / script, *words], capture_output=True, text=True, cwd=folder)
+        return subprocess.run(["bash", self.top / "project/scripts" / script, *words], capture_output=True, text=True, cwd=folder,
+                              env=os.environ | {"PATH": f"{self.top}/project/bin:{os.environ['PATH']}"} | environment)
+
+    def said(self):
+        """Commands that stand-ins wrote to project/said, without the folder of the project; out beside it is OUT."""
+        text = (self.top / "project/said").read_text()
+        for top in (self.top.resolve(), self.top):
+            text = text.replace(f"{top}/project/", "").replace(f"{top}/out", "OUT")
+        return text.splitlines()
 
     def test_scenes_of_one_name_are_both_fuzzed_from(self):
         fuzzer = '#!/bin/sh\ncase "$*" in *-merge=1*) exit ;; esac\nfor last; do :; done\ncat "$last"/* >> said\n'
@@ -98,6 +108,108 @@ class Shell(Folder):
         ended = self.run_in(self.top / "here", "bench.sh", "--out", "kept/bench.md")
         self.assertEqual(ended.returncode, 0, ended.stderr)
         self.assertIn("some figures", (self.top / "here/kept/bench.md").read_text())
+
+    def test_a_flag_that_is_none_ends_with_2_and_all_that_the_head_says(self):
+        for script in ("bench.sh", "build.sh", "reproduce.sh", "setup.sh", "test.sh"):
+            head = []
+            for line in (SCRIPTS / script).read_text().splitlines()[1:]:
+                if not line.startswith("# "):
+                    break
+                head.append(line[2:])
+            ended = self.run_in(self.top, script, "--nonsense")
+            self.assertEqual((ended.returncode, ended.stdout.splitlines()), (2, head), script)
+        self.assertEqual(self.run_in(self.top, "fuzz.sh", "--nonsense").returncode, 2)
+
+    def test_a_measurement_that_fails_stops_no_other_and_is_the_end_of_all(self):
+        for name, code in (("cone", 3), ("lcp", 0), ("steps", 0)):
+            self.write(f"build/bin/bench_{name}", f"#!/bin/sh\necho of {name}\nexit {code}\n")
+        for words, code, names in (((), 1, ["cone", "lcp", "steps"]), (("ste", "cp"), 0, ["lcp", "steps"])):
+            ended = self.run_in(self.top, "bench.sh", "--out", "bench.md", *words)
+            kept = (self.top / "bench.md").read_text()
+            self.assertEqual(ended.returncode, code, ended.stderr)
+            self.assertEqual([line[3:] for line in kept.splitlines() if line.startswith("of ")], names)
+            self.assertEqual("ended with exit code 3" in kept, "cone" in names)
+        self.assertEqual(self.run_in(self.top, "bench.sh", "--out").returncode, 2)
+
+    def test_jobs_are_one_a_core_as_far_as_memory_goes(self):
+        for cores, memory, jobs in ((8, 3, "3"), (2, 30, "2"), (4, 4, "4")):
+            for name, number in (("nproc", cores), ("awk", memory)):
+                self.write(f"bin/{name}", f"#!/bin/sh\necho {number}\n")
+            ended = subprocess.run(["bash", "-c", f". '{SCRIPTS}/lib.sh'; jobs"], capture_output=True, text=True,
+                                   env=os.environ | {"PATH": f"{self.top}/project/bin:{os.environ['PATH']}"})
+            self.assertEqual((ended.stdout.strip(), ended.stderr), (jobs, ""))
+
+    def test_what_is_not_installed_is_said_and_only_what_is_needed_is_a_failure(self):
+        for name in ("apt-get", "sudo"):
+            self.write(f"bin/{name}", "#!/bin/sh\necho asked to install >&2\nexit 9\n")
+        self.write("bin/dpkg-query", '#!/bin/sh\ncase " $LACKING " in *" $3 "*) exit 1 ;; esac\nprintf installed\n')
+        for lacking, code, said in (("", 0, ["nothing is missing"]), ("libhdf5-dev chromium", 0, [
+                "missing (optional): libhdf5-dev", "missing (optional): chromium"]),
+                                    ("git cmake", 1, ["missing: cmake", "missing (optional): git"])):
+            ended = self.run_in(self.top, "setup.sh", "--check", LACKING=lacking)
+            self.assertEqual((ended.returncode, ended.stdout.splitlines(), ended.stderr), (code, said, ""), lacking)
+        # Where nothing is missing nothing is asked of apt-get; engines and what tests look through are asked for by their flags alone.
+        for words, lacking in (((), "libode-dev chromium"), (("--tests", ), "libode-dev"), (("--engines", ), "chromium")):
+            ended = self.run_in(self.top, "setup.sh", *words, LACKING=lacking)
+            self.assertEqual((ended.returncode, ended.stdout, ended.stderr), (0, "", ""), words)
+
+    PYTHON = 'find_python() { echo "$root/bin/python"; }\njobs() { echo 5; }\n'
+
+    def reproduce(self, *words, code="0"):
+        """Exit code, and the commands that were run; scripts/stress.py ends so."""
+        self.write("scripts/build.sh", "#!/bin/sh\n")
+        self.write("bin/python", '#!/bin/bash\necho "$(basename "$1") ${*:2}" >> "$(dirname "$0")/../said"\n'
+                   'case "$1" in *stress.py) exit "$CODE" ;; esac\n')
+        (self.top / "project/said").write_text("")
+        ended = self.run_in(self.top, "reproduce.sh", "--out", self.top / "out", *words, CODE=code,
+                            lib=self.PYTHON + "build_preset() { false; }\n")
+        return ended.returncode, self.said()
+
+    def test_a_fault_of_stiff_cases_is_in_the_report_and_a_script_that_fails_ends_the_reproduction(self):
+        for code, ends, reported in (("0", 0, True), ("3", 0, True), ("1", 1, False), ("2", 1, False)):
+            ended, said = self.reproduce(code=code)
+            self.assertEqual((ended, said[-1].startswith("report.py ")), (ends, reported), (code, said))
+
+    def test_a_profile_is_that_of_every_sweep_and_only_the_paper_s_has_a_budget(self):
+        for profile, words in (("quick", ()), ("paper", ("--profile", "paper", "--jobs", "3", "--keep"))):
+            _, said = self.reproduce(*words)
+            sweeps = [line.split() for line in said if line.startswith("sweep.py ")]
+            self.assertEqual([[word.rpartition("/")[2][:-5] for word in line if word.endswith(".toml")] for line in sweeps],
+                             [["motion", "paper", "robots", "claims", "error_time", "orders", "polygons", "stepping", "today"],
+                              ["engines"]])
+            more = ["--keep", "--budget", "1.5"] if profile == "paper" else []
+            for line, out in zip(sweeps, ("OUT", "OUT/engines")):
+                at = line.index("--profile")
+                self.assertEqual(line[at:at + 2] + line[at + 4:], [
+                    "--profile", profile, "--runs", f"{out}/runs/{profile}", "--out", out, "--jobs",
+                    "3" if words else "0", "--timed-alone", *more])
+            cases, of_member, random = (line.partition("--jobs 2 ")[2] for line in said if line.startswith("stress.py "))
+            quick = " --quick --time-limit 2" if profile == "quick" else ""
+            self.assertEqual((cases, of_member), (f"--out OUT/stress --engines{quick}",
+                                                  f"--out OUT/members/1/stress --engines --member 1{quick}"))
+            self.assertEqual(random.split()[:6], ["--out", "OUT/stress", "--seed", "1", "--random", "26" if quick else "52"])
+            self.assertEqual(said[-1], f"report.py --results OUT --runs OUT/runs/{profile}")
+
+    def test_tests_end_as_the_worst_of_them(self):
+        self.write("scripts/build.sh", '#!/bin/sh\necho "build.sh $*" >> said\n')
+        self.write("bin/ctest", '#!/bin/sh\necho "ctest $*" >> said\nexit "$CODE"\n')
+        self.write("bin/python3", '#!/bin/sh\necho "python3 $*" >> said\ncase "$*" in *"$FAILS"*) exit 1 ;; esac\n')
+        self.write("build/bin/test_lcp", '#!/bin/sh\necho "test_lcp $*" >> said\n')
+        acceptance = ["scenes", "precision", "pruning", "same_bytes", "any_scene", "reproduction", "other_machines"]
+        for words, code, fails, ends in (((), "0", "none", 0), ((), "8", "none", 1), (("--long", ), "0", "none", 0),
+                                         *((("--long", ), "0", f"{name}.py", 1) for name in acceptance), (("--sanitize", ), "0",
+                                                                                                          "none", 0)):
+            (self.top / "project/said").write_text("")
+            ended = self.run_in(self.top, "test.sh", *words, CODE=code, FAILS=fails,
+                                lib='find_python() { echo python3; }\njobs() { echo 5; }\n')
+            self.assertEqual(ended.returncode, ends, (words, code, fails, ended.stderr))
+            folder, more = ("build-sanitize", " --sanitize") if "--sanitize" in words else ("build", "")
+            said = self.said()
+            self.assertEqual((said[0], said[-1]), (f"build.sh --tests{more}", f"ctest --test-dir {folder} --output-on-failure "
+                                                   "--parallel 5"))
+            self.assertEqual([line.split()[1] for line in said[2:-1]],
+                             [f"test/acceptance/{name}.py" for name in acceptance] if "--long" in words else [])
+            self.assertEqual("test_lcp [long]" in said, "--long" in words)
 
 
 class SameBytes(unittest.TestCase):

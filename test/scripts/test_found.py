@@ -119,7 +119,9 @@ class Lines(Folder):
         rows = [
             LEMKE | drives | {"error_cross_track_rms_m": "0.15"}, NEWTON | drives | {"error_cross_track_rms_m": "0.9"},
             MIRTICH | drives | {"finished": "false", "status": "cycling", "t_reached": "7"},
-            CONVEX | drives | {"epsilon": "1e-2", "error_cross_track_rms_m": "0.1"}]
+            CONVEX | drives | {"epsilon": "1e-2", "error_cross_track_rms_m": "0.1"},
+            # Neither at another step nor with other parameters.
+            *(LEMKE | drives | {"error_cross_track_rms_m": "0.9"} | of for of in ({"knobs": "step=5e-5"}, {"parameters": "mu=1"}))]
         self.assertEqual(found_out.robot(self.results(*rows)),
                          ("The figure eight at the paper's step is driven by A-P Lemke; not by Newton uncapped (off its path), "
                           "Mirtich (cycling at 7 s).", "C6"))
@@ -130,7 +132,8 @@ class Lines(Folder):
             LEMKE | held | {"error_creep_linf_m": "0.004"}, NEWTON | held | {"error_creep_linf_m": "0.02"},
             MIRTICH | held | {"error_creep_linf_m": "0.003", "error_dropped_s": "1.5"},
             LEMKE | held | {"solver": "path", "finished": "false", "status": "ray", "t_reached": "0.3"},
-            CONVEX | held | {"epsilon": "1e-2", "error_creep_linf_m": "9"}]
+            CONVEX | held | {"epsilon": "1e-2", "error_creep_linf_m": "9"},
+            *(LEMKE | held | {"error_creep_linf_m": "9"} | of for of in ({"knobs": "step=5e-5"}, {"parameters": "mu=1"}))]
         self.assertEqual(
             found_out.grasp(self.results(*rows)),
             ("The grasped box is held by A-P Lemke; not by Newton uncapped (creeps 0.02 m), Mirtich (dropped at 1.5 s), "

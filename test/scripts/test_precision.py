@@ -186,6 +186,12 @@ class Orders(Results):
         ragged, = self.orders(errors | {"1.25e-3": 2**-2.89}, **made.EPS)  # the last halving 0.69, 0.51 less than the first
         self.assertIsNone(ragged["order"])
         self.assertEqual(self.orders({"1e-2": 1, "5e-3": 0.5}), [])
+        # Of two halvings no order is claimed, and of errors of which one is rounding no halving is said.
+        few, = self.orders({"1e-2": 1, "5e-3": 0.5, "2.5e-3": 0.25}, **made.EPS)
+        np.testing.assert_allclose(few["halvings"], [1, 1])
+        self.assertIsNone(few["order"])
+        exact, = self.orders({"1e-2": 1e-3, "5e-3": 5e-4, "2.5e-3": 2.5e-4, "1.25e-3": 1e-13}, **made.EPS)
+        self.assertEqual((exact["halvings"], exact["order"]), ([], None))
 
     def test_errors_of_a_polygon_stand_against_the_cone_and_against_its_own_answer(self):
         steps = ("8e-3", "4e-3", "2e-3", "1e-3")
