@@ -146,6 +146,15 @@ class Words(unittest.TestCase):
             self.assertEqual(set(made), {"cpu", "cores", "os", "this_machine"})
 
 
+    def test_an_answer_of_a_table_is_about_the_longest_of_its_runs_that_have_an_error(self):
+        points = [point(error=error) for error in (0.1, 0.2, 0.3, None)]
+        for of, duration in zip(points, ("2.0", "10.0", "5.0", "70.0")):
+            of["cell"]["duration"] = duration
+        of_table, of_sweep = (types.SimpleNamespace(scene="stack", out=out) for out in (None, "folder"))
+        self.assertEqual([recommend.lasts(points, of_table), recommend.lasts(points[3:], of_table), recommend.lasts(points, of_sweep)],
+                         [10.0, None, None])
+
+
 class Sweeps(Folder):
     def test_about_two_hundred_moments_are_kept_those_of_the_reference_among_them(self):
         # Four times a step of 1 ms: 25 of them make a tenth of a second, so that 25, 5 or 1 of them are an interval.
