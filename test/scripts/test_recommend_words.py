@@ -145,7 +145,6 @@ class Words(unittest.TestCase):
                 self.assertEqual((made["cpu"], made["cores"], made["this_machine"]), (cpu, cores, same))
             self.assertEqual(set(made), {"cpu", "cores", "os", "this_machine"})
 
-
     def test_an_answer_of_a_table_is_about_the_longest_of_its_runs_that_have_an_error(self):
         points = [point(error=error) for error in (0.1, 0.2, 0.3, None)]
         for of, duration in zip(points, ("2.0", "10.0", "5.0", "70.0")):
