@@ -92,10 +92,11 @@ def quickest(cells):
 
 def as_exact(cells, engines, error, share):
     """The quickest cell with no more error than the quickest engine."""
-    if not quickest(engines):
+    allowed = next((cell.said.get(error) for cell in quickest(engines)), None)
+    if allowed is None:
         return "-"
-    allowed = quickest(engines)[0].said[error]
-    return next((cell.text(error, share) for cell in quickest(cells) if cell.said[error] <= allowed), "none")
+    known = [cell for cell in quickest(cells) if cell.said.get(error) is not None]
+    return next((cell.text(error, share) for cell in known if cell.said[error] <= allowed), "none")
 
 
 def main():

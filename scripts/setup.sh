@@ -39,13 +39,14 @@ for_tests=(
 engines=(libode-dev libbullet-dev libmujoco-dev libdart-dev libsimbody-dev libsiconos-mechanics-dev)
 
 check=no
-case "${1:-}" in
-  "") ;;
-  --tests) optional+=("${for_tests[@]}") ;;
-  --engines) optional+=("${engines[@]}") ;;
-  --check) check=yes; optional+=("${for_tests[@]}") ;;
-  *) sed -n '2,6p' "$0" | sed 's/^# \{0,1\}//'; exit 2 ;;
-esac
+for flag in "$@"; do
+  case "$flag" in
+    --tests) optional+=("${for_tests[@]}") ;;
+    --engines) optional+=("${engines[@]}") ;;
+    --check) check=yes; optional+=("${for_tests[@]}") ;;
+    *) sed -n '2,6p' "$0" | sed 's/^# \{0,1\}//'; exit 2 ;;
+  esac
+done
 
 if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
   echo "setup: no apt-get here. Install these (Debian's names) by hand: ${needed[*]}; optional: ${optional[*]}" >&2

@@ -41,15 +41,11 @@ def main():
     parser.add_argument("scene", help="a scene's file, or the name of one that comes with the program")
     parser.add_argument("--set", action="append", default=[], type=program.setting, metavar="NAME=VALUE",
                         help="a parameter of the scene")
-    parser.add_argument("--duration", type=float, help="simulated time, s [the scene's]")
-    parser.add_argument("--limit", type=float, default=20, help="seconds for one run [20]")
+    parser.add_argument("--duration", type=program.positive, help="simulated time, s [the scene's]")
+    parser.add_argument("--limit", type=program.positive, default=20, help="seconds for one run [20]")
     parser.add_argument("--program", default=program.DEFAULT)
     parser.add_argument("--out", type=Path, help="folder of all that is written [the scene's name]")
     options = parser.parse_args()
-    for name in ("duration", "limit"):
-        value = getattr(options, name)
-        if value is not None and not 0 < value < float("inf"):
-            parser.error(f"--{name} must be a positive number")
     options.out = options.out or Path(Path(options.scene).stem)
     try:
         results = recommend.sweep_of(options, contacts=True)

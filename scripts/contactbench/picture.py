@@ -70,8 +70,8 @@ def main():
     parser.add_argument("--method", action="append", default=[], help="may be repeated [newton, mirtich, ap, convex]")
     parser.add_argument("--set", action="append", default=[], type=program.setting, metavar="NAME=VALUE",
                         help="a parameter of the scene")
-    parser.add_argument("--duration", type=float, help="simulated time, s [the scene's]")
-    parser.add_argument("--limit", type=float, default=10,
+    parser.add_argument("--duration", type=program.positive, help="simulated time, s [the scene's]")
+    parser.add_argument("--limit", type=program.positive, default=10,
                         help="seconds that a run may take; what is done by then is drawn [10]")
     parser.add_argument("--program", default=program.DEFAULT)
     parser.add_argument("--out", type=Path, default=Path("picture.png"), help="PNG, SVG or PDF [picture.png]")

@@ -96,6 +96,14 @@ def setting(pair: str) -> str:
     return "".join(pair.split())
 
 
+def positive(text: str) -> float:
+    """A flag's number that is finite and above zero."""
+    value = float(text)
+    if not 0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text}: must be a positive number")
+    return value
+
+
 def settings(pairs: list[str]) -> list[str]:
     """Flags of scene parameters given as NAME=VALUE."""
     return [word for pair in pairs for word in ("--set", pair)]

@@ -392,11 +392,13 @@ def show_against(made):
 def main():
     parser = program.flags(__doc__)
     parser.add_argument("scene", help="a scene of the table, or a file of your own")
-    parser.add_argument("--error", type=float, required=True, help="wanted error, in the unit of the measure")
+    parser.add_argument("--error", type=program.positive, required=True,
+                        help="wanted error, in the unit of the measure")
     parser.add_argument(
         "--measure",
         help="which error (`contactbench list references`; certified_linf_m) [the scene's largest of position]")
-    parser.add_argument("--time-per-step", type=float, metavar="S", help="processing time that a step may take, s")
+    parser.add_argument("--time-per-step", type=program.positive, metavar="S",
+                        help="processing time that a step may take, s")
     parser.add_argument("--set", action="append", default=[], type=program.setting, metavar="NAME=VALUE",
                         help="a parameter of the scene")
     parser.add_argument("--verify", action="store_true", help="run the answer and all that is cheaper again")
@@ -406,13 +408,9 @@ def main():
     parser.add_argument("--results", type=Path, default=program.ROOT / "results", help="folder of runs.csv [results]")
     parser.add_argument("--program", default=program.DEFAULT)
     parser.add_argument("--out", type=Path, help="folder for the small sweep of a scene that is not in the table")
-    parser.add_argument("--duration", type=float, help="simulated seconds of the small sweep [the scene's]")
-    parser.add_argument("--limit", type=float, default=60, help="seconds for one run [60]")
+    parser.add_argument("--duration", type=program.positive, help="simulated seconds of the small sweep [the scene's]")
+    parser.add_argument("--limit", type=program.positive, default=60, help="seconds for one run [60]")
     options = parser.parse_args()
-    for name in ("error", "time_per_step", "duration", "limit"):
-        value = getattr(options, name)
-        if value is not None and not 0 < value < float("inf"):
-            parser.error(f"--{name.replace('_', '-')} must be a positive number")
     try:
         made = answer(options)
     except WrongInput as error:

@@ -224,11 +224,11 @@ def main():
                         help="a scene's file, or the name of one that comes with the program [all of the project's]")
     parser.add_argument("--set", action="append", default=[], type=program.setting, metavar="NAME=VALUE",
                         help="a parameter of the scene")
-    parser.add_argument("--duration", type=float, help="simulated time, s [the scene's]")
+    parser.add_argument("--duration", type=program.positive, help="simulated time, s [the scene's]")
     parser.add_argument("--program", default=program.DEFAULT)
     parser.add_argument("--out", type=Path, default=program.ROOT / "results/references",
                         help="folder of the references [results/references]")
-    parser.add_argument("--limit", type=float, default=300, help="seconds for one run [300]")
+    parser.add_argument("--limit", type=program.positive, default=300, help="seconds for one run [300]")
     parser.add_argument("--again", action="store_true", help="make those that are there once more")
     options = parser.parse_args()
     if not shutil.which(options.program):

@@ -37,7 +37,7 @@ def main():
     parser.add_argument("--program", default=program.DEFAULT)
     parser.add_argument("--out", type=Path, default=program.ROOT / "results/replay",
                         help="folder of the tables [results/replay]")
-    parser.add_argument("--limit", type=float, default=10,
+    parser.add_argument("--limit", type=program.positive, default=10,
                         help="seconds for one problem and solver, repeats included [10]")
     parser.add_argument("--only", default="", help="scenes whose name contains this")
     parser.add_argument("--member", type=int, default=0, metavar="N",

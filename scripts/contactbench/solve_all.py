@@ -37,7 +37,8 @@ def arguments(words):
     parser.add_argument("--epsilon-relative", default="1e-12",
                         help="convex: suboptimality as a fraction of the energy before the event")
     parser.add_argument("--repeat", type=int, default=5, help="timed solves of each problem")
-    parser.add_argument("--limit", type=float, default=60, help="seconds for one problem and solver, repeats included")
+    parser.add_argument("--limit", type=program.positive, default=60,
+                        help="seconds for one problem and solver, repeats included")
     parser.add_argument("--only", default="", help="problems whose name contains this")
     parser.add_argument("--quiet", action="store_true", help="no progress")
     args = parser.parse_args(words)

@@ -514,7 +514,7 @@ def arguments():
                         help="each run as member N of an ensemble (docs/numbers.md)")
     parser.add_argument("--quick", action="store_true",
                         help="the first row of each case but long ones, one seed of an ensemble")
-    parser.add_argument("--time-limit", type=float,
+    parser.add_argument("--time-limit", type=program.positive,
                         help=f"seconds a run may take [15; of a random scene {campaign.TIME_LIMIT:g}]")
     options = parser.parse_args()
     if options.in_place and (not options.method or options.only or options.accuracy or options.random is not None):
@@ -530,7 +530,7 @@ def main():
     options = arguments()
     if options.random is not None:
         return campaign.main(options)
-    options.time_limit = options.time_limit or 15
+    options.time_limit = 15 if options.time_limit is None else options.time_limit
     cases, began = tomllib.loads(CASES.read_text()), time.monotonic()
     DEPARTS.update(cases.get("departs", {}))
     rows, runs = run_all(cases, options)

@@ -80,6 +80,10 @@ class Small(unittest.TestCase):
         self.assertEqual(small.as_exact(ours, engines, "e", 1), "enough 3 (5.0e-04 m)")
         self.assertEqual(small.as_exact(ours[2:], engines, "e", 1), "none")
         self.assertEqual(small.as_exact(ours, engines[2:], "e", 1), "-")
+        # An engine or a way of ours without an error is beside none.
+        unknown = [self.cell((100, 100, {"e": None}), name="blind")]
+        self.assertEqual(small.as_exact(ours, unknown + engines, "e", 1), "-")
+        self.assertEqual(small.as_exact(unknown + ours, engines, "e", 1), "enough 3 (5.0e-04 m)")
 
     def test_the_kernel_s_time_is_in_microseconds_and_of_so_many_boxes(self):
         said = types.SimpleNamespace(stdout=json.dumps({"benchmarks": [{"cpu_time": 2500.0}]}))

@@ -259,7 +259,7 @@ class Ladder(Results):
                 with self.assertRaises(SystemExit) as ended:
                     compare.main()
             self.assertEqual(ended.exception.code, 2)
-            self.assertIn(f"{words[0]} must be a positive number", said.getvalue())
+            self.assertIn(f"argument {words[0]}: {words[1]}: must be a positive number", said.getvalue())
         wrong = mock.Mock(side_effect=compare.recommend.WrongInput("no such scene"))
         with mock.patch.object(sys, "argv", ["compare.py", "there/box.xml"]), mock.patch.object(
                 compare.recommend, "sweep_of", wrong):

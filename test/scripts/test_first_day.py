@@ -119,6 +119,7 @@ class Shell(Folder):
             ended = self.run_in(self.top, script, "--nonsense")
             self.assertEqual((ended.returncode, ended.stdout.splitlines()), (2, head), script)
         self.assertEqual(self.run_in(self.top, "fuzz.sh", "--nonsense").returncode, 2)
+        self.assertEqual(self.run_in(self.top, "setup.sh", "--tests", "--nonsense").returncode, 2)
 
     def test_a_measurement_that_fails_stops_no_other_and_is_the_end_of_all(self):
         for name, code in (("cone", 3), ("lcp", 0), ("steps", 0)):

@@ -1,13 +1,15 @@
 """A first picture of a scene (picture.py) and how a script begins (start.py), without the program."""
+import contextlib
 import io
 import os
+import sys
 import unittest
 from pathlib import Path
 from types import SimpleNamespace
 from unittest import mock
 
 import matplotlib.pyplot as plt
-from contactbench import picture, program, start
+from contactbench import picture, program, references, replay, solve_all, start, stress
 from folder import Folder
 from made import csv_of, trajectory
 
@@ -100,6 +102,16 @@ class Start(unittest.TestCase):
                 return "goes on", os.environ.get(start.ASKED)
             except SystemExit as ended:
                 return (started.call_args.args, os.environ[start.ASKED]) if started.called else (ended.code, said.getvalue())
+
+    def test_times_that_are_not_positive_are_refused_by_every_command(self):
+        for module, words in ((picture, ["box"]), (references, []), (replay, []), (solve_all, []), (stress, [])):
+            for value in ("0", "-1", "inf", "nan", "long"):
+                flag = "--time-limit" if module is stress else "--limit"
+                with mock.patch.object(sys, "argv", ["x", *words, flag, value]), \
+                        contextlib.redirect_stderr(io.StringIO()) as said, self.assertRaises(SystemExit) as ended:
+                    module.main()
+                self.assertEqual(ended.exception.code, 2, (module, value))
+                self.assertIn(f"argument {flag}: ", said.getvalue())
 
     def test_the_next_python_is_asked_where_modules_lack_and_none_twice(self):
         lacking = ("json", "no_such_module", "nor_this")

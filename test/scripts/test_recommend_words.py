@@ -447,7 +447,7 @@ class Ends(unittest.TestCase):
             with contextlib.redirect_stderr(io.StringIO()) as said, self.assertRaises(SystemExit) as ended:
                 self.main(*words)
             self.assertEqual(ended.exception.code, 2)
-            self.assertIn(f"{words[0]} must be a positive number", said.getvalue())
+            self.assertIn(f"argument {words[0]}: {words[1]}: must be a positive number", said.getvalue())
 
 
 if __name__ == "__main__":
