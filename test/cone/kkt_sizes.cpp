@@ -7,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "cone/contact_columns.h"
 #include "cone/kkt_system.h"
 
 using namespace cb;
@@ -63,5 +64,50 @@ TEST_CASE("both kernels solve the equations of motion of blocks of several sizes
     dw.assign(h.data() + nv, h.data() + 2 * nv);
     system.solve_in_place(dw);
     for (int i = 0; i < nv; ++i) CHECK(dw[i] == Approx(one[i]).margin(1e-10));
+  }
+}
+
+TEST_CASE("columns of contacts are those of the program at hand, to all their digits, whatever was formed before",
+          "[cone]") {
+  struct Posed {
+    BlockDiagonalMatrix M;
+    BandMatrix J;
+  };
+  const auto posed = [](const std::vector<int>& sizes) {
+    Posed out;
+    out.J.add_band();
+    double number = 0;
+    for (const int n : sizes) {
+      const int b = out.M.add_block(n);
+      out.M.block(b).setConstant(0.2);
+      out.M.block(b).diagonal().array() += 1.0;
+      auto J = out.J.entry(out.J.add_entry(b, n));
+      for (int j = 0; j < n; ++j)
+        for (int row = 0; row < 3; ++row) J(row, j) = std::sin(++number);
+    }
+    return out;
+  };
+  const Posed large = posed({6, 3}), small = posed({2, 1});
+  const auto same = [](const DoubleDouble& a, const DoubleDouble& b) { return a.high == b.high && a.low == b.low; };
+  ContactColumns kept;
+  for (const Posed* of : {&large, &small, &large}) {
+    ConeProgram program;
+    program.M = &of->M;
+    program.J = &of->J;
+    const ContactColumns::Vector d = ContactColumns::Vector::Constant(1, DoubleDouble(0.7)),
+                                 x = ContactColumns::Vector::Constant(3, DoubleDouble(1.0) / DoubleDouble(3.0));
+    ContactColumns fresh;
+    kept.form(program, d);
+    fresh.form(program, d);
+    DoubleDoubleVector p, p_fresh;
+    kept.momentum(x, p);
+    fresh.momentum(x, p_fresh);
+    CHECK(p.high == p_fresh.high);
+    CHECK(p.low == p_fresh.low);
+    ContactColumns::Vector u, u_fresh;
+    kept.velocities(p_fresh, u);
+    fresh.velocities(p_fresh, u_fresh);
+    REQUIRE(u.size() == u_fresh.size());
+    for (Eigen::Index i = 0; i < u.size(); ++i) CHECK(same(u[i], u_fresh[i]));
   }
 }

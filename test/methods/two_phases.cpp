@@ -6,6 +6,7 @@
 
 #include "contact/referee.h"
 #include "methods/registry.h"
+#include "methods/restitution.h"
 #include "problems.h"
 
 using namespace cb;
@@ -100,4 +101,24 @@ TEST_CASE("what approaches again is stopped, however fast something light is tha
   const Answer got = answer("coulomb", p);
   CHECK(got.v_plus[7] == Approx(100));
   CHECK(std::abs(got.v_plus[0]) < 1e-19);  // 9.5e-11, and refused, where m/s are the only measure
+}
+
+// r = 8 and 6 N s stop both balls of 1 and 3 kg: E_0 = -8 J, and e r_n = 8 e on the lower makes 32 e^2 J of it.
+TEST_CASE("restitution is scaled by its own event alone, whatever it was scaled by before") {
+  Restitution kept;
+  const auto scale = [&](double e, bool bounded) {
+    const ContactProblem p = falling(1, 3, e);
+    BlockCholesky factor;
+    REQUIRE(factor.factor(p.M));
+    Islands islands;
+    find_islands(p, islands);
+    std::vector<double> impulse = {8, 0, 0, 6, 0, 0};
+    return kept.give_back(p, factor, islands, {bounded ? char{1} : char{0}}, impulse);
+  };
+  CHECK(scale(0.25, true) == 1);
+  CHECK(scale(1, true) == Approx(0.5));
+  CHECK(scale(1, true) == Approx(0.5));
+  CHECK(scale(1, false) == 1);
+  CHECK(scale(0.8, true) == Approx(0.625));
+  CHECK(scale(0.5, true) == Approx(1));
 }

@@ -6,6 +6,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "scenes.h"
+
 using namespace cb;
 
 namespace {
@@ -299,4 +301,38 @@ TEST_CASE("what hardly moves is not put at rest", "[left_out]") {
     CHECK(crept.repeats == 0);
     CHECK(crept.state.v[0] == Approx(9.8e-9 * 0.05).epsilon(1e-3));
   }
+}
+
+TEST_CASE("a patch that has spun needs its corners alone again once it rests", "[left_out]") {
+  const std::array<double, 6> spin = {0, 0, 0, 0, 0.03, 0};  // friction takes 0.005 to 0.015 rad/s a step
+  const Outcome all = after("ap", false, 4, spin), less = after("ap", true, 4, spin);
+  same(all, less);
+  CHECK(std::abs(less.v[4]) < 1e-12);
+  CHECK(count(less, "coplanar contacts") >= 10 * (16 - 4));
+  CHECK(count(less, "coplanar contacts") < 20 * (16 - 4));
+}
+
+// Without friction it slides at 1 m/s, and begins each step with the same velocity to the last bit.
+TEST_CASE("a ball that rested on a table, and is pushed, falls where the table ends", "[left_out]") {
+  const Stepping stepping = GENERATE(Stepping::events, Stepping::steps);
+  CAPTURE(stepping);
+  Scenario scenario = test::empty_scene(0.01, 0.5);
+  Shape table;
+  table.kind = ShapeKind::box;
+  table.name = "table";
+  table.half_extents = Vec3(0.0625, 0.125, 0.0625);
+  scenario.shapes.push_back(table);
+  test::add_sphere(scenario, 0.125, 1, {0, 0.25, 0});
+  test::collide_all(scenario, 0);
+  scenario.forces.push_back({0, {100, 0, 0}, 0.02, 0.03});
+  SimulationOptions options;
+  options.step = scenario.step;
+  options.duration = scenario.duration;
+  options.stepping = stepping;
+  options.prune.repeats = true;
+  Simulation simulation(scenario, options, find_method("newton")->make({}), newton_law());
+  while (!simulation.done()) REQUIRE(simulation.step().status == Status::ok);
+  CHECK(simulation.left_out().repeats == 1);
+  CHECK(simulation.state().pose[0].p.x() > 0.4);
+  CHECK(simulation.state().pose[0].p.y() < 0);
 }

@@ -269,3 +269,28 @@ TEST_CASE("the time in which a method answers is that of the solve, and what loo
   CHECK(others < times.solve_s);
   CHECK(others + times.solve_s <= times.step_s - 0.039);
 }
+
+// A carriage meets its stop halfway through the first step, beside a ball that rests; from then on both rest, and the
+// weight of the ball alone makes events.
+TEST_CASE("a stop that a joint has met is no contact of what is about another body later") {
+  Scenario s = test::empty_scene(0.01, 0.05);
+  test::add_carriage(s, -1);
+  s.model.trees[0].joints[0].limit_rate = 0;
+  s.model.bodies[0].mass = 4;  // an answer without rounding
+  s.initial.q = {0.005};
+  test::add_ground(s);
+  test::add_sphere(s, 0.1, 1, {0, 0.1, 0});
+  test::collide_all(s, 0);
+  Simulation simulation(s, options_of(s), find_method("newton")->make({}), newton_law());
+  const StepRecord& first = simulation.step();
+  REQUIRE(first.status == Status::ok);
+  CHECK(first.events == 2);
+  CHECK(first.contacts == 2);
+  for (int n = 1; n < 5; ++n) {
+    const StepRecord& record = simulation.step();
+    REQUIRE(record.status == Status::ok);
+    CHECK(record.events == 1);
+    CHECK(record.contacts == 1);
+    CHECK(simulation.state().qd[0] == 0);
+  }
+}
