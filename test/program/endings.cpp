@@ -63,10 +63,11 @@ TEST_CASE("memory is the program's own, not that of the process it was started i
 }
 
 TEST_CASE("an interrupted run ends after its step with every file whole", "[program]") {
-  for (const int signal : {SIGINT, SIGTERM}) {
+  for (const auto& [signal, called] :
+       {std::pair(SIGINT, "2 (Interrupt)"), {SIGTERM, "15 (Terminated)"}, {SIGHUP, "1 (Hangup)"}}) {
     TemporaryDirectory directory;
     const fs::path out = directory.path() / "r";
-    Process process(directory.path(), long_run({"--record-every", "10"}));
+    Process process(directory.path(), long_run({"--record-every", "10"}), [] { ::signal(SIGHUP, SIG_DFL); });
     // The header is there at once; a second's flush brings rows.
     REQUIRE(wait_until([&] { return fs::exists(out / "steps.csv") && fs::file_size(out / "steps.csv") > 1000; }));
     process.send(signal);
@@ -77,7 +78,7 @@ TEST_CASE("an interrupted run ends after its step with every file whole", "[prog
     const Json json = summary(out);
     CHECK(json["status"] == "interrupted");
     CHECK(json["finished"] == false);
-    CHECK(json["reason"].is_string());
+    CHECK(json["reason"] == std::string("stopped by signal ") + called);
     const long steps = json["steps"].get<long>();
     CHECK(steps > 0);
     CHECK(json["t_reached"].get<double>() == Approx(1e-3 * static_cast<double>(steps)));
@@ -86,6 +87,16 @@ TEST_CASE("an interrupted run ends after its step with every file whole", "[prog
     readable(read_file(out / "steps.csv"), 21);
     CHECK(lines(read_file(out / "steps.csv")).size() == static_cast<std::size_t>(1 + steps / 10));
   }
+}
+
+TEST_CASE("a run that was started not to hear of a terminal that goes, as by nohup, goes on", "[program]") {
+  TemporaryDirectory directory;
+  Process process(directory.path(), long_run({"--record-every", "0"}), [] { signal(SIGHUP, SIG_IGN); });
+  REQUIRE(wait_until([&] { return fs::exists(directory.path() / "r/summary.json"); }));  // it hears from here on
+  process.send(SIGHUP);
+  process.send(SIGINT);
+  CHECK(process.wait().code == 3);
+  CHECK(summary(directory.path() / "r")["reason"] == "stopped by signal 2 (Interrupt)");
 }
 
 TEST_CASE("a killed run leaves whole rows and a summary that says so", "[program]") {
@@ -277,6 +288,7 @@ TEST_CASE("a memory limit ends the run with its name", "[program]") {
   CHECK(result.code == 3);
   const Json json = summary(directory.path() / "r");
   CHECK(json["status"] == "memory_limit");
+  CHECK(json["reason"] == "the memory limit of 1 MB was reached");
   CHECK(json["finished"] == false);
 }
 

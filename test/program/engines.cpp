@@ -115,7 +115,9 @@ TEST_CASE("whatever an engine does is a typed row, with the time it came to", "[
 #if !defined(__SANITIZE_ADDRESS__)
 TEST_CASE("an engine that eats memory is stopped at its limit", "[program][engines]") {
   TemporaryDirectory directory;
-  CHECK(fall(directory.path(), "eats", {"--memory-limit", "200"}).summary["status"] == "memory_limit");
+  const Row eats = fall(directory.path(), "eats", {"--memory-limit", "200"});
+  CHECK(eats.summary["status"] == "memory_limit");
+  CHECK(eats.summary["peak_memory_mb"] < 400);
   CHECK(fall(directory.path(), "falls", {"--memory-limit", "1e14"}).summary["status"] == "ok");  // beyond 64 bits
 }
 #endif
@@ -137,7 +139,9 @@ TEST_CASE("an engine that does not describe itself as it should is unavailable",
   const TemporaryDirectory directory;
   for (const std::string said :
        {R"({"variants":[],"knobs":[]})", R"({"variants":[{"name":5,"knobs":{}}],"knobs":[]})",
-        R"({"variants":{"a":1},"knobs":[]})", R"({"variants":[{"name":"a","knobs":{}}],"knobs":[],"version":3})"}) {
+        R"({"variants":{"a":1},"knobs":[]})", R"({"variants":[{"name":"a","knobs":{}}],"knobs":[],"version":3})",
+        R"({"variants":[{"name":"a"}],"knobs":[]})", R"({"variants":[{"name":"a","knobs":{"x":"fast"}}],"knobs":[]})",
+        R"({"variants":[{"name":"a","knobs":{}}],"knobs":[]}' >&3; exit 3; : ')"}) {
     const Result result = by_odd_engine(directory.path(), "printf '%s' '" + said + "' >&3");
     INFO(said << ": " << result.err);
     CHECK(result.code == 3);
@@ -250,6 +254,7 @@ TEST_CASE("what is no contact's is no impact: rounding of single precision, a fo
     const Json errors = summary(directory.path() / "out")["errors"];
     // It comes down with 10.5 m/s after 0.05 s.
     CHECK(errors["velocity_after_impact_m_per_s"].get<double>() < 1);
+    CHECK(errors["energy_rise_linf_j"].get<double>() < 0.1);  // of 200 J that it comes with, and loses
     if (errors.contains("impact_time_error_s")) CHECK(errors["impact_time_error_s"].get<double>() < 2e-3);
   }
 }

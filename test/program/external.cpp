@@ -33,14 +33,6 @@ bool there(const fs::path& file) {
   REQUIRE(pid > 1);
   return kill(pid, 0) == 0 || errno != ESRCH;
 }
-/// Has that process come to its end, whether anybody has waited for it or not?
-bool ended(const fs::path& file) {
-  const int pid = std::atoi(read_file(file).c_str());
-  REQUIRE(pid > 1);
-  const std::string stat = read_file("/proc/" + std::to_string(pid) + "/stat");
-  const std::size_t name = stat.rfind(')');
-  return name == std::string::npos || stat.substr(name).starts_with(") Z");
-}
 /// Whoever sees the file can read it.
 const std::string note_pid = "echo $$ > pid.part; mv pid.part pid; exec ";
 
@@ -168,8 +160,9 @@ TEST_CASE("a program that does not begin, or talks otherwise, ends the run at it
         std::pair(std::string("echo 1 2 x > {answer}; test {text}"), "{answer}:1"),
         std::pair(std::string("echo 1 2 3 > {answer}; test {text}"), "holds 3 impulses"),
         std::pair(std::string("test {text} {answer}"), "exit code"),
-        // An answer does not make up for an exit code.
-        std::pair(toy + " file {text} {answer}; exit 5", "exit code 5")}) {
+        // An answer does not make up for an exit code, nor for a signal.
+        std::pair(toy + " file {text} {answer}; exit 5", "exit code 5"),
+        std::pair(toy + " file {text} {answer}; kill -9 $$", "the program was killed by signal 9 (Killed)")}) {
     TemporaryDirectory directory;
     INFO(command);
     const Result result = run(directory.path(), external(command, stack()));
@@ -232,8 +225,8 @@ TEST_CASE("another program does not outlive ours that is killed, nor what it sta
       INFO(result.err);
       CHECK(result.code == 0);
     }
-    CHECK(wait_until([&] { return ended(pid); }));
-    if (!ended(pid)) kill(std::atoi(read_file(pid).c_str()), SIGKILL);
+    CHECK(wait_until([&] { return has_ended(pid); }));
+    if (!has_ended(pid)) kill(std::atoi(read_file(pid).c_str()), SIGKILL);
   }
 }
 

@@ -139,6 +139,32 @@ TEST_CASE("an engine that keeps no problems, or none of robots, says so", "[prog
   }
 }
 
+TEST_CASE("a problem of an engine that cannot be written, or not what is said of it, ends the run and is named",
+          "[program][engines]") {
+  if (!cb::fclib_available()) return;
+  const TemporaryDirectory directory;
+  if (!is_here(directory.path(), "mujoco")) return;
+  for (const auto& [own, ending, reason] : {std::tuple("first", ".hdf5", ".hdf5: cannot be created"),
+                                            {"second", ".json", ".json: could not be written"}}) {
+    INFO(ending);
+    for (int step = 1; step <= 30; ++step) {  // whichever is the first with a contact
+      const std::string number = std::to_string(step);
+      const std::string file = "step_" + std::string(9 - number.size(), '0') + number + ending;
+      fs::create_directories(directory.path() / own / file / "in_the_way");
+    }
+    const Result ended =
+        run(directory.path(), {"run", "stack", "--set", "boxes=1", "--engine", "mujoco", "--step", "1e-3", "--duration",
+                               "0.03", "--save-problems", own, "--out", "out", "--quiet"});
+    INFO(ended.err);
+    CHECK(ended.code == 3);
+    const Json row = summary(directory.path() / "out");
+    CHECK(row["status"] == "write_failed");
+    const std::string said = row["reason"];
+    CHECK(said.starts_with(std::string(own) + "/step_0000000"));
+    CHECK(said.find(reason) != std::string::npos);
+  }
+}
+
 TEST_CASE("the momentum that an engine's own impulses give is that of its step", "[program][engines]") {
   with_each_problem([](const std::string&, const fs::path&, const Json& about) {
     CHECK(about["momentum_error"].get<double>() <= 1e-12);

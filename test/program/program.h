@@ -130,6 +130,15 @@ inline std::vector<double> numbers_of(const fs::path& matrix_market) {
   return x;
 }
 
+/// Has the process whose id is in the file come to its end, whether anybody has waited for it or not?
+inline bool has_ended(const fs::path& file) {
+  const int pid = std::atoi(read_file(file).c_str());
+  REQUIRE(pid > 1);
+  const std::string stat = read_file("/proc/" + std::to_string(pid) + "/stat");
+  const std::size_t name = stat.rfind(')');
+  return name == std::string::npos || stat.substr(name).starts_with(") Z");
+}
+
 inline Json summary(const fs::path& directory) { return Json::parse(read_file(directory / "summary.json")); }
 
 /// Files and folders below a directory, leaving out what Process puts there.

@@ -1,0 +1,126 @@
+// Knobs and variants of engines do what they are said to do: each by what it comes to in steps that are done by
+// hand, and no two ways of solving are one.
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <tuple>
+
+#include "program/engine_rows.h"
+
+#ifdef BROKEN_ENGINE_FOLDER  // where engines are built at all
+
+using namespace program;
+
+namespace {
+
+Words with_knobs(Words words, const Words& knobs) {
+  for (const std::string& knob : knobs) {
+    words.emplace_back("--knob");
+    words.push_back(knob);
+  }
+  return words;
+}
+
+/// A ball of 1 kg and radius 0.5 m, without gravity, at this height over the ground: after one step of 1 ms.
+Row after_a_step(const fs::path& directory, const std::string& height, const Words& words) {
+  std::ofstream(directory / "sunk.xml") << R"(<scenario title="A ball in the ground">
+<simulation step="1e-3" duration="1e-3"/><reference kind="missing"/><gravity constant="0 0 0"/>
+<bodies><half_space name="ground" point="0 0 0" normal="0 1 0"/>
+<sphere name="ball" radius="0.5" mass="1" position="0 )"
+                                        << height << R"( 0"/></bodies>
+<contacts><pair a="ball" b="ground" mu="0"/></contacts></scenario>)";
+  const Result result = run(directory, joined({"run", "sunk.xml", "--out", "out", "--quiet"}, words));
+  INFO(result.err);
+  REQUIRE(result.code == 0);
+  return named_rows(directory / "out/trajectory.csv").back().second;
+}
+
+}  // namespace
+
+TEST_CASE("knobs of ODE say how fast a depth is taken away, how much of it is left and how far contacts give way",
+          "[program][engines]") {
+  // erp / h of the depth of 0.01 m a second; against the compliance cfm 1 kg has cfm m / h = 1.
+  const TemporaryDirectory directory;
+  if (!engines_here(directory.path()).contains("ode")) return;
+  struct Case {
+    Words knobs;
+    double speed;
+  };
+  for (const auto& [knobs, speed] : {Case{{}, 2},
+                                     Case{{"erp=0.5"}, 5},
+                                     Case{{"erp=0.5", "surface_layer=0.004"}, 3},
+                                     Case{{"erp=0.5", "max_correcting_speed=4"}, 4},
+                                     Case{{"erp=0.5", "cfm=1e-3"}, 2.5}}) {
+    const Words words = with_knobs({"--engine", "ode", "--variant", "world"}, knobs);
+    const Row ball = after_a_step(directory.path(), "0.49", words);
+    INFO(speed);
+    CHECK(ball.at("vy") == Approx(speed).epsilon(1e-5));
+    CHECK(ball.at("py") == Approx(0.49 + speed * 1e-3).epsilon(1e-7));
+  }
+  const Result two = run(directory.path(), {"run", preflight_scenes + "slide.xml", "--duration", "0.01", "--engine",
+                                            "ode", "--knob", "max_contacts=2", "--out", "out", "--quiet"});
+  REQUIRE(two.code == 0);
+  CHECK(summary(directory.path() / "out")["contacts_max"] == 2);
+}
+
+TEST_CASE("Bullet takes a depth away beside the velocities, or in them where its knob says so", "[program][engines]") {
+  // Its split impulse is for what is deeper than 0.04 m.
+  const TemporaryDirectory directory;
+  if (!engines_here(directory.path()).contains("bullet")) return;
+  const Row beside = after_a_step(directory.path(), "0.44", {"--engine", "bullet"});
+  CHECK(std::abs(beside.at("vy")) < 1e-6);
+  CHECK(beside.at("py") > 0.445);
+  const Row within = after_a_step(directory.path(), "0.44", with_knobs({"--engine", "bullet"}, {"split_impulse=0"}));
+  CHECK(within.at("vy") == Approx(0.2 * 0.06 / 1e-3).epsilon(0.05));
+}
+
+TEST_CASE("with theta 1 Siconos takes forces of the step alone, and moves with the velocity at its end",
+          "[program][engines]") {
+  const TemporaryDirectory directory;
+  if (!engines_here(directory.path()).contains("siconos")) return;
+  const Result ended = run(directory.path(), {"run", preflight_scenes + "fall.xml", "--duration", "0.1", "--engine",
+                                              "siconos", "--knob", "theta=1", "--out", "out", "--quiet"});
+  INFO(ended.err);
+  REQUIRE(ended.code == 0);
+  const Row box = named_rows(directory.path() / "out/trajectory.csv").back().second;
+  constexpr double h = 1e-3, n = 100;
+  double across = 0;
+  for (int i = 0; i < n; ++i) across += h * std::cos(10 * h * i);
+  CHECK(box.at("vx") == Approx(across).epsilon(1e-9));
+  CHECK(box.at("py") == Approx(0.5 - 9.8 * h * h * n * (n + 1) / 2).epsilon(1e-9));
+}
+
+TEST_CASE("no two ways of solving that an engine has are one", "[program][engines]") {
+  const TemporaryDirectory directory;
+  for (const auto& [name, about] : engines_here(directory.path())) {
+    if (name == "bullet-float") continue;  // has those of bullet
+    std::map<std::string, std::string> variants;  // by the way of a box that slides askew
+    for (const Json& variant : about.at("variants")) {
+      const std::string word = variant["name"];
+      const Result ended = run(directory.path(), {"run", preflight_scenes + "slide.xml", "--set", "heading=0.5",
+                                                  "--duration", "0.01", "--engine", name, "--variant", word, "--out",
+                                                  "out", "--quiet"});
+      INFO(ended.err);
+      REQUIRE(ended.code == 0);
+      const auto [same, first] = variants.emplace(read_file(directory.path() / "out/trajectory.csv"), word);
+      INFO(name << ": " << word << " does what " << same->second << " does");
+      CHECK(first);
+    }
+  }
+}
+
+TEST_CASE("counts among an engine's own knobs are whole, and not too few", "[program][engines]") {
+  const TemporaryDirectory directory;
+  const auto here = engines_here(directory.path());
+  for (const auto& [engine, knob, least] : {std::tuple("ode", "max_contacts=0", "1"),
+                                            {"bullet", "iterations=2.5", "1"},
+                                            {"mujoco", "noslip_iterations=-1", "0"}}) {
+    if (!here.contains(engine)) continue;
+    refused({"run", "stack", "--engine", engine, "--knob", knob},
+            {std::string("--knob ") + knob + ": must be a whole number from " + least + " to 2147483647"});
+  }
+}
+
+#endif
