@@ -102,12 +102,18 @@ TEST_CASE("contacts are kept in the steps that are, and not where none is", "[pr
 }
 
 TEST_CASE("shapes that cannot be written are refused before anything is", "[program]") {
-  const TemporaryDirectory directory;
-  std::ofstream(directory.path() / "slide.xml") << sliding;
-  fs::create_directories(directory.path() / "r/shapes.csv/in_the_way");
-  const Result result =
-      run(directory.path(), {"run", "slide.xml", "--method", "ap", "--record-contacts", "--out", "r", "--quiet"});
-  CHECK(result.code == 2);
-  CHECK(result.err.find("shapes.csv") != std::string::npos);
-  CHECK_FALSE(fs::exists(directory.path() / "r/summary.json"));
+  std::string scene = sliding;
+  scene.replace(scene.find("</bodies>"), 0,
+                "<hull name=\"rock\" fixed=\"yes\" position=\"9 9 9\" points=\"0 0 0 1 0 0 0 1 0 0 0 1\"/>");
+  for (const std::string file : {"shapes.csv", "hulls.csv"}) {
+    INFO(file);
+    const TemporaryDirectory directory;
+    std::ofstream(directory.path() / "slide.xml") << scene;
+    fs::create_directories(directory.path() / "r" / file / "in_the_way");
+    const Result result =
+        run(directory.path(), {"run", "slide.xml", "--method", "ap", "--record-contacts", "--out", "r", "--quiet"});
+    CHECK(result.code == 2);
+    CHECK(result.err.find(file) != std::string::npos);
+    CHECK_FALSE(fs::exists(directory.path() / "r/summary.json"));
+  }
 }

@@ -164,6 +164,24 @@ TEST_CASE("a preflight that dies, that lacks part of a line, or of no engine at 
         "contactbench check: unavailable: contactbench-engine-odd does not say what it is: no library\n");
 }
 
+TEST_CASE("an engine's program that is started by hand describes itself, or says how it is started",
+          "[program][engines]") {
+  const TemporaryDirectory directory;
+  const fs::path out = directory.path() / "said", err = directory.path() / "wrong";
+  const auto by_hand = [&](const std::string& words) {
+    const int status = std::system(("'" BROKEN_ENGINE_FOLDER "/contactbench-engine-broken' " + words + " > '" +
+                                    out.string() + "' 2> '" + err.string() + "' 3>&-")
+                                       .c_str());
+    return WEXITSTATUS(status);
+  };
+  CHECK(by_hand("--describe") == 0);
+  CHECK(Json::parse(read_file(out))["name"] == "broken");
+  CHECK(by_hand("") == 2);
+  CHECK(read_file(err).starts_with("The engine broken for contactbench"));
+  CHECK(by_hand("--run nonsense") == 1);
+  CHECK(read_file(err).starts_with("broken: "));
+}
+
 TEST_CASE("engines of an installed program are those of its libexec that can be started", "[program][engines]") {
   const TemporaryDirectory directory;
   const fs::path installed = directory.path() / "bin/contactbench", folder = directory.path() / "libexec/contactbench";

@@ -76,6 +76,27 @@ TEST_CASE("Bullet takes a depth away beside the velocities, or in them where its
   CHECK(within.at("vy") == Approx(0.2 * 0.06 / 1e-3).epsilon(0.05));
 }
 
+TEST_CASE("knobs of MuJoCo say how hard a contact of a known depth pushes", "[program][engines]") {
+  // From rest, a depth x is taken away with the acceleration d^2 x / (d_max timeconst dampratio)^2, d the impedance at
+  // x: 0.95 at 0.01 m, where it is the largest; half way to it where solimp_width is twice that.
+  const TemporaryDirectory directory;
+  if (!engines_here(directory.path()).contains("mujoco")) return;
+  const auto share = [](double d, double largest) { return d * d / (largest * largest); };
+  struct Case {
+    Words knobs;
+    double speed;
+  };
+  for (const auto& [knobs, speed] :
+       {Case{{}, 0.025}, Case{{"timeconst=0.01"}, 0.1}, Case{{"timeconst=0"}, 2.5}, Case{{"dampratio=2"}, 0.00625},
+        Case{{"solimp_width=0.02"}, 0.025 * share(0.925, 0.95)},
+        Case{{"solimp_width=0.02", "solimp_min=0.5"}, 0.025 * share(0.725, 0.95)},
+        Case{{"solimp_width=0.02", "solimp_max=0.99"}, 0.025 * share(0.945, 0.99)}}) {
+    const Row ball = after_a_step(directory.path(), "0.49", with_knobs({"--engine", "mujoco"}, knobs));
+    INFO(speed);
+    CHECK(ball.at("vy") == Approx(speed).epsilon(1e-3));
+  }
+}
+
 TEST_CASE("with theta 1 Siconos takes forces of the step alone, and moves with the velocity at its end",
           "[program][engines]") {
   const TemporaryDirectory directory;
