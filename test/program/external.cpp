@@ -248,6 +248,13 @@ TEST_CASE("a run that is stopped keeps its worst problem, and does not try it ag
   }
 }
 
+TEST_CASE("a program that is talked to hears the end of the run, and has its last word", "[program][external]") {
+  TemporaryDirectory directory;
+  const Result result = run(directory.path(), external(toy + " binary time", stack()));
+  CHECK(result.code == 0);
+  CHECK(result.err.ends_with(" 50\n"));  // seconds and problems: one a step
+}
+
 #if !defined(__SANITIZE_ADDRESS__)  // which is given no limit
 TEST_CASE("a limit of memory holds for the other program too", "[program][external]") {
   TemporaryDirectory directory;
