@@ -80,3 +80,19 @@ TEST_CASE("that the problem which ended a run cannot be kept is a warning, and t
   CHECK(row["reason"] == before["reason"]);
   CHECK(row["hard_problem"].is_null());
 }
+
+TEST_CASE("a run whose summary cannot be put into its place in the end is no success, and says it elsewhere",
+          "[program]") {
+  // What is written there goes, and cannot be cut to its length.
+  const TemporaryDirectory directory;
+  fs::create_directories(directory.path() / "r");
+  fs::create_symlink("/dev/null", directory.path() / "r/summary.json");
+  const Result result = run(directory.path(), short_run({}));
+  CHECK(result.code == 3);
+  const std::size_t end = result.err.rfind('}');
+  REQUIRE(end != std::string::npos);
+  const Json row = Json::parse(result.err.substr(0, end + 1));
+  CHECK(row["status"] == "ok");
+  CHECK(row["finished"] == true);
+  CHECK(result.err.substr(end).find("(at t = 0.01 s; the summary is above)") != std::string::npos);
+}
