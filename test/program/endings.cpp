@@ -231,12 +231,11 @@ TEST_CASE("the contact problem that ended a run is kept for solve, and not beyon
   TemporaryDirectory directory;
   const fs::path out = directory.path() / "r";
   // A driven joint pushes a body into a wall: no velocity is feasible, with any method.
-  const std::vector<std::string> failing = {
-      "run",          SOURCE_ROOT "/scenarios/stress/driven_ram.xml",
-      "--method",     "convex",
-      "--warm-start", "on",
-      "--out",        "r",
-      "--quiet"};
+  const std::vector<std::string> failing = {"run",          SOURCE_ROOT "/scenarios/stress/driven_ram.xml",
+                                            "--method",     "convex",
+                                            "--warm-start", "on",
+                                            "--out",        "r",
+                                            "--quiet"};
   const Result result = run(directory.path(), failing);
   INFO(result.err);
   REQUIRE(result.code == 3);

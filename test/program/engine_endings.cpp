@@ -101,9 +101,8 @@ TEST_CASE("an engine's run is printed as JSON or in lines, with its errors, or n
   CHECK(quiet.code == 0);
   CHECK(quiet.out.empty());
   CHECK(quiet.err.empty());
-  write_odd(directory.path(),
-            R"(printf '%s' '{"status": "unsupported", "reason": "why", "contacts_max": 3,)"
-            R"( "errors": [["first", 1.5], ["second", 2.5]]}' >&3)");
+  write_odd(directory.path(), R"(printf '%s' '{"status": "unsupported", "reason": "why", "contacts_max": 3,)"
+                              R"( "errors": [["first", 1.5], ["second", 2.5]]}' >&3)");
   const Result said = by_odd(directory.path(), {"run", fall, "--engine", "odd", "--out", "out"});
   CHECK(said.code == 3);
   CHECK(said.out ==
@@ -160,8 +159,7 @@ TEST_CASE("a preflight that dies, that lacks part of a line, or of no engine at 
   const Result none = check();
   CHECK(none.code == 3);
   CHECK(none.out.empty());
-  CHECK(none.err ==
-        "contactbench check: unavailable: contactbench-engine-odd does not say what it is: no library\n");
+  CHECK(none.err == "contactbench check: unavailable: contactbench-engine-odd does not say what it is: no library\n");
 }
 
 TEST_CASE("an engine's program that is started by hand describes itself, or says how it is started",

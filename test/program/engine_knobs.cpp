@@ -48,11 +48,9 @@ TEST_CASE("knobs of ODE say how fast a depth is taken away, how much of it is le
     Words knobs;
     double speed;
   };
-  for (const auto& [knobs, speed] : {Case{{}, 2},
-                                     Case{{"erp=0.5"}, 5},
-                                     Case{{"erp=0.5", "surface_layer=0.004"}, 3},
-                                     Case{{"erp=0.5", "max_correcting_speed=4"}, 4},
-                                     Case{{"erp=0.5", "cfm=1e-3"}, 2.5}}) {
+  for (const auto& [knobs, speed] :
+       {Case{{}, 2}, Case{{"erp=0.5"}, 5}, Case{{"erp=0.5", "surface_layer=0.004"}, 3},
+        Case{{"erp=0.5", "max_correcting_speed=4"}, 4}, Case{{"erp=0.5", "cfm=1e-3"}, 2.5}}) {
     const Words words = with_knobs({"--engine", "ode", "--variant", "world"}, knobs);
     const Row ball = after_a_step(directory.path(), "0.49", words);
     INFO(speed);
@@ -116,13 +114,13 @@ TEST_CASE("with theta 1 Siconos takes forces of the step alone, and moves with t
 TEST_CASE("no two ways of solving that an engine has are one", "[program][engines]") {
   const TemporaryDirectory directory;
   for (const auto& [name, about] : engines_here(directory.path())) {
-    if (name == "bullet-float") continue;  // has those of bullet
+    if (name == "bullet-float") continue;         // has those of bullet
     std::map<std::string, std::string> variants;  // by the way of a box that slides askew
     for (const Json& variant : about.at("variants")) {
       const std::string word = variant["name"];
-      const Result ended = run(directory.path(), {"run", preflight_scenes + "slide.xml", "--set", "heading=0.5",
-                                                  "--duration", "0.01", "--engine", name, "--variant", word, "--out",
-                                                  "out", "--quiet"});
+      const Result ended =
+          run(directory.path(), {"run", preflight_scenes + "slide.xml", "--set", "heading=0.5", "--duration", "0.01",
+                                 "--engine", name, "--variant", word, "--out", "out", "--quiet"});
       INFO(ended.err);
       REQUIRE(ended.code == 0);
       const auto [same, first] = variants.emplace(read_file(directory.path() / "out/trajectory.csv"), word);

@@ -2,6 +2,7 @@
 
 #include <sys/file.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
@@ -10,7 +11,7 @@
 #include "contact/answer_files.h"
 #include "contact/problem_files.h"
 #include "contact/referee.h"
-#include "program/program.h"
+#include "program/engine_rows.h"
 
 #ifdef BROKEN_ENGINE_FOLDER  // where engines are built at all
 
@@ -144,7 +145,7 @@ TEST_CASE("a problem of an engine that cannot be written, or not what is said of
   if (!cb::fclib_available()) return;
   const TemporaryDirectory directory;
   if (!is_here(directory.path(), "mujoco")) return;
-  for (const auto& [own, ending, reason] : {std::tuple("first", ".hdf5", ".hdf5: cannot be created"),
+  for (const auto& [own, ending, reason] : {std::tuple("first", ".hdf5", ".hdf5: cannot be written: Is a directory"),
                                             {"second", ".json", ".json: could not be written"}}) {
     INFO(ending);
     for (int step = 1; step <= 30; ++step) {  // whichever is the first with a contact
@@ -198,6 +199,31 @@ TEST_CASE("the first contact problem of a box that an engine meets is that of a 
   }
 }
 
+// What has fallen 1 m is wanted back with half its speed.
+TEST_CASE("the velocity that DART wants back is the offset of its problem, against the approach",
+          "[program][engines]") {
+  if (!cb::fclib_available()) return;
+  TemporaryDirectory directory;
+  if (!is_here(directory.path(), "dart")) return;
+  const Result ended = run(directory.path(), {"run", preflight_scenes + "bounce.xml", "--engine", "dart",
+                                              "--save-problems", "own", "--out", "out", "--quiet"});
+  INFO(ended.err);
+  REQUIRE(ended.code == 0);
+  std::vector<fs::path> stems;
+  for (const auto& entry : fs::directory_iterator(directory.path() / "own"))
+    if (entry.path().extension() == ".json") stems.push_back(fs::path(entry.path()).replace_extension());
+  REQUIRE(!stems.empty());
+  const fs::path first = *std::min_element(stems.begin(), stems.end());
+  const cb::ContactProblem problem = cb::read_contact_problem(first.string() + ".hdf5").problem;
+  std::vector<double> u(3 * static_cast<std::size_t>(problem.nc()));
+  cb::multiply(problem.J, problem.M, problem.v_minus, u);
+  CHECK(u[0] == Approx(-std::sqrt(2 * 9.8)).epsilon(0.01));
+  CHECK(problem.offset[0] == Approx(0.5 * u[0]).epsilon(1e-6));
+  const Json about = Json::parse(read_file(first.string() + ".json"));
+  CHECK(about["law_residual"] < 1e-4);
+  CHECK(about["law_residual_without_offset"] > 0.05);
+}
+
 TEST_CASE("what an engine's answer is said to be off by is what the referee says, and its own model is solved",
           "[program][engines]") {
   with_each_problem([](const std::string& engine, const fs::path& stem, const Json& about) {
@@ -211,15 +237,6 @@ TEST_CASE("what an engine's answer is said to be off by is what the referee says
     CHECK(about["contacts"] == problem.nc());
     CHECK(about["t"].get<double>() == Approx(1e-3 * about["step"].get<double>()));
     CHECK(about["law_residual"].get<double>() == Approx(off_by()).epsilon(1e-6).margin(1e-12));
-    if (engine == "dart") {
-      // A contact that presses has the velocity that is wanted back but for what it gives way.
-      std::vector<double> u;
-      cb::contact_velocity(problem, v_plus, u);
-      for (std::size_t n = 0; n < u.size(); n += 3) {
-        const double gives_way = about["compliance_per_kg"][n].get<double>() * answer.impulse[n];
-        if (answer.impulse[n] > 0) CHECK(u[n] == Approx(-gives_way).margin(1e-8));
-      }
-    }
     problem.offset.assign(problem.offset.size(), 0.0);
     CHECK(about["law_residual_without_offset"].get<double>() == Approx(off_by()).epsilon(1e-6).margin(1e-12));
     // Of rigid contacts, and of a pyramid, nothing of the kind is said.

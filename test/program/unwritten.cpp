@@ -10,8 +10,8 @@ using namespace program;
 namespace {
 
 std::vector<std::string> short_run(const std::vector<std::string>& more) {
-  std::vector<std::string> arguments = {"run",  "sticking_box.xml", "--method", "ap", "--duration",
-                                        "0.01", "--out",            "r",        "--quiet"};
+  std::vector<std::string> arguments = {"run", "sticking_box.xml", "--method", "ap", "--duration", "0.01", "--out",
+                                        "r",   "--quiet"};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return arguments;
 }
@@ -58,7 +58,7 @@ TEST_CASE("a problem that cannot be stored ends the run at its event, with the f
   CHECK(run(directory.path(), short_run({"--save-problems", "p"})).code == 3);
   const Json row = summary(directory.path() / "r");
   CHECK(row["status"] == "write_failed");
-  CHECK(row["reason"].get<std::string>().starts_with("p/event_000000003.hdf5: cannot be created"));
+  CHECK(row["reason"].get<std::string>().starts_with("p/event_000000003.hdf5: cannot be written: Is a directory"));
   CHECK(row["finished"] == false);
   CHECK(row["steps"] == 2);
 }
@@ -74,7 +74,8 @@ TEST_CASE("that the problem which ended a run cannot be kept is a warning, and t
   fs::create_directories(directory.path() / "r/hard_problem.hdf5/in_the_way");
   const Result result = run(directory.path(), failing);
   CHECK(result.code == 3);
-  CHECK(result.err.find("contactbench run: warning: r/hard_problem.hdf5: cannot be created") != std::string::npos);
+  CHECK(result.err.find("contactbench run: warning: r/hard_problem.hdf5: cannot be written: Is a directory") !=
+        std::string::npos);
   const Json row = summary(directory.path() / "r");
   CHECK(row["status"] == before["status"]);
   CHECK(row["reason"] == before["reason"]);
