@@ -8,6 +8,7 @@
 #include "commands.h"
 #include "engines.h"
 #include "limits.h"
+#include "linalg/stop.h"
 #include "run_engine.h"
 #include "scenario/near_name.h"
 
@@ -48,6 +49,8 @@ Json measure(const std::filesystem::path& program, const std::string& engine, co
   if (ended.code == 0 && said.is_object() && said.contains("lines") && said["lines"].is_array() &&
       std::ranges::all_of(said["lines"], is_line))
     row["lines"] = said["lines"];
+  else if (ended.stopped())
+    row["fault"] = "interrupted: stopped by a signal";
   else if (ended.overdue)
     row["fault"] = fmt::format("time_limit: it did not come back within {:g} s", patience);
   else if (ended.code == 0)
@@ -104,6 +107,7 @@ int check_engine(const std::string& engine, const Text& variant, const Text& set
   const Limits limits({}, {});
   for (const nlohmann::json& row : said["variants"]) {
     known.push_back(row["name"]);
+    if (!rows.empty() && stop_asked.load(std::memory_order_relaxed)) continue;
     if (!variant || *variant == row["name"])
       rows.push_back(measure(program, engine, row, setting.value_or("default"), h));
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <csignal>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -35,6 +36,8 @@ struct Ended {
   bool overdue = false;      ///< had to be killed: it did not come back in time
   bool interrupted = false;  ///< this program was asked to stop, and stopped it
   double peak_memory_mb = 0;
+  /// Did it end because this program was asked to stop?
+  bool stopped() const { return interrupted && (overdue || code == -SIGTERM); }
   std::string answer;      ///< what it wrote to `result_file`
   std::string last_words;  ///< last line on standard error
   Pulse pulse;

@@ -215,7 +215,7 @@ void take(const Ended& ended, const EnginePlan& plan, RunSummary& summary) try {
     summary.status = status;
     summary.reason = std::move(reason);
   };
-  if (ended.overdue && ended.interrupted) return failed(Status::interrupted, "stopped by a signal");
+  if (ended.stopped()) return failed(Status::interrupted, "stopped by a signal");
   if (ended.overdue)
     return failed(Status::time_limit,
                   fmt::format("the engine did not come back from a step within {:g} s; it was stopped",

@@ -91,6 +91,30 @@ TEST_CASE("an engine that hears that it should stop ends its run by itself, and 
   CHECK(row["time"]["write_s"] > 0);  // which is known of an engine that answers alone
 }
 
+TEST_CASE("an engine that does not hear that it should stop was stopped, in a run and in a preflight",
+          "[program][engines]") {
+  const TemporaryDirectory directory;
+  std::ofstream(directory.path() / "contactbench-engine-odd")
+      << "#!/bin/sh\nif [ \"$1\" = --describe ]; then\nprintf '%s' '"
+      << R"({"variants": [{"name": "a", "knobs": {}}, {"name": "b", "knobs": {}}], "knobs": []})"
+      << "' >&3\nelse\ntouch began\nexec sleep 1000\nfi\n";
+  fs::permissions(directory.path() / "contactbench-engine-odd", fs::perms::owner_all);
+  const auto stopped = [&](const Words& words) {
+    fs::remove(directory.path() / "began");
+    Process process(directory.path(), words, [&] { setenv("CONTACTBENCH_ENGINES", directory.path().c_str(), 1); });
+    REQUIRE(wait_until([&] { return fs::exists(directory.path() / "began"); }));
+    process.send(SIGINT);
+    Result ended = process.wait();
+    CHECK(ended.code == 3);
+    return ended;
+  };
+  stopped({"run", fall, "--engine", "odd", "--out", "out", "--quiet"});
+  CHECK(summary(directory.path() / "out")["status"] == "interrupted");
+  const Json rows = Json::parse(stopped({"check", "--engine", "odd", "--json"}).out);
+  REQUIRE(rows.size() == 1);
+  CHECK(rows[0]["fault"] == "interrupted: stopped by a signal");
+}
+
 TEST_CASE("an engine's run is printed as JSON or in lines, with its errors, or not at all", "[program][engines]") {
   const TemporaryDirectory directory;
   const Result json = falls(directory.path(), {"--duration", "0.01", "--json"});
