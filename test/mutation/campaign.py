@@ -164,8 +164,8 @@ class Copy:
         return own or (["contactbench_wrong"] if name == "wrong_methods" else ["contactbench"])
 
     def of_programs(self, name):
-        made = {MODULE: "python/contactbench/_core*", ENGINES: "bin/contactbench-engine-*"}
-        files = (file for p in self.programs(name) for file in sorted(self.build.glob(made.get(p, f"bin/{p}"))))
+        made = {MODULE: ["python/contactbench/_core*"], ENGINES: ["bin/contactbench-engine-*", "bin/*.so"]}
+        files = (file for p in self.programs(name) for one in made.get(p, [f"bin/{p}"]) for file in sorted(self.build.glob(one)))
         return digest_of(*(file.read_bytes() for file in files))
 
     def of_tests(self, names):
