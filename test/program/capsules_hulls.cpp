@@ -1,5 +1,6 @@
 // Capsules and convex hulls in motion, by the real program.
 
+#include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -133,6 +134,7 @@ TEST_CASE("What a hull is made of is said by check, and its corners stand in hul
         (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])) /
         6;
   }
+  for (const auto& corner : corners) CHECK(std::count(corners.begin(), corners.end(), corner) == 3);
   CHECK(volume == Approx(1e-3 / 6).epsilon(1e-9));
   std::ofstream(scratch / "two.xml") << scene(
       "0 -9.8 0",
