@@ -56,7 +56,7 @@ fi
 # A fault that it finds (3) is in the report and stops nothing.
 stress() { "$python" "$root/scripts/stress.py" --program "$root/build/bin/contactbench" --jobs 2 "$@" || [ $? -eq 3 ]; }
 quick=()
-[ "$profile" != quick ] || quick=(--quick --time-limit 2)
+[ "$profile" != quick ] || quick=(--quick --time-limit 1)
 stress --out "$out/stress" --engines "${quick[@]}"
 stress --out "$out/members/1/stress" --engines --member 1 "${quick[@]}"
 # Scenes that nobody has tuned for, each family twice tame and twice wild; in the quick profile once, by two methods, in half a minute.

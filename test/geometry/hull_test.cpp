@@ -137,6 +137,17 @@ TEST_CASE("Points whose hull's moments are beyond what a number holds are refuse
   }
 }
 
+TEST_CASE(
+    "A pyramid has its moments about its centre, a quarter of its height up, which is not the mean of its corners") {
+  const SolidMoments moments = solid_moments(
+      convex_hull({Vec3(0.5, 0.5, 0), Vec3(-0.5, 0.5, 0), Vec3(-0.5, -0.5, 0), Vec3(0.5, -0.5, 0), Vec3(0, 0, 1)}));
+  const double mass = 1. / 3;
+  CHECK(moments.volume == Approx(mass));
+  CHECK((moments.centre - Vec3(0, 0, 0.25)).norm() < 1e-15);
+  const Vec3 about = mass * Vec3(1. / 20 + 3. / 80, 1. / 20 + 3. / 80, 1. / 10);  // b^2/20 + 3 h^2/80, b^2/10
+  CHECK((moments.inertia - Mat3(about.asDiagonal())).norm() < 1e-14);
+}
+
 TEST_CASE("A tetrahedron has the moments of its integrals") {
   // Corners 0, x, y, z of length 1: volume 1/6, centre 1/4 each, int x^2 = 1/60, int x y = 1/120.
   const SolidMoments moments = solid_moments(convex_hull({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}));

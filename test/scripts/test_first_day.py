@@ -185,7 +185,7 @@ class Shell(Folder):
                     "--profile", profile, "--runs", f"{out}/runs/{profile}", "--out", out, "--jobs",
                     "3" if words else "0", "--timed-alone", *more])
             cases, of_member, random = (line.partition("--jobs 2 ")[2] for line in said if line.startswith("stress.py "))
-            quick = " --quick --time-limit 2" if profile == "quick" else ""
+            quick = " --quick --time-limit 1" if profile == "quick" else ""
             self.assertEqual((cases, of_member), (f"--out OUT/stress --engines{quick}",
                                                   f"--out OUT/members/1/stress --engines --member 1{quick}"))
             self.assertEqual(random.split()[:6], ["--out", "OUT/stress", "--seed", "1", "--random", "26" if quick else "52"])
