@@ -277,17 +277,18 @@ Engine bullet() {
                      {"nncg", "nonlinear nonsmooth conjugate gradients, 10 iterations", 1, {}},
                      {"dantzig", "MLCP solver of Dantzig", 1, {}},
                      {"pgs", "MLCP solver by projected Gauss-Seidel", 1, {}}};
-  engine.knobs = {{"iterations", 10, "", "of a step", 1},
-                  {"erp", 0.2, "", "share of a depth that a step takes away, in the velocities"},
-                  {"erp2", 0.2, "", "the same of the split impulse"},
-                  {"cfm", 0, "m/(N s)", "by which a contact's velocity gives way to its force"},
-                  {"split_impulse", 1, "", "0: depth is taken away in the velocities"},
-                  {"warm_start", 0.85, "", "share of the last step's impulses that a step begins with"},
-                  {"friction_directions", 1, "", "1: along the slip; 2: and across", 1},
-                  {"bounce_speed", 0.2, "m/s", "below which nothing bounces"},
-                  {"breaking_threshold", 0.02, "m", "beyond which a kept contact point is given up"},
-                  {"margin", 0.04, "m", "of boxes, cylinders and planes; negative: as each shape has it"},
-                  {"batch", 128, "", "islands are solved together up to so many constraints", 0}};
+  engine.knobs = {
+      {"iterations", 10, "", "of a step", 1},
+      {"erp", 0.2, "", "share of a joint's error that a step takes away: of no use to contacts"},
+      {"erp2", 0.2, "", "share of a depth that a step takes away, by the split impulse or in the velocities"},
+      {"cfm", 0, "m/(N s)", "by which a contact's velocity gives way to its force"},
+      {"split_impulse", 1, "", "0: depth is taken away in the velocities"},
+      {"warm_start", 0.85, "", "share of the last step's impulses that a step begins with"},
+      {"friction_directions", 1, "", "1: along the slip; 2: and across", 1},
+      {"bounce_speed", 0.2, "m/s", "below which nothing bounces"},
+      {"breaking_threshold", 0.02, "m", "beyond which a kept contact point is given up"},
+      {"margin", 0.04, "m", "of boxes, cylinders and planes; negative: as each shape has it"},
+      {"batch", 128, "", "islands are solved together up to so many constraints", 0}};
   engine.make = make;
   return engine;
 }

@@ -72,6 +72,14 @@ TEST_CASE("Bullet takes a depth away beside the velocities, or in them where its
   CHECK(beside.at("py") > 0.445);
   const Row within = after_a_step(directory.path(), "0.44", with_knobs({"--engine", "bullet"}, {"split_impulse=0"}));
   CHECK(within.at("vy") == Approx(0.2 * 0.06 / 1e-3).epsilon(0.05));
+  // The share is erp2 in both ways; erp is that of joints.
+  const auto with = [&](const Words& knobs) {
+    return after_a_step(directory.path(), "0.44", with_knobs({"--engine", "bullet"}, knobs));
+  };
+  CHECK(with({"erp2=0.4"}).at("py") - 0.44 == Approx(2 * (beside.at("py") - 0.44)).epsilon(0.05));
+  CHECK(with({"erp=0.4"}).at("py") == Approx(beside.at("py")).margin(1e-9));
+  CHECK(with({"split_impulse=0", "erp2=0.4"}).at("vy") == Approx(2 * within.at("vy")).epsilon(0.05));
+  CHECK(with({"split_impulse=0", "erp=0.4"}).at("vy") == Approx(within.at("vy")));
 }
 
 TEST_CASE("knobs of MuJoCo say how hard a contact of a known depth pushes", "[program][engines]") {
