@@ -59,7 +59,7 @@ def cost(results):
     for order, cells in sorted(groups.items()):
         name = precision.measure(results, scene, cells[0]["parameters"], SWEEP)
         some = sorted((count(c, "solves"), c.error(name)) for c in cells if c.error(name) > precision.TINY)
-        if len(some) < 2:
+        if len(some) < 2 or some[-1][0] < 1.5 * some[0][0]:  # as many solves whatever is wanted: no slope to tell
             continue
         solves, errors = [s for s, _ in some], [e for _, e in some]
         slope = precision.slope(solves, errors)

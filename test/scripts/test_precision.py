@@ -342,6 +342,8 @@ class Stepping(Results):
         rows += [
             some(7, 1e-13, "accuracy=1e-13 order=3"),
             some(9, 1, "accuracy=1 order=2"),
+            some(1000, 1e-9, "accuracy=1e-3 order=5"),
+            some(1003, 9.99999e-10, "accuracy=1e-5 order=5"),
             some(5, 1, "accuracy=1"),
             some(8, 1, "accuracy=5 order=3", finished="false", status="ray"),
             some(6, 1, "step=1e-6", scene="box")]
