@@ -59,10 +59,13 @@ def cost(results):
     for order, cells in sorted(groups.items()):
         name = precision.measure(results, scene, cells[0]["parameters"], SWEEP)
         some = sorted((count(c, "solves"), c.error(name)) for c in cells if c.error(name) > precision.TINY)
-        if len(some) < 2 or some[-1][0] < 1.5 * some[0][0]:  # as many solves whatever is wanted: no slope to tell
+        # As many solves whatever is wanted, or more of them to the same error: no order to tell.
+        if len(some) < 2 or some[-1][0] < 1.5 * some[0][0]:
             continue
         solves, errors = [s for s, _ in some], [e for _, e in some]
         slope = precision.slope(solves, errors)
+        if slope > -0.5:
+            continue
         at_micron = solves[-1] * (1e-6 / errors[-1])**(1 / slope)
         row = {"order": order, "solves": solves, "errors": errors, "slope": -slope}
         rows.append(row | {"solves_for_1e-6_m": at_micron})

@@ -10,41 +10,13 @@
 
 #include "contact/referee.h"
 #include "linalg/stop.h"
-#include "methods/registry.h"
+#include "methods/choices.h"
 #include "problems.h"
 
 using namespace cb;
 using namespace cb::test;
 
 namespace {
-
-struct Choice {
-  const MethodRow* row;
-  MethodOptions options;
-  std::string label;
-};
-
-/// Each method with each solver and variant that this build has.
-std::vector<Choice> choices() {
-  std::vector<Choice> all;
-  for (const MethodRow& row : methods()) {
-    std::vector<std::string> solvers, variants;
-    for (const SolverRow& solver : row.solvers)
-      if (solver.unavailable.empty()) solvers.emplace_back(solver.name);
-    for (const std::string_view variant : row.variants) variants.emplace_back(variant);
-    if (solvers.empty()) solvers.emplace_back();
-    if (variants.empty()) variants.emplace_back();
-    for (const std::string& solver : solvers)
-      for (const std::string& variant : variants) {
-        Choice choice{&row, {}, std::string(row.name) + ' ' + solver + variant};
-        choice.options.solver = solver;
-        choice.options.variant = variant;
-        choice.options.k = 8;
-        all.push_back(choice);
-      }
-  }
-  return all;
-}
 
 struct Case {
   const char* name;

@@ -8,45 +8,14 @@
 #include <utility>
 #include <vector>
 
+#include "methods/choices.h"
 #include "methods/pruned.h"
-#include "methods/registry.h"
 #include "problems.h"
 
 using namespace cb;
 using namespace cb::test;
 
 namespace {
-
-struct Choice {
-  const MethodRow* row;
-  MethodOptions options;
-  std::string label;
-};
-
-/// Each method with each solver, or each variant, that this build has; and convex without its bound.
-std::vector<Choice> choices() {
-  std::vector<Choice> all;
-  for (const MethodRow& row : methods()) {
-    const auto add = [&](const MethodOptions& options, std::string_view which) {
-      all.push_back({&row, options, std::string(row.name) + ' ' + std::string(which)});
-    };
-    MethodOptions options;
-    for (const SolverRow& solver : row.solvers) {
-      if (!solver.unavailable.empty()) continue;
-      options.solver = solver.name;
-      add(options, solver.name);
-    }
-    for (const std::string_view variant : row.variants) {
-      options.variant = variant;
-      add(options, variant);
-    }
-    if (row.solvers.empty() && row.variants.empty()) add(options, "");
-  }
-  MethodOptions unbounded;
-  unbounded.compression_bound = false;
-  all.push_back({find_method("convex"), unbounded, "convex without the bound"});
-  return all;
-}
 
 struct Case {
   const char* name;
@@ -176,7 +145,11 @@ void check_same(const ContactSolution& used, const ContactSolution& fresh) {
 
 TEST_CASE("a method answers each event of a chain as if it were its first, whatever came before", "[conformance]") {
   const std::vector<Case> events = chain();
-  for (const Choice& choice : choices()) {
+  std::vector<Choice> all = choices();
+  MethodOptions unbounded;
+  unbounded.compression_bound = false;
+  all.push_back({find_method("convex"), unbounded, "convex without the bound"});
+  for (const Choice& choice : all) {
     const ContactMethod method = choice.row->make(choice.options);
     ContactSolution used;
     for (const Case& event : events) {

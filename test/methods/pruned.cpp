@@ -11,6 +11,7 @@
 
 #include "contact/problem_files.h"
 #include "contact/referee.h"
+#include "methods/choices.h"
 #include "problems.h"
 
 using namespace cb;
@@ -18,13 +19,7 @@ using namespace cb::test;
 
 namespace {
 
-struct Choice {
-  const MethodRow* row;
-  MethodOptions options;
-  std::string label;
-};
-
-std::vector<Choice> choices() {
+std::vector<Choice> pruned_choices() {
   std::vector<Choice> all;
   const auto add = [&](const char* method, const char* solver, const char* variant, int k, bool bound) {
     Choice choice{find_method(method), {}, std::string(method) + ' ' + solver + variant + (bound ? "" : " unbounded")};
@@ -109,7 +104,7 @@ TEST_CASE("leaving out what an event does not need leaves every unique motion as
       {"a box beside a sphere that leaves", beside(rests, leaves), 2, 0},
       {"two boxes and a sphere apart", beside(beside(rests, slides), rests), 3, 1},
       {"a stack beside a sliding box", beside(stack(2, 0.5, {0, -0.0098, 0}), box(0.1, {0.5, -0.0098, 0})), 2, 0}};
-  for (const Choice& choice : choices())
+  for (const Choice& choice : pruned_choices())
     for (const Case& c : cases) {
       INFO(choice.label << ": " << c.name);
       const auto left_out = std::make_shared<LeftOut>();
@@ -128,7 +123,7 @@ TEST_CASE("leaving out what an event does not need leaves every unique motion as
 }
 
 TEST_CASE("a box that rests has nothing to leave out, and its answer is the same to the last bit", "[pruned]") {
-  for (const Choice& choice : choices()) {
+  for (const Choice& choice : pruned_choices()) {
     INFO(choice.label);
     const auto left_out = std::make_shared<LeftOut>();
     ContactSolution plain, less;
@@ -160,7 +155,7 @@ TEST_CASE("each thing left out can be left in", "[pruned]") {
 
 // A stack that is pushed, on ice and with ice below every second box, by the dense and the sparse form of the LCP.
 TEST_CASE("the friction of contacts without any gets no unknowns, and nothing else changes", "[pruned]") {
-  for (const Choice& choice : choices())
+  for (const Choice& choice : pruned_choices())
     for (const int boxes : {1, 2, 8})
       for (const double mu : {0.0, 0.5})
         for (const double e : {0.0, 0.3}) {
@@ -194,7 +189,7 @@ TEST_CASE("friction left out is counted on islands that the method solves, and n
 }
 
 TEST_CASE("what a solver answers depends on the island at hand, not on those before", "[pruned]") {
-  for (const Choice& choice : choices()) {
+  for (const Choice& choice : pruned_choices()) {
     INFO(choice.label);
     const auto left_out = std::make_shared<LeftOut>();
     const ContactMethod method = pruned(*choice.row, choice.options, left_out);
@@ -340,7 +335,7 @@ TEST_CASE("islands solved at once are answered and counted as one after the othe
   ContactProblem apart = beside(beside(stack(3, 0.5, {0.3, -1, 0.1}), slides), box(0.1, {0.5, -0.0098, 0}));
   for (int i = 0; i < 6; ++i) apart = beside(beside(apart, rests), stack(2, 0.3, {0.1 * i, -1, 0}));
   REQUIRE(apart.nc() >= 64);  // fewer are not worth two threads
-  std::vector<Choice> all = choices();
+  std::vector<Choice> all = pruned_choices();
   for (const char* solver : {"newton", "nsgs", "admm"}) {
     all.push_back({find_method("coulomb"), {}, std::string("coulomb ") + solver});
     all.back().options.solver = solver;

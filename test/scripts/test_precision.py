@@ -344,6 +344,10 @@ class Stepping(Results):
             some(9, 1, "accuracy=1 order=2"),
             some(1000, 1e-9, "accuracy=1e-3 order=5"),
             some(1003, 9.99999e-10, "accuracy=1e-5 order=5"),
+            some(100, 1e-8, "accuracy=1e-3 order=4"),
+            some(100, 1e-9, "accuracy=1e-5 order=4"),
+            some(1000, 1e-9, "accuracy=1e-3 order=6"),
+            some(3000, 9.99999e-10, "accuracy=1e-5 order=6"),
             some(5, 1, "accuracy=1"),
             some(8, 1, "accuracy=5 order=3", finished="false", status="ray"),
             some(6, 1, "step=1e-6", scene="box")]
