@@ -519,3 +519,22 @@ TEST_CASE("a solver that is not installed ends the run as unavailable", "[progra
     readable(read_file(directory.path() / "r" / "trajectory.csv"), 15);
   }
 }
+
+// No impulse holds what a stop drives: its way into the ground is an overlap, and no contact that is asked for an
+// answer.
+TEST_CASE("what is driven into the ground ends the run as an overlap, by every method", "[program]") {
+  const TemporaryDirectory directory;
+  std::ofstream(directory.path() / "ram.xml") << R"(<scenario title="ram"><simulation step="1e-3" duration="0.2"/>
+<reference kind="missing"/><gravity constant="0 -9.8 0"/><bodies><half_space name="ground" point="0 0 0" normal="0 1 0"/>
+<robot name="ram" position="0 0 0"><link name="head" mass="1" position="0 0.501 0" inertia="1 1 1">
+<box name="block" size="1 1 1" position="0 0.501 0"/></link><joint name="slide" kind="prismatic" parent="world"
+child="head" axis="0 1 0" lower="0" upper="0" limit_rate="-0.1" velocity="-0.1"/></robot></bodies>
+<contacts><pair a="*" b="*" mu="0.3"/></contacts></scenario>)";
+  for (const char* method : {"newton", "mirtich", "ap", "convex", "soft", "coulomb"}) {
+    INFO(method);
+    CHECK(run(directory.path(), {"run", "ram.xml", "--method", method, "--out", "r", "--quiet"}).code == 3);
+    const Json row = summary(directory.path() / "r");
+    CHECK(row["status"] == "penetration");
+    CHECK(row["reason"] == "ground and block interpenetrate by 0.0001 m at t = 0.011 s");
+  }
+}
