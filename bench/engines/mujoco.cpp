@@ -88,7 +88,9 @@ class Mjcf {
     const char* solver = variant.starts_with("pgs") ? "PGS" : variant.starts_with("cg") ? "CG" : "Newton";
     text_ += fmt::format(
         "<option timestep=\"{:.17g}\" gravity=\"0 0 0\" integrator=\"Euler\" cone=\"{}\" solver=\"{}\" "
-        "iterations=\"{}\" tolerance=\"{:.17g}\" noslip_iterations=\"{}\" impratio=\"{:.17g}\"/>",
+        "iterations=\"{}\" tolerance=\"{:.17g}\" noslip_iterations=\"{}\" impratio=\"{:.17g}\">"
+        // Left to itself a link passes through the one that it hangs on.
+        "<flag filterparent=\"disable\"/></option>",
         setting_.step, pyramid ? "pyramidal" : "elliptic", solver, static_cast<int>(knob("iterations")),
         knob("tolerance"), static_cast<int>(knob("noslip_iterations")), knob("impratio"));
     // Room for four contacts of each of 8 neighbours of a shape, and the rows of the larger cone.

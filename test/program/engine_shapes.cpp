@@ -317,4 +317,22 @@ TEST_CASE("a robot that floats and is turned moves in MuJoCo as in our own steps
   }
 }
 
+TEST_CASE("a link meets the one that it hangs on in MuJoCo, too", "[program][engines]") {
+  // 2 kg at 1 m/s catch up with 1 kg at rest on the same rail, 0.1 m on: both go on with 2/3 m/s.
+  const TemporaryDirectory directory;
+  if (!engines_here(directory.path()).contains("mujoco")) return;
+  write_scene(directory.path() / "scene.xml",
+              R"(<robot name="train" position="0 5 0">
+<link name="engine" mass="2" position="0 0 0" inertia="1 1 1"><sphere name="bow" radius="0.1" position="0 0 0"/></link>
+<link name="wagon" mass="1" position="0.3 0 0" inertia="1 1 1"><sphere name="stern" radius="0.1" position="0.3 0 0"/></link>
+<joint name="rail" kind="prismatic" parent="world" child="engine" axis="1 0 0" velocity="1"/>
+<joint name="coupling" kind="prismatic" parent="engine" child="wagon" axis="1 0 0" velocity="-1"/></robot>)",
+              R"(<pair a="*" b="*" mu="0"/>)", "0.3", "0 0 0");
+  for (const Words& words : {Words{"--engine", "mujoco"}, Words{"--method", "ap"}}) {
+    INFO(words[1]);
+    const auto rows = ended(directory.path(), words);
+    for (const char* link : {"engine", "wagon"}) CHECK(rows.at(link).at("vx") == Approx(2.0 / 3).margin(0.1));
+  }
+}
+
 #endif
