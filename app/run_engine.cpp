@@ -55,7 +55,7 @@ void own_knobs(const std::vector<std::string>& given, const Json& rows,
     at->second = number_flag("knob", pair.substr(equals + 1), -HUGE_VAL, HUGE_VAL, "NAME=NUMBER");
     for (const Json& row : rows) {
       if (row.value("name", "") != key || !row.contains("count_from")) continue;
-      const int least = row["count_from"], most = std::numeric_limits<int>::max();
+      const int least = row["count_from"], most = row.value("count_to", std::numeric_limits<int>::max());
       if (at->second != std::floor(at->second) || at->second < least || at->second > most)
         throw UsageError(fmt::format("--knob {}: must be a whole number from {} to {}", pair, least, most));
     }

@@ -132,7 +132,6 @@ void BulletScene::make_solver(const std::string& variant) {
 void BulletScene::set_solver(const Knobs& knobs) {
   btContactSolverInfo& info = world_->getSolverInfo();
   info.m_numIterations = static_cast<int>(knobs.at("iterations"));
-  info.m_erp = scalar(knobs.at("erp"));
   info.m_erp2 = scalar(knobs.at("erp2"));
   info.m_globalCfm = scalar(knobs.at("cfm"));
   info.m_splitImpulse = knobs.at("split_impulse") != 0;
@@ -268,7 +267,7 @@ Engine bullet() {
                    "sleep (deactivation) off, damping 0"};
   engine.apart = {"contact points: up to four a pair, kept from step to step; those within 0.02 m of touching count",
                   "shapes have a margin, inside for boxes and cylinders",
-                  "penetration is taken away beside the velocities (split impulse) or in them, erp a step"};
+                  "penetration is taken away beside the velocities (split impulse) or in them, erp2 a step"};
   engine.variants = {{"si10", "sequential impulses, 10 iterations", 1, {}},
                      {"si50",
                       "sequential impulses, 50 iterations, two directions of friction, clipped to a cone",
@@ -279,12 +278,11 @@ Engine bullet() {
                      {"pgs", "MLCP solver by projected Gauss-Seidel", 1, {}}};
   engine.knobs = {
       {"iterations", 10, "", "of a step", 1},
-      {"erp", 0.2, "", "share of a joint's error that a step takes away: of no use to contacts"},
       {"erp2", 0.2, "", "share of a depth that a step takes away, by the split impulse or in the velocities"},
       {"cfm", 0, "m/(N s)", "by which a contact's velocity gives way to its force"},
-      {"split_impulse", 1, "", "0: depth is taken away in the velocities"},
+      {"split_impulse", 1, "", "0: depth is taken away in the velocities", 0, 1},
       {"warm_start", 0.85, "", "share of the last step's impulses that a step begins with"},
-      {"friction_directions", 1, "", "1: along the slip; 2: and across", 1},
+      {"friction_directions", 1, "", "1: along the slip; 2: and across", 1, 2},
       {"bounce_speed", 0.2, "m/s", "below which nothing bounces"},
       {"breaking_threshold", 0.02, "m", "beyond which a kept contact point is given up"},
       {"margin", 0.04, "m", "of boxes, cylinders and planes; negative: as each shape has it"},

@@ -90,7 +90,7 @@ Engine dart_engine() {
   engine.variants = {{"dantzig", "Dantzig's algorithm after Baraff, by Gauss and Seidel where it fails", pyramid, {}},
                      {"pgs", "projected Gauss and Seidel", pyramid, {}}};
   engine.knobs = {{"iterations", 30, "", "of pgs a step at most", 1},
-                  {"fall_back", 1, "", "of dantzig: 0 leaves a failure as it is"}};
+                  {"fall_back", 1, "", "of dantzig: 0 leaves a failure as it is", 0, 1}};
   engine.make = make;
   return engine;
 }

@@ -249,7 +249,7 @@ Engine ode() {
                   {"bounce_speed", 0, "m/s", "below which nothing bounces"},
                   {"max_contacts", 8, "", "of a pair of shapes at most", 1},
                   {"slip_speed", 0, "m/s", "beyond which friction acts along the slip alone; 0: never"},
-                  {"finite_rotation", 0, "", "1: orientations by finite rotations"}};
+                  {"finite_rotation", 0, "", "1: orientations by finite rotations", 0, 1}};
   engine.slip_knob = "slip_speed";
   engine.make = make;
   return engine;

@@ -47,6 +47,7 @@ nlohmann::json describe(const Engine& engine) {
   for (const EngineKnob& row : engine.knobs) {
     knobs.push_back({{"name", row.name}, {"default", row.value}, {"unit", row.unit}, {"meaning", row.meaning}});
     if (row.count_from) knobs.back()["count_from"] = *row.count_from;
+    if (row.count_to) knobs.back()["count_to"] = *row.count_to;
   }
   return {{"name", engine.name},       {"summary", engine.summary},
           {"version", engine.version}, {"precision", engine.precision},

@@ -21,8 +21,8 @@ struct EngineKnob {
   double value = 0;  ///< the engine's own default
   std::string unit;  ///< empty: none
   std::string meaning;
-  /// The least of it where it is a count, which the engine holds as an int.
-  std::optional<int> count_from = std::nullopt;
+  /// The least and the most of it where it is whole; no most: what an int holds.
+  std::optional<int> count_from = std::nullopt, count_to = std::nullopt;
 };
 
 /// A way in which the engine solves: a solver, a friction model.
