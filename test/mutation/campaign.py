@@ -64,7 +64,8 @@ SCRIPTS = {
     "problems": ("stress_solves",), "limits": ("stress_solves",), "figures": ("figures", "figures_of_all"),
     "robots": ("looks",), "heatmap": ("figures_of_all",), "view": ("motions", "pages", "view"), "gltf": ("motions", "view"), "replay": ("replay",),
     "runs": ("tables",), "gather": ("tables",), "table1": ("tables",), "stepping": ("precision",), "ladder": ("choices",),
-    "compare": ("choices",), "report": ("sections", "pages", "report"), "picture": ("pictures", "first_day"), "start": ("pictures", "first_day")}
+    "compare": ("choices",), "report": ("sections", "pages", "report"), "picture": ("pictures", "first_day"), "start": ("pictures", "first_day"), "small": ("bench",), "overhead": ("bench",),
+    **{name: ("first_day", name) for name in ("bench", "build", "lib", "reproduce", "setup", "test")}}
 
 
 def digest_of(*parts):
@@ -213,7 +214,8 @@ def order(copy, fault, nearest_only):
     file, room = fault["file"], fault["room"]
     compiled = {name for name, test in copy.tests.items() if re.search(r"/bin/test_\w+$", test["command"][0])}
     stand_in = {name for name in copy.tests if name.startswith("scripts_")}  # they never start the program
-    if room == "scripts":
+    scripts = room == "scripts" or room == "bench" and file.endswith(".py")
+    if scripts:
         can = [name for name in copy.tests if name not in compiled]
         name = Path(file).stem
         near = [test for name in SCRIPTS.get(name, (name,)) for test in (name, f"scripts_{name}")]
@@ -226,7 +228,7 @@ def order(copy, fault, nearest_only):
         return near
     known = copy.undisturbed
     rest = (name for name in can if name not in near)
-    if room == "scripts":
+    if scripts:
         return near + sorted(rest, key=lambda name: known[name][0] if name in known else math.inf)
     return near + sorted(rest, key=lambda name: (name not in compiled, list(copy.tests).index(name)))
 
@@ -245,7 +247,7 @@ def judge(copy, fault, *groups):
                 if copy.make(*copy.programs(name)):
                     return "invalid", ""
                 took, program = copy.undisturbed[name]
-                if not fault["file"].endswith(".py") and copy.of_programs(name) == program:
+                if fault["file"].endswith((".cpp", ".h")) and copy.of_programs(name) == program:
                     continue
                 if killer := copy.run(name, LEAST_PATIENCE + PATIENCE * took):
                     return "killed", killer
