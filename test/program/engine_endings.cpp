@@ -54,6 +54,20 @@ TEST_CASE("files of an engine's run that cannot be written end it there, and are
     }
 }
 
+TEST_CASE("an engine's run whose files may not grow is one that cannot be written, and no crash",
+          "[program][engines]") {
+  const TemporaryDirectory directory;
+  const Result result = run(
+      directory.path(),
+      {"run", fall, "--engine", "broken", "--variant", "falls", "--duration", "0.5", "--quiet", "--out", "out"}, [] {
+        broken_too();
+        const rlimit small = {16384, 16384};  // bytes, of each file
+        setrlimit(RLIMIT_FSIZE, &small);
+      });
+  CHECK(result.code == 3);
+  CHECK(summary(directory.path() / "out")["status"] == "write_failed");
+}
+
 TEST_CASE("an engine does not outlive a run that is killed, whose summary says that it did not finish",
           "[program][engines]") {
   const TemporaryDirectory directory;

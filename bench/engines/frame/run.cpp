@@ -169,6 +169,7 @@ Scenario scene_of(const EngineRequest& request) {
 
 Json run_scene(const Engine& engine, const EngineRequest& request, Pulse& pulse) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, [](int) { asked_to_stop = 1; });
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is one that cannot be written
   const Scenario scenario = scene_of(request);
   SimulationOptions options;
   options.step = request.step;
