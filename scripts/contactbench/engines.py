@@ -5,6 +5,7 @@ the report says of them.
   scripts/engines.py findings --out results/engines      what others found of engines, measured again: findings.json
   scripts/engines.py tune [--engine NAME]                tuned.json in scenarios/engines, by the search of tuning.toml
 """
+import functools
 import json
 import math
 import statistics
@@ -47,17 +48,22 @@ def checked(path, engine, setting):
 
 def preflight(path, listed):
     """Rows of every variant and setting of every engine that is here: lines, or a fault."""
-    rows = []
+    def rows_of(engine, setting):
+        about = {"version": engine["version"], "precision": engine["precision"]}
+        some = checked(path, engine, setting)
+        return [row | about for row in some if setting == "default" or known(engine["name"], row["variant"])]
+
+    def missing(engine):
+        return [{
+            "engine": engine["name"], "variant": "", "fault": f"unavailable: {engine['unavailable']}", "lines": []}]
+
+    tasks = []
     for engine in listed["engines"]:
         if engine["unavailable"]:
-            rows.append({
-                "engine": engine["name"], "variant": "", "fault": f"unavailable: {engine['unavailable']}", "lines": []})
-            continue
-        for setting in SETTINGS:
-            some = checked(path, engine, setting)
-            about = {"version": engine["version"], "precision": engine["precision"]}
-            rows += [row | about for row in some if setting == "default" or known(engine["name"], row["variant"])]
-    return rows
+            tasks.append(functools.partial(missing, engine))
+        else:
+            tasks += [functools.partial(rows_of, engine, setting) for setting in SETTINGS]
+    return [row for some in program.together(tasks) for row in some]
 
 
 def tuned():

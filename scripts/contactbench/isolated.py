@@ -6,6 +6,7 @@ solved again by our methods on the same data; and Siconos' solvers of exact fric
   scripts/isolated.py solvers --out results/engines     build/bin/bench_siconos_solvers on the stored problems:
                                                         siconos_solvers.csv, .md, and their performance profile
 """
+import functools
 import itertools
 import math
 import shutil
@@ -92,11 +93,16 @@ def problems(args):
     here = {engine["name"] for engine in said["engines"] if not engine["unavailable"]}
     folder = args.out / "own_problems"
     folder.mkdir(parents=True, exist_ok=True)
-    for (scene, parameters, t), (engine, variant) in itertools.product(SCENES, ENGINES):
-        if engine not in here:
-            continue
-        with tempfile.TemporaryDirectory() as scratch:
-            own = own_problem(args.program, scene, list(parameters), t, engine, variant, Path(scratch))
+    cells = [(*scene, *engine) for scene, engine in itertools.product(SCENES, ENGINES) if engine[0] in here]
+
+    def solved_by(number, scene, parameters, t, engine, variant):
+        return own_problem(args.program, scene, list(parameters), t, engine, variant, Path(scratch) / str(number))
+
+    with tempfile.TemporaryDirectory() as scratch:
+        # The longest are the last; what is timed comes after all of them.
+        tasks = [functools.partial(solved_by, number, *cell) for number, cell in enumerate(cells)]
+        found = program.together(tasks[::-1])[::-1]
+        for (scene, parameters, _, engine, variant), own in zip(cells, found):
             if own is None:
                 continue
             stem = "_".join([Path(scene).stem, *(p.replace("=", "") for p in parameters)])

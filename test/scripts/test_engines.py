@@ -360,7 +360,7 @@ class Preflight(unittest.TestCase):
                 *(("ode", variant, setting, "0.16", "double", None)
                   for variant, setting in (("quick", "default"), ("world", "default"), ("world", "tuned"))),
                 ("dart", "", None, None, None, "unavailable: not installed")])
-        self.assertEqual(asked[1], (("prog", "check", "--engine", "ode", "--setting", "tuned", "--json"), 900))
+        self.assertIn((("prog", "check", "--engine", "ode", "--setting", "tuned", "--json"), 900), asked)
 
     def test_a_line_without_a_number_says_so(self):
         line = {"name": "gravity", "passed": False, "measured": None, "expected": 9.8, "note": "x"}
