@@ -117,3 +117,23 @@ TEST_CASE("shapes that cannot be written are refused before anything is", "[prog
     CHECK_FALSE(fs::exists(directory.path() / "r/summary.json"));
   }
 }
+
+TEST_CASE("a run whose corners of hulls find no room says which file is not whole", "[program]") {
+  std::string points;
+  for (int i = 0; i < 300; ++i)
+    points += std::to_string(std::cos(i)) + " " + std::to_string(std::sin(i)) + " " + std::to_string(i % 2) + " ";
+  std::string scene = sliding;
+  scene.replace(scene.find("</bodies>"), 0,
+                "<hull name=\"drum\" fixed=\"yes\" position=\"9 9 9\" points=\"" + points + "\"/>");
+  const TemporaryDirectory directory;
+  std::ofstream(directory.path() / "slide.xml") << scene;
+  const Result result = run(
+      directory.path(),
+      {"run", "slide.xml", "--method", "ap", "--duration", "0.02", "--record-contacts", "--out", "r", "--quiet"}, [] {
+        const rlimit small = {16384, 16384};  // bytes, of each file
+        setrlimit(RLIMIT_FSIZE, &small);
+      });
+  CHECK(result.code == 3);
+  INFO(result.err);
+  CHECK(result.err.find("hulls.csv") != std::string::npos);
+}

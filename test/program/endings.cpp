@@ -1,7 +1,9 @@
 // Runs that do not finish: the files are readable, the summary says what happened, the exit code is 3.
 
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <sstream>
+#include <thread>
 
 #include "program/program.h"
 
@@ -94,6 +96,7 @@ TEST_CASE("a run that was started not to hear of a terminal that goes, as by noh
   Process process(directory.path(), long_run({"--record-every", "0"}), [] { signal(SIGHUP, SIG_IGN); });
   REQUIRE(wait_until([&] { return fs::exists(directory.path() / "r/summary.json"); }));  // it hears from here on
   process.send(SIGHUP);
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));  // of two that wait the second would be heard first
   process.send(SIGINT);
   CHECK(process.wait().code == 3);
   CHECK(summary(directory.path() / "r")["reason"] == "stopped by signal 2 (Interrupt)");
