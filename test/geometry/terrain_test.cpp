@@ -140,6 +140,21 @@ TEST_CASE("at a corner the ground goes on along every edge there, on its rim as 
   }
 }
 
+TEST_CASE("A triangle that is there twice is nobody's neighbour: the sides about it are the outside of each") {
+  const Vec3 a(0, 0, 0), b(0, 0, 1), c(1, 0, 1), d(1, 0, 0);
+  const auto inner_sides = [](const std::vector<Triangle>& triangles) {
+    std::vector<long> inner;
+    for (const auto& prism : ground_prisms(triangles, 1)) {
+      const std::vector<char>& faces = prism->polytope.seams->inner;
+      inner.push_back(std::count_if(faces.begin(), faces.end(), [](char is_inner) { return is_inner != 0; }));
+    }
+    return inner;
+  };
+  CHECK(inner_sides({{a, b, c}, {a, c, d}}) == std::vector<long>{1, 1});
+  CHECK(inner_sides({{a, b, c}, {a, c, d}, {a, b, c}}) == std::vector<long>{0, 0, 0});
+  CHECK(inner_sides({{a, b, c}, {a, b, c}, {a, c, d}}) == std::vector<long>{0, 0, 0});
+}
+
 TEST_CASE("a triangle looks up where it is less steep than a wall, with its corners counted from above") {
   const auto rises = [](double x) { return looks_up({Vec3(1, 5, 0), Vec3(1, 5, 2), Vec3(1 + x, 5 + 1, 1)}); };
   CHECK(rises(1));

@@ -28,6 +28,9 @@ TEST_CASE("the nearest names are proposed, up to three, and all are listed where
   // A third of the letters at most: two of six, not three.
   CHECK(suggest("abcdef", {"abcdxy"}, "it takes:") == "did you mean \"abcdxy\"?");
   CHECK(suggest("abcdef", {"abcxyz"}, "it takes:") == "it takes: abcxyz");
+  // Of near ones the nearest alone, wherever it is in the list.
+  CHECK(suggest("abcdef", {"abcdxy", "abcdex"}, "it takes:") == "did you mean \"abcdex\"?");
+  CHECK(suggest("abcdef", {"abcdex", "abcdxy"}, "it takes:") == "did you mean \"abcdex\"?");
   const std::vector<std::string> many(21, "name");
   CHECK(suggest("zzz", many, "it takes:").ends_with("name, ..."));
   CHECK(suggest("zzz", {many.begin(), many.end() - 1}, "it takes:").ends_with("name, name"));

@@ -10,11 +10,12 @@ using namespace cb;
 TEST_CASE("a perturbation moves every free body by its size and no point of it by more than twice that") {
   Scenario before = test::empty_scene(1e-3, 1);
   test::add_ground(before);
-  for (int i = 0; i < 20; ++i) test::add_box(before, {1, 2, 3}, 1, {Vec3(4.0 * i, 1, 0), Quat::Identity()});
+  for (int i = 0; i < 20; ++i)
+    test::add_box(before, Vec3(1 + 0.5 * i, 2, 3), 1, {Vec3(4.0 * i, 1, 0), Quat::Identity()});
   Scenario after = before;
   perturb(after, 1e-3, 7);
-  const double reach = before.shapes[1].bounding_radius();
   for (int b = 0; b < 20; ++b) {
+    const double reach = before.shapes[b + 1].bounding_radius();
     CHECK((after.initial.pose[b].p - before.initial.pose[b].p).norm() == Approx(1e-3));
     CHECK(after.initial.pose[b].q.angularDistance(before.initial.pose[b].q) == Approx(1e-3 / reach).epsilon(1e-6));
     CHECK(after.initial.pose[b].q.norm() == Approx(1));

@@ -100,6 +100,19 @@ TEST_CASE("A force does not begin before the run, and a controller is of some ki
   refused_at_mark(scene(robot(), "<controllers><^controller robot=\"r\"/></controllers>"), "<controller> needs a kind");
 }
 
+TEST_CASE("A pair that is one already, or means an array as if it were one body, is told by what it should name") {
+  const std::string balls =
+      "<array count=\"2\" offset=\"0 3 0\"><sphere name=\"my_ball\" radius=\"1\" mass=\"1\" position=\"0 1 0\"/>"
+      "</array>";
+  const auto contacts = [](const std::string& pairs) { return "<contacts>" + pairs + "</contacts>"; };
+  refused_at_mark(scene(ground + balls, contacts("<pair a=\"^my_ball\" b=\"ground\" mu=\"0.5\"/>")),
+                  "write my_ball_1 for the first, my_ball_* for all");
+  // Of one kind, the first two of it.
+  const std::string among = "pair a=\"my_*\" b=\"my_*\" mu=\"0.5\"/>";
+  refused_at_mark(scene(ground + balls, contacts("<" + among + "<^" + among)),
+                  "my_ball_1 and my_ball_2 are a pair already (at ");
+}
+
 TEST_CASE("The word of a controller may be that of a parameter, which has words") {
   const std::string control =
       "<controllers><controller kind=\"computed_torque\" robot=\"r\" gains=\"${mode}\"><track joint=\"hinge\"/>"

@@ -131,6 +131,21 @@ TEST_CASE("What moves with a link of a turned robot turns by what the link has t
   CHECK((q * Vec3::UnitZ() - Vec3(0, 1, 0)).norm() < 1e-15);
 }
 
+TEST_CASE("Each of two robots carries what moves with its links from its own zero pose, however many come after it") {
+  const auto box = [](const std::string& name, const std::string& position, const std::string& link) {
+    return "<box name=\"" + name + "\" size=\"1 1 1\" mass=\"1\" position=\"" + position + "\" moves_with=\"" + link +
+           "\"/>";
+  };
+  const Scenario s =
+      load_text(scene(std::string(cart) + arm + box("a", "0 1 0", "cart") + box("b", "0.5 4 3", "lower")));
+  REQUIRE(s.model.bodies.size() == 5);
+  // The cart stands 0.25 m along x of where it is at 0; the elbow has slid by 0.1875 m along -x.
+  CHECK((s.initial.pose[3].p - Vec3(0.25, 1, 0)).norm() < 1e-15);
+  CHECK((linear(s, 3) - Vec3(-3, 0, 0)).norm() < 1e-15);
+  CHECK((s.initial.pose[4].p - Vec3(0.3125, 4, 3)).norm() < 1e-14);
+  CHECK((linear(s, 4) - linear(s, 2) - Vec3(0, 0, 0.5).cross(Vec3(0, 1, 0))).norm() < 1e-14);
+}
+
 TEST_CASE("A joint may start at either of its limits and not beyond, and a plate's moments may just add up") {
   const std::string one = R"(<robot name="r"><link name="a" mass="1" position="0 0 0" inertia="0.1 0.2 LARGEST"/>
 <joint name="j" kind="prismatic" parent="world" child="a" axis="1 0 0" lower="-0.5" upper="0.25" position="START"/></robot>)";

@@ -152,6 +152,10 @@ TEST_CASE("All overrides that had a hand in a value that is refused are named, t
              Catch::EndsWith("radius is -2.75; it has to be more than 0 [with a = 1/4, b = -2 from --set]"));
   CHECK_THAT(s.message({{"c", "-3"}, {"a", "4"}}),
              Catch::EndsWith("mass is -3; it has to be more than 0 [with c = -3 from --set]"));
+  // Of an attribute with several expressions, those in all of them.
+  s.bodies = R"(<box name="ball" size="${a} ${b} 1" mass="${c}" position="0 0 0"/>)";
+  CHECK_THAT(s.message({{"b", "-2"}, {"c", "3"}, {"a", "1/4"}}),
+             Catch::EndsWith("all three edges have to be more than 0 [with a = 1/4, b = -2 from --set]"));
 }
 
 TEST_CASE("Forces act on the bodies that they name, from when until when, in the file's order") {

@@ -135,6 +135,7 @@ TEST_CASE("A robot from a URDF file stands where a product of its frames says, t
   CHECK((hand_now * tip.local.p - (p_hand + q_hand * in_hand)).norm() < 1e-14);
   CHECK(mount.body == -1);
   CHECK((mount.local.p - Vec3(1, 2.1, 3)).norm() < 1e-15);
+  CHECK((mount.local.q.coeffs() - up.coeffs()).norm() < 1e-15);
 }
 
 TEST_CASE("Of the shapes of a link the first has its name, the others a number besides") {
@@ -211,6 +212,8 @@ TEST_CASE("What a simulation does not use of a URDF file is told, each kind with
   CHECK(told("arm.urdf:7:"));  // the visual
   CHECK(told("<mesh> of a <collision>"));
   CHECK(told("2 velocity of a <limit>, the first at"));
+  for (const std::string& line : s.left_out)
+    if (line.starts_with("2 velocity")) CHECK_THAT(line, Catch::EndsWith("arm.urdf:18:6"));
   CHECK(told("dry friction"));
   CHECK(told("<mimic> (the joint moves on its own)"));
   CHECK(s.left_out.size() == 5);
