@@ -51,6 +51,8 @@ TEST_CASE("Functions and constants are those of mathematics") {
   CHECK(value("sqrt(2)*sqrt(2)") == Approx(2).epsilon(1e-15));
   CHECK(value("min(3, 1, 2)") == 1);
   CHECK(value("max(3, 1, 2)") == 3);
+  CHECK(value("min(3, 2, 1)") == 1);
+  CHECK(value("max(1, 2, 3)") == 3);
   CHECK(value("sin(gap)*sin(gap) + cos(gap)*cos(gap)") == Approx(1).epsilon(1e-15));
 }
 

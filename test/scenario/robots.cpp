@@ -162,6 +162,10 @@ TEST_CASE("A joint may start at either of its limits and not beyond, and a plate
   // Three digits of each moment may be missing.
   CHECK(said("0", "0.302").empty());
   CHECK_THAT(said("0", "0.304"), Catch::Contains("moments of inertia 0.1 0.2 0.304"));
+  // Whichever axis the largest is about.
+  for (const std::string moments : {"0.304 0.1 0.2", "0.2 0.304 0.1"})
+    CHECK_THAT(message_of(TextFile(scene(replaced(replaced(one, "START", "0"), "0.1 0.2 LARGEST", moments))).path()),
+               Catch::Contains("moments of inertia 0.1 0.2 0.304"));
 }
 
 TEST_CASE("A robot's names are its own: those of another, of a body or of the world are refused") {
