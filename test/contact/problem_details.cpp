@@ -79,6 +79,20 @@ TEST_CASE("A W that is negative by seven digits is repaired with a note, by thre
              Catch::Contains("its smallest eigenvalue is -0.00498 of its largest") && !Catch::Contains("--symmetrise"));
 }
 
+TEST_CASE("Of parts of W that are repaired the worst is told, whichever comes first") {
+  for (const auto& [first, second] : {std::pair(1e-6, 1e-7), std::pair(1e-7, 1e-6)}) {
+    INFO(first);
+    Eigen::MatrixXd W = Eigen::MatrixXd::Zero(6, 6);
+    W.topLeftCorner(3, 3) = nearly_semidefinite(first);
+    W.bottomRightCorner(3, 3) = nearly_semidefinite(second);
+    const StoredProblem stored = to_problem(local(W, {-1, 0, 0, -1, 0, 0}, {0.5, 0.5}), "file");
+    REQUIRE(stored.notes.size() == 2);
+    CHECK(stored.notes[0] == "W made positive semidefinite: its smallest eigenvalue was -5e-07 of its largest");
+    CHECK(stored.notes[1] == "W has rank 4 of 6");
+    CHECK(stored.factor_error == Approx(5e-7).epsilon(1e-3));
+  }
+}
+
 TEST_CASE("A difference of W and its transpose within the last digits is averaged away without a word") {
   Eigen::Matrix3d W = 4 * Eigen::Matrix3d::Identity();
   W(0, 1) = 1;

@@ -405,11 +405,12 @@ TEST_CASE("Every broken FCLIB file is refused in one message with its file and d
       {global("/M/p", integers({0, 1, 3})), "M/p: entry 2 is 3"},
       {global("/M/p", integers({0, 1})), "M/p: holds 2 numbers"},
       {global("/M/i", integers({0, -1, 2})), "M/i: entry 1 is -1"},
+      {global("/M/i", integers({0, 1})), "M/i: holds 2 numbers; the matrix has 3 entries"},
       {global("/M/x", integers({2, 2, 2})), "M/x: must hold floating-point numbers"},
       {global("/M/x", numbers({2, 2})), "M/x: holds 2 numbers"},
       {global("/M/x", numbers({2, nan, 2})), "M/x: entry 1 is not a finite number"},
       {global("/M/x", numbers({2, inf, 2})), "M/x: entry 1 is not a finite number"},
-      {global("/M/x", numbers({2, -2, 2})), "positive definite"},
+      {global("/M/x", numbers({2, -2, 2})), "M: entry (1, 1) is -2; M must be positive definite"},
       {global("/M/x", numbers({2, 0, 2})), "positive definite"},
       {global("/H/p", integers({0, 1, 2})), "H/p: holds 3 numbers; compressed columns need 4"},
       {global("/H/p", integers({1, 1, 2, 3})), "H/p: must begin with 0"},
@@ -417,6 +418,7 @@ TEST_CASE("Every broken FCLIB file is refused in one message with its file and d
       {global("/H/p", integers({0, 1, 2, 4})), "the matrix has 4 entries"},
       {global("/H/i", integers({2, 1, 3})), "H/i: entry 2 is 3"},
       {global("/H/x", numbers({0, 0, 0})), "moves nothing"},
+      {global("/H/x", numbers({1, 1})), "H/x: holds 2 numbers; the matrix has 3 entries"},
       {global("/H/x", {.x = {}, .n = {}, .empty_chunks = true, .claimed = 3}), "H/x: was never written"},
       {global("/H/x", {.x = {}, .n = {}, .empty_chunks = true, .claimed = 1ULL << 40}), "H/x: claims"},
       {global("/vectors/f", numbers({1, 2})), "vectors/f: holds 2 numbers; 3 belong here"},
@@ -441,6 +443,15 @@ TEST_CASE("Every broken FCLIB file is refused in one message with its file and d
   c["/fclib_global/M/i"] = integers({0, 1, 2, 1});
   c["/fclib_global/M/x"] = numbers({2, 2, 2, 0.5});
   broken.emplace_back(c, "M is not symmetric at (0, 1)");
+  c["/fclib_global/M/p"] = integers({0, 1, 2, 2});  // in the second of two blocks
+  c["/contactbench/first"] = integers({0, 1, 3});
+  broken.emplace_back(c, "M is not symmetric at (1, 2)");
+  c = small_global();
+  c["/fclib_global/H/n"] = integers({6});
+  c["/fclib_global/H/p"] = integers({0, 1, 2, 3, 3, 3, 3});
+  c["/fclib_global/vectors/w"] = numbers({0, 0, 0, 0, 0, 0});
+  c["/fclib_global/vectors/mu"] = numbers({0.3, 0.3});
+  broken.emplace_back(c, "H: contact 1 moves nothing");
   c = small_global();
   c["/fclib_global/H/n"] = integers({2});
   c["/fclib_global/H/p"] = integers({0, 1, 2});
@@ -457,6 +468,8 @@ TEST_CASE("Every broken FCLIB file is refused in one message with its file and d
   c = small_global();
   c["/contactbench/restitution"] = numbers({1.5});
   broken.emplace_back(c, "restitution of contact 0 is 1.5");
+  c["/contactbench/restitution"] = numbers({0.5, 0.5});
+  broken.emplace_back(c, "/contactbench/restitution: holds 2 numbers; 1 belong here");
   c = small_global();
   c["/contactbench/first"] = integers({0, 2, 2, 3});
   broken.emplace_back(c, "/contactbench/first: must rise");
@@ -472,6 +485,16 @@ TEST_CASE("Every broken FCLIB file is refused in one message with its file and d
   c = small_local();
   c["/fclib_local/V/n"] = integers({2});
   broken.emplace_back(c, "bilateral");
+  c = small_local();
+  c["/fclib_local/W/n"] = integers({4});
+  broken.emplace_back(c, "/fclib_local/W: is not square");
+  c = small_local();
+  c["/fclib_local/vectors/q"] = numbers({-2, 0});
+  broken.emplace_back(c, "vectors/q: holds 2 numbers; 3 belong here");
+  for (const char* size : {"m", "n", "nz", "nzmax"}) c[std::string("/fclib_local/W/") + size] = integers({2});
+  c["/fclib_local/W/p"] = c["/fclib_local/W/i"] = integers({0, 1});
+  c["/fclib_local/W/x"] = numbers({0.5, 0.5});
+  broken.emplace_back(c, "/fclib_local/W/m: is 2; three for each contact");
   c = small_local();
   c["/fclib_local/W/x"] = numbers({0.5, -0.5, 0.5});
   broken.emplace_back(c, "semidefinite");

@@ -95,6 +95,13 @@ TEST_CASE("a cascade counts the steps of all its programs", "[ncp]") {
   CHECK(answer(box(0.5, {0, -1, 0}), "cascade").solution.iterations >= 2);
 }
 
+TEST_CASE("admm counts its iterations, not how often it looks at them", "[ncp]") {
+  const Answer got = answer(box(0.5, {0, -1, 0}), "admm");
+  CHECK(got.solution.status == Status::ok);
+  CHECK(got.solution.iterations >= 10);  // it looks after each ten
+  CHECK(got.solution.iterations % 10 == 0);
+}
+
 TEST_CASE("admm takes the same steps whatever the units, since contacts are scaled", "[ncp]") {
   const ContactProblem p = stack(3, 0.4, {0.4, -1, 0.2}, 0.3, 5);
   const Answer here = answer(p, "admm"), there = answer(in_other_units(p), "admm");

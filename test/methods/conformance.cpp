@@ -302,6 +302,8 @@ TEST_CASE("islands whose contacts stand in turn move as each does alone, and are
     CHECK(second.status == Status::ok);
     CHECK(together.status == Status::ok);
     CHECK(together.size == first.size + second.size);
+    if (choice.row->law == convex_law() || choice.row->law == coulomb_law())  // that part islands themselves
+      CHECK(together.iterations > std::max(first.iterations, second.iterations));
     std::vector<double> v_plus;
     CHECK(Referee::holds(Referee().check(both, together, choice.row->law, v_plus), 1e-9));
     const std::vector<double> of_first = velocities_after(slides, first), of_second = velocities_after(lands, second);

@@ -146,6 +146,35 @@ TEST_CASE("a program that is started for every problem is believed where it ends
   }
 }
 
+TEST_CASE("a program that breaks off an answer in bytes has crashed, and gave no impulse", "[outside]") {
+  MethodOptions options;
+  options.command = "printf 'ready binary\nanswer ok 1 3\n12345678'; read greeting; read problem";
+  ContactSolution answer;
+  external_row(coulomb_law()).make(options)(sphere({0, -1, 0}, {0, 0, 0}), answer);
+  INFO(answer.reason);
+  CHECK(answer.status == Status::crash);
+  CHECK(answer.reason.find("broke off its answer") != std::string::npos);
+  CHECK(answer.impulse == std::vector<double>(3, 0.0));
+}
+
+TEST_CASE("a program that is started for every problem is told its number, from one on", "[outside]") {
+  const TemporaryDirectory folder;
+  const std::string heads = (folder.path() / "heads").string();
+  MethodOptions options;
+  options.command = "head -n 1 {text} >> '" + heads + "'; echo 4 0 0 > {answer}";
+  const ContactMethod method = external_row(coulomb_law()).make(options);
+  const ContactProblem p = sphere({0, -1, 0}, {0, 0, 0});
+  ContactSolution answer;
+  for (int i = 0; i < 3; ++i) {
+    method(p, answer);
+    CHECK(answer.status == Status::ok);
+  }
+  const std::string said = read_file(heads);
+  INFO(said);
+  CHECK(said.starts_with("problem 1 1 6 1 1 "));
+  for (const char* next : {"\nproblem 2 1 6 1 1 ", "\nproblem 3 1 6 1 1 "}) CHECK(said.find(next) != std::string::npos);
+}
+
 TEST_CASE("a program that gave too few impulses is started anew for the next problem", "[outside]") {
   const TemporaryDirectory folder;
   MethodOptions options;

@@ -115,6 +115,23 @@ TEST_CASE("where nothing failed nothing is kept of an event, and what goes on wi
   CHECK(left_out->islands == 2);
 }
 
+TEST_CASE("what is left out of one event after the other adds up", "[pruned]") {
+  ContactProblem two;  // balls apart, each alone with its contact
+  for (const int b : {0, 1}) {
+    add_body(two, 1, Vector3d::Constant(0.4), {1, -1, 0});
+    add_contact(two, b, {0, -1, 0}, -1, {}, ground_axes(), 0.5);
+  }
+  const auto left_out = std::make_shared<LeftOut>();
+  const ContactMethod method = pruned(*find_method("ap"), {}, left_out);
+  ContactSolution solution;
+  for (long event = 1; event <= 3; ++event) {
+    method(two, solution);
+    CHECK(solution.status == Status::ok);
+    CHECK(left_out->islands == 2 * event);
+    CHECK(left_out->closed_forms == 2 * event);
+  }
+}
+
 TEST_CASE("items of what was left out have their own counts and names", "[pruned]") {
   LeftOut left_out;
   left_out.islands = 11;

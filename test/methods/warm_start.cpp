@@ -260,6 +260,17 @@ TEST_CASE("an event is the one before up to its last bits alone", "[warm_start]"
   CHECK_FALSE(again([](ContactProblem& p) { p.mu[0] *= 1 + last_bit; }));
   CHECK_FALSE(again([](ContactProblem& p) { p.restitution[0] = 1e-300; }));
   CHECK_FALSE(again([](ContactProblem& p) { p.offset[2] = 1e-300; }));
+  // A corner of the third box on the first.
+  const ContactProblem three = stack(3, 0.5, {0, -0.0098, 0});
+  ContactProblem joined = three;
+  joined.J.block[joined.J.band[8]] = 0;
+  ContactSolution solution;
+  once(three, solution);
+  const long before = *reused;
+  once(joined, solution);
+  CHECK(*reused == before);
+  once(joined, solution);
+  CHECK(*reused == before + 1);
   CHECK(solved > 0);
 }
 

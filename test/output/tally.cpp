@@ -180,11 +180,16 @@ TEST_CASE("the worst condition met is kept with its time; problems of the same s
   CHECK(tally.conditioning->condition == Approx(16));
   CHECK(tally.conditioning_t == 0.5);
   // Another number of contacts, or of freedoms, is another problem; one beyond the estimate's limit is counted so.
+  Event wider = event(1.25, 9);
+  wider.problem.M.block(wider.problem.M.add_block(3)).setIdentity();
+  wider.problem.v_minus.resize(6, 0.0);
+  tally.observe_conditioning(wider.record(), estimate);
+  CHECK(tally.measured_events == 4);
   tally.observe_conditioning(with_contacts(2).record(), estimate);
   tally.observe_conditioning(with_contacts(3).record(), estimate);
-  CHECK(tally.measured_events == 5);
+  CHECK(tally.measured_events == 6);
   CHECK(tally.too_large == 0);
   tally.observe_conditioning(with_contacts(501).record(), estimate);
-  CHECK(tally.measured_events == 5);
+  CHECK(tally.measured_events == 6);
   CHECK(tally.too_large == 1);
 }

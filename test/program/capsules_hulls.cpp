@@ -142,6 +142,22 @@ TEST_CASE("What a hull is made of is said by check, and its corners stand in hul
           std::string(cube) + " mass=\"1\" position=\"3 0.6 0\"/>",
       "<pair a=\"part\" b=\"ground\" mu=\"0.5\"/>");
   CHECK_THAT(run(scratch, {"check", "two.xml"}).out, Catch::Contains("2 hull (4 to 8 vertices)"));
+  REQUIRE(run(scratch, {"run", "two.xml", "--method", "convex", "--duration", "0.002", "--record-contacts", "--out",
+                        "two", "--quiet"})
+              .code == 0);
+  // Both of them, each with faces of its own from 0 on.
+  std::vector<std::string> hulls;
+  int of_part = 0;
+  const auto both = lines(read_file(scratch / "two" / "hulls.csv"));
+  for (std::size_t i = 1; i < both.size(); ++i) {
+    const auto row = cells(both[i]);
+    of_part += row.at(0) == "part" ? 1 : 0;
+    if (!hulls.empty() && hulls.back() == row.at(0)) continue;
+    hulls.push_back(row.at(0));
+    CHECK(row.at(1) == "0");
+  }
+  CHECK(hulls == std::vector<std::string>{"part", "cube"});
+  CHECK(of_part == 12);
   std::ofstream(scratch / "part.obj") << "v 0 0 0\nv 1 0\n";
   const Result refused = run(scratch, {"check", "one.xml"});
   CHECK(refused.code == 2);
