@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "contact/referee.h"
+#include "methods/external_text.h"
 #include "problems.h"
 #include "temporary.h"
 
@@ -155,6 +156,24 @@ TEST_CASE("a program that breaks off an answer in bytes has crashed, and gave no
   CHECK(answer.status == Status::crash);
   CHECK(answer.reason.find("broke off its answer") != std::string::npos);
   CHECK(answer.impulse == std::vector<double>(3, 0.0));
+}
+
+TEST_CASE("a problem larger than a pipe is heard whole, and so is an answer", "[outside]") {
+  const TemporaryDirectory folder;
+  const std::string heard = (folder.path() / "heard").string();
+  const ContactProblem p = stack(2500, 0.5, {0, -1, 0});
+  std::string text = "contactbench 1\n";
+  append_text(p, 1, text);
+  REQUIRE(text.size() > 1 << 20);  // bytes: what a pipe holds at most
+  MethodOptions options;
+  options.command =
+      "printf 'ready text\nanswer ok 1 30000\nr'; yes ' 0.25' | head -n 30000 | tr -d '\\n'; echo; cat > '" + heard + "'";
+  ContactSolution answer;
+  external_row(coulomb_law()).make(options)(p, answer);  // which ends with the program
+  INFO(answer.reason);
+  CHECK(answer.status == Status::ok);
+  CHECK((answer.impulse == std::vector<double>(30000, 0.25)));
+  CHECK((read_file(heard) == text));
 }
 
 TEST_CASE("a program that is started for every problem is told its number, from one on", "[outside]") {

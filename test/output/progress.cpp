@@ -53,9 +53,16 @@ TEST_CASE("a terminal is told how far a run is and its rate and the time that is
   }
   Progress progress(true);
   const Progress::Clock::time_point start = Progress::Clock::now();
+  // Nothing of a run that may be over at once, nor again before a tenth of a second.
+  progress.update(start + Progress::quiet_start / 3, 0.5, 2, 7);
+  std::fputs("soon", stderr);
+  CHECK(terminal.said() == "soon");
   progress.update(start + std::chrono::seconds(3700), 0.5, 2, 7);
   const std::string line = terminal.said();
   CHECK(line.find("0.500 of 2 s (25 %) at 0.000135 of real time, 7 contacts, 3:05:00 left") != std::string::npos);
+  progress.update(start + std::chrono::seconds(3700) + Progress::interval / 2, 0.5, 2, 7);
+  std::fputs("soon", stderr);
+  CHECK(terminal.said() == "soon");
   progress.update(start + std::chrono::seconds(3800), 0, 2, 7);
   CHECK(terminal.said().find("0 %) at 0 of real time, 7 contacts, 0:00:00 left") != std::string::npos);
   progress.clear();
