@@ -164,7 +164,7 @@ TEST_CASE("a problem larger than a pipe is heard whole, and so is an answer", "[
   const ContactProblem p = stack(2500, 0.5, {0, -1, 0});
   std::string text = "contactbench 1\n";
   append_text(p, 1, text);
-  REQUIRE(text.size() > 1 << 20);  // bytes: what a pipe holds at most
+  REQUIRE(text.size() > (std::size_t(1) << 20));  // bytes: what a pipe holds at most
   MethodOptions options;
   options.command =
       "printf 'ready text\nanswer ok 1 30000\nr'; yes ' 0.25' | head -n 30000 | tr -d '\\n'; echo; cat > '" + heard + "'";
