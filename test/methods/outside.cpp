@@ -167,7 +167,9 @@ TEST_CASE("a problem larger than a pipe is heard whole, and so is an answer", "[
   REQUIRE(text.size() > (std::size_t(1) << 20));  // bytes: what a pipe holds at most
   MethodOptions options;
   options.command =
-      "printf 'ready text\nanswer ok 1 30000\nr'; yes ' 0.25' | head -n 30000 | tr -d '\\n'; echo; cat > '" + heard + "'";
+      "printf 'ready text\nanswer ok 1 30000\nr'; yes ' 0.25' | head -n 30000 | tr -d '\\n'; echo; "
+      "cat > '" +
+      heard + "'";
   ContactSolution answer;
   external_row(coulomb_law()).make(options)(p, answer);  // which ends with the program
   INFO(answer.reason);
