@@ -632,6 +632,33 @@ TEST_CASE("A held body is dropped once it is half its own size from its place in
   }
 }
 
+TEST_CASE("Two fingers may be those of two robots, each on its own controller, and begin turned as they like") {
+  Scenario scenario = grasped();
+  // The second finger is the only joint of a robot of its own.
+  Tree second;
+  second.v = 1;
+  second.nv = 1;
+  second.joints = {scenario.model.trees[0].joints[1]};
+  scenario.model.trees.push_back(second);
+  scenario.model.bodies[1].tree = 1;
+  ControllerSpec other = scenario.controllers[0];
+  other.tree = 1;
+  other.joints = {other.joints[0]};
+  std::vector<ControllerSpec::ControlledJoint>& joints = scenario.controllers[0].joints;
+  joints.erase(joints.begin() + 1);
+  scenario.controllers.push_back(other);
+  scenario.initial.pose[1].q = Quat(Eigen::AngleAxisd(0.5, Vec3::UnitX()));
+  SceneErrors errors(scenario, SimulationOptions(), 0);
+  State state = scenario.initial;
+  state.t = 1;
+  state.pose[1].p.y() += 0.05;
+  errors.observe_step(state, StepRecord());
+  const auto found = named(errors, "grasp");
+  REQUIRE(found.count("creep_linf_m") == 1);
+  CHECK(found.at("creep_linf_m") == Approx(0.05).epsilon(1e-12));
+  CHECK(found.at("rotation_linf_rad") < 1e-12);
+}
+
 TEST_CASE("Of the joints on sinusoids the first two that swing are told, whatever is held still before them") {
   Scenario scenario = grasped();
   Tree& tree = scenario.model.trees[0];

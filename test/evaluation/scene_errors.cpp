@@ -372,7 +372,9 @@ TEST_CASE("Scenes without the shape of their reference leave out what has no clo
   falling.initial.pose[0].p.y() = 1;
   Scenario trembling = sliding_box();
   trembling.gravity.harmonic[1] = {1e-7, 2, 0};
-  for (const Scenario& scenario : {heaving, trembling, tipping, falling}) {
+  Scenario swaying = heaving;  // along the plane, too
+  swaying.gravity.harmonic[2] = {1e-3, 2, 0};
+  for (const Scenario& scenario : {heaving, trembling, swaying, tipping, falling}) {
     const Errors errors = errors_of(scenario, 8, 1e-2, 8, 8, [&](double) { return moved(scenario, Vec3::Zero()); });
     CHECK(errors.count("position_linf_m") == 0);
     CHECK(errors.count("polygon_position_linf_m") == 0);

@@ -228,10 +228,11 @@ TEST_CASE("A slider on a line in a swinging drive sticks and breaks loose at the
 
 TEST_CASE("Pushes that follow each other in different directions count from when each sets in to when it ends") {
   // 1 m/s^2 along x from 1.0037 s to 2 s, along y from 3 s to 3.5 s, against friction of 0.5 m/s^2: it speeds up and
-  // slows down as long.
+  // slows down as long. Then back along x from 6 s to 7 s: not all is on the line of the first and the last.
   Drive drive;
   drive.pushes.push_back({Vec2(1, 0), 1.0037, 2});
   drive.pushes.push_back({Vec2(0, 1), 3, 3.5});
+  drive.pushes.push_back({Vec2(-1, 0), 6, 7});
   Slider slider = coulomb_slider(drive, 0.5, {});
   CHECK(std::holds_alternative<DiskSlider>(slider));
   CHECK(state_at(slider, 1.0036).p.norm() == 0);
@@ -243,6 +244,8 @@ TEST_CASE("Pushes that follow each other in different directions count from when
   CHECK(state_at(slider, 3.5).p.y() == Approx(0.25 * 0.25).epsilon(1e-9));
   CHECK(state_at(slider, 4.5).p.y() == Approx(2 * 0.25 * 0.25).epsilon(1e-9));
   CHECK(state_at(slider, 4.5).p.x() == Approx(x).epsilon(1e-9));
+  CHECK(state_at(slider, 8.5).p.x() == Approx(x - 2 * 0.25).margin(1e-9));
+  CHECK(state_at(slider, 8.5).p.y() == Approx(2 * 0.25 * 0.25).epsilon(1e-9));
 }
 
 TEST_CASE("A slider that is pushed across its way comes to rest each time, however slow it was") {

@@ -268,6 +268,12 @@ TEST_CASE("A box has a closed form as long as the side it stands on keeps it fro
       scenario.forces = {{0, Vec3(2 * 9.8 * push, 0, 0), 0, 1}};
       CHECK(has_exact(errors_of(scenario, 0.1, 1e-2, 0, [](double) { return Vec3(0, 0, 0); })) == (push < most));
     }
+    // All that pushes at once.
+    for (const double share : {0.49, 0.51}) {
+      const Force half{0, Vec3(2 * 9.8 * share * most, 0, 0), 0, 1};
+      scenario.forces = {half, half};
+      CHECK(has_exact(errors_of(scenario, 0.1, 1e-2, 0, [](double) { return Vec3(0, 0, 0); })) == (share < 0.5));
+    }
     // And of what swings, too.
     scenario.forces.clear();
     for (const double swing : {0.99 * most, 1.01 * most}) {

@@ -178,6 +178,22 @@ TEST_CASE("which bounces are left out does not depend on the order of contacts")
   for (const std::uint64_t order : {1, 2, 3, 4, 5}) CHECK(look(s, "newton", order).left_out == in_order.left_out);
 }
 
+TEST_CASE("a pair's bounces count where another pair comes with it, in each event") {
+  // Two balls side by side between floor and ceiling, alike to the last bit until the first one's bounces are over.
+  Scenario s = test::empty_scene(100, 100);
+  s.gravity.constant.setZero();
+  test::add_ground(s);
+  const int ceiling = test::add_ground(s, Quat(0, 0, 0, 1));
+  s.shapes[ceiling].local.p[1] = 2 * radius + 1e-6;
+  for (const double z : {-1.0, 1.0}) test::add_sphere(s, radius, 1, {0, radius, z}, {0, speed, 0});
+  test::collide_all(s, 0, 0.9);
+  const Seen seen = look(s, "newton");
+  CHECK(seen.status == Status::ok);
+  CHECK(seen.left_out == 1);
+  CHECK(seen.state.v[1] == Approx(0).margin(1e-12));
+  CHECK(std::abs(seen.state.v[7]) > 1e-9);  // its own have hardly begun to count
+}
+
 TEST_CASE("how often a pair may come together in one step is counted anew in each") {
   // A ball to and fro between floor and ceiling, once in a step of 0.1 s at most: 13 times up and 12 times down in 6 s.
   Scenario s = test::empty_scene(0.1, 6);

@@ -3,8 +3,12 @@
 #include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include "closed_forms.h"
+#include "control/controller.h"
 #include "dynamics/composite_body.h"
 #include "simulation/explicit_step.h"
 #include "simulation/simulation.h"
@@ -53,6 +57,26 @@ Eigen::Vector4d carriages(double k, double c, double t) {
       Eigen::Vector4cd(Eigen::Vector4d(0.01, 0, 0.01, 0).cast<std::complex<double>>()));
   const Eigen::Vector4cd now = (modes.eigenvalues().array() * t).exp() * at_start.array();
   return (modes.eigenvectors() * now).real();
+}
+
+/// Two carriages of 2 kg, a robot each, without gravity.
+Scenario two_rails() {
+  Scenario s = test::empty_scene(1e-3, 1e-2);
+  s.gravity.constant.setZero();
+  for (const double x : {0.0, 5.0}) test::add_on_rail(s, test::sphere_shape(0.1), 2, {x, 0, 0});
+  test::collide_all(s, 0);
+  return s;
+}
+
+/// Of the one joint of a robot: in `role`, with these numbers.
+ControllerSpec computed_torque(int tree, int role, std::vector<double> numbers) {
+  ControllerSpec spec;
+  spec.row = find_controller("computed_torque");
+  spec.tree = tree;
+  spec.gains = {100.0 * (1 + tree), 20.0 * (1 + tree)};
+  spec.words = {0};
+  spec.joints = {{role, 0, std::move(numbers)}};
+  return spec;
 }
 
 double off_carriages(const State& state, const Eigen::Vector4d& exact) {
@@ -196,4 +220,49 @@ TEST_CASE("what strikes a joint within a step meets its mass alone, however stif
   CHECK(state.v[6] == Approx(0).margin(1e-9));
   CHECK(state.qd[0] == Approx(1).epsilon(1e-9));
   CHECK(state.q[0] == Approx(2e-3).epsilon(1e-5));
+}
+
+TEST_CASE("each robot has its own springs, dampers and motors, whichever of them a controller drives") {
+  Scenario s = two_rails();
+  s.model.trees[0].joints[0].damping = 3;
+  s.model.trees[0].joints[0].stiffness = 7;
+  s.model.trees[1].joints[0].damping = 5;
+  using Numbers = std::vector<double>;
+  CHECK(implicit_damping(s) == Numbers{3, 5});
+  s.controllers = {computed_torque(1, 0, Numbers(6, 0.0))};
+  CHECK(implicit_damping(s) == Numbers{3, 0});
+  // At h = 0.01 s: 40 of the motor, which makes up for its joint's damping; 3 / 2 of the damper that none makes up for.
+  CHECK(*largest_eigenvalue(s, 0.01) == Approx(0.4).epsilon(1e-6));
+  s.controllers.push_back(computed_torque(0, 0, Numbers(6, 0.0)));
+  CHECK(implicit_damping(s) == Numbers{0, 0});
+  CHECK(passive_gains(s).stiffness == Numbers{7, 0});
+  CHECK(passive_gains(s).damping == Numbers{3, 5});
+  CHECK(motor_gains(s).stiffness_by_mass == Numbers{100, 200});
+  CHECK(motor_gains(s).damping_by_mass == Numbers{20, 40});
+  CHECK(motor_gains(s).damping == Numbers{-3, -5});
+}
+
+TEST_CASE("one spring bounds the step that is stable, on whichever robot it is") {
+  for (const std::size_t with : {0U, 1U}) {
+    Scenario s = two_rails();
+    s.model.trees[with].joints[0].stiffness = 200;
+    const std::optional<double> step = largest_stable_step(s);
+    REQUIRE(step.has_value());
+    CHECK(*step == Approx(0.2).epsilon(1e-3));  // 2 / sqrt(k / m)
+  }
+}
+
+TEST_CASE("two robots move by the torques of their own controllers") {
+  Scenario s = two_rails();
+  s.controllers = {computed_torque(1, 1, {-2}), computed_torque(0, 1, {3})};
+  SimulationOptions options;
+  options.step = s.step;
+  options.duration = s.duration;
+  Simulation simulation(s, options, method("newton"), find_method("newton")->law);
+  while (!simulation.done()) REQUIRE(simulation.step().status == Status::ok);
+  REQUIRE(simulation.torque().size() == 2);
+  CHECK(simulation.torque()[0] == Approx(6));  // 2 kg each
+  CHECK(simulation.torque()[1] == Approx(-4));
+  CHECK(simulation.state().qd[0] == Approx(0.03));
+  CHECK(simulation.state().qd[1] == Approx(-0.02));
 }

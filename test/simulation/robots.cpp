@@ -549,9 +549,11 @@ TEST_CASE("a joint that meets its limits within steps takes energy from a floati
 }
 
 // What velocity-product forces lend the rates of a step is given back by the first of its moves, and once.
-TEST_CASE("a ball that bounces within a step takes no energy from a robot that is far from it") {
+TEST_CASE("a ball that bounces within a step, and another robot, take no energy from a robot that is far from them") {
   const Scenario s = satellite("", 1e-3, 0.01, R"(<half_space name="wall" point="0 -9 0" normal="0 1 0"/>
-    <sphere name="ball" radius="0.1" mass="1" position="9 -8.8945 0" velocity="0 -1 0"/>)",
+    <sphere name="ball" radius="0.1" mass="1" position="9 -8.8945 0" velocity="0 -1 0"/>
+    <robot name="cart"><link name="chassis" mass="2" position="-9 0 0" inertia="1 1 1"/>
+    <joint name="rail" kind="prismatic" parent="world" child="chassis" axis="1 0 0" velocity="1"/></robot>)",
                                R"(<contacts><pair a="ball" b="wall" mu="0" restitution="1"/></contacts>)");
   Simulation simulation(s, options_of(s), method("newton"), newton_law());
   const double before = energy(s, simulation.state());

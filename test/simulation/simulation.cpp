@@ -119,3 +119,26 @@ TEST_CASE("a body within a closed gap of the ground touches it, however small an
   }
   CHECK(simulation.state().pose[0].p.y() == Approx(0.5 + 5e-10).margin(1e-12));
 }
+
+TEST_CASE("to an accuracy forces act from when each begins to when it ends, in whatever order they are listed") {
+  // On 2 kg: 2 m/s^2 along x from 0.5 s to 0.8 s, 3 m/s^2 along y from 0.1 s to 0.3 s.
+  const Force later{0, {4, 0, 0}, 0.5, 0.8}, sooner{0, {0, 6, 0}, 0.1, 0.3};
+  for (const bool in_order : {true, false}) {
+    INFO((in_order ? "in order" : "the later one first"));
+    Scenario s = test::empty_scene(1e-3, 1);
+    s.gravity.constant.setZero();
+    test::add_sphere(s, 0.5, 2, {0, 0, 0});
+    test::collide_all(s, 0);
+    s.forces = {in_order ? sooner : later, in_order ? later : sooner};
+    SimulationOptions options;
+    take_from(s, options);
+    options.stepping = Stepping::accuracy;
+    Simulation simulation(s, options, method("convex"), find_method("convex")->law);
+    while (!simulation.done()) REQUIRE(simulation.step().status == Status::ok);
+    const State& state = simulation.state();
+    CHECK(state.v[0] == Approx(2 * 0.3).epsilon(1e-9));
+    CHECK(state.v[1] == Approx(3 * 0.2).epsilon(1e-9));
+    CHECK(state.pose[0].p.x() == Approx(0.09 + 0.6 * 0.2).epsilon(1e-5));
+    CHECK(state.pose[0].p.y() == Approx(0.06 + 0.6 * 0.7).epsilon(1e-5));
+  }
+}

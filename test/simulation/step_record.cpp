@@ -244,6 +244,43 @@ TEST_CASE("what overlaps by a tenth of the smaller shape ends the run, a little 
   }
 }
 
+TEST_CASE("of what overlaps the deepest is told, and what is moved furthest, wherever it is listed") {
+  for (const bool deepest_first : {true, false}) {
+    INFO((deepest_first ? "deepest first" : "deepest last"));
+    Scenario s = test::empty_scene(1e-3, 1e-3);
+    s.gravity.constant = Vec3::Zero();
+    test::add_ground(s);
+    test::add_sphere(s, 0.1, 2, {0, 0.1 - (deepest_first ? 3e-3 : 1e-3), 0});
+    test::add_sphere(s, 0.1, 2, {5, 0.1 - (deepest_first ? 1e-3 : 3e-3), 0});
+    test::collide_all(s, 0);
+    Simulation simulation(s, options_of(s), find_method("newton")->make({}), newton_law());
+    const StepRecord& record = simulation.step();
+    REQUIRE(record.status == Status::ok);
+    CHECK(record.penetration_inside == Approx(3e-3));
+    CHECK(record.penetration_displacement == Approx(3e-3).epsilon(1e-3));
+    CHECK(record.max_penetration < 1e-9);
+  }
+}
+
+TEST_CASE("what goes wrong first in a step is what ended the run, whatever its energy is then") {
+  // The first ball is thrown up with 1e5 m/s, which is inaccurate; of the second no answer is found.
+  const Scenario s = two_landings();
+  int events = 0;
+  const ContactMethod method = [&](const ContactProblem&, ContactSolution& solution) {
+    const bool first = events++ == 0;
+    solution.impulse = {first ? 2e5 : 0.0, 0, 0};
+    if (first) return;
+    solution.status = Status::ray;
+    solution.reason = "made to fail";
+  };
+  Simulation simulation(s, options_of(s), method, newton_law());
+  const StepRecord& record = simulation.step();
+  CHECK(events == 2);
+  CHECK(record.kinetic_energy > 9e9);
+  CHECK(record.status == Status::ray);
+  CHECK(simulation.reason() == "made to fail");
+}
+
 TEST_CASE("the time in which a method answers is that of the solve, and what looks on at an event is in no part") {
   const auto wait = [](double time) {
     const auto begin = std::chrono::steady_clock::now();
