@@ -280,6 +280,11 @@ TEST_CASE("A box has a closed form as long as the side it stands on keeps it fro
       scenario.gravity.harmonic[2] = {9.8 * swing, 1, 0};
       CHECK(has_exact(errors_of(scenario, 0.1, 1e-2, 0, [](double) { return Vec3(0, 0, 0); })) == (swing < most));
     }
+    // Along both axes at once.
+    for (const double share : {0.49, 0.51}) {
+      scenario.gravity.harmonic[0] = scenario.gravity.harmonic[2] = {9.8 * share * most, 1, 0};
+      CHECK(has_exact(errors_of(scenario, 0.1, 1e-2, 0, [](double) { return Vec3(0, 0, 0); })) == (share < 0.5));
+    }
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include "simulation/base_step.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -182,6 +183,25 @@ TEST_CASE("a limit that moves is approached with the difference of the rates") {
     base.look(h);
     CHECK(base.approach_speed() == Approx(rate < 0.5 ? 0.3 : 0).margin(1e-15));
     CHECK(base.approaching() == (rate < 0.5));
+  }
+}
+
+TEST_CASE("what is approached with is the fastest of contacts and of limits together") {
+  // The carriage's stop comes with 0.3 m/s as seen from it; a ball comes down on the ground.
+  SimulationOptions options;
+  options.step = h;
+  for (const double speed : {0.1, 0.4}) {
+    Scenario s = test::empty_scene(h, 1);
+    s.gravity.constant = Vec3::Zero();
+    test::add_carriage(s, 0.2);
+    test::add_ground(s);
+    test::add_sphere(s, 0.1, 1, {5, 0.1, 0}, {0, -speed, 0});
+    test::collide_all(s, 0);
+    BaseStep base(s, options, find_method("newton")->make({}), newton_law());
+    base.begin(1);
+    base.kick(h);
+    base.look(h);
+    CHECK(base.approach_speed() == Approx(std::max(0.3, speed)));
   }
 }
 

@@ -2,6 +2,7 @@
 #include "simulation/displacement.h"
 
 #include <catch2/catch.hpp>
+#include <utility>
 
 #include "dynamics/free_bodies.h"
 #include "dynamics/kinematics.h"
@@ -99,16 +100,19 @@ TEST_CASE("a shape that is turned in its body turns and moves with it, one of no
 
 TEST_CASE("what overlaps a link whose joint is at its limit is pushed out alone", "[overlap]") {
   const double depth = 1e-3;
-  for (const double stop : {0.0, depth / 10}) {
-    const Scenario s = ball_and_stop(depth, stop);
-    SimulationOptions options;
-    options.step = options.duration = 1e-3;
-    Simulation simulation(s, options, find_method("ap")->make({}), anitescu_potra_law());
-    REQUIRE(simulation.step().status == Status::ok);
-    const State& state = simulation.state();
-    CHECK(state.q[0] == Approx(stop).margin(1e-9));
-    CHECK(state.pose[1].p[0] - state.pose[0].p[0] == Approx(1).epsilon(1e-9));
-  }
+  for (const double stop : {0.0, depth / 10})
+    for (const bool link_first : {false, true}) {
+      INFO((link_first ? "the link" : "the ball") << " is listed first");
+      Scenario s = ball_and_stop(depth, stop);
+      if (link_first) std::swap(s.shapes[0], s.shapes[1]);
+      SimulationOptions options;
+      options.step = options.duration = 1e-3;
+      Simulation simulation(s, options, find_method("ap")->make({}), anitescu_potra_law());
+      REQUIRE(simulation.step().status == Status::ok);
+      const State& state = simulation.state();
+      CHECK(state.q[0] == Approx(stop).margin(1e-9));
+      CHECK(state.pose[1].p[0] - state.pose[0].p[0] == Approx(1).epsilon(1e-9));
+    }
 }
 
 TEST_CASE("how far what overlaps is moved is told of a link's points, not of its joints", "[overlap]") {
