@@ -369,3 +369,25 @@ TEST_CASE("by steps a joint that is struck goes no further than where a limit co
     CHECK(end.pose[1].p.x() == Approx(-1.01).margin(1e-8));
   }
 }
+
+TEST_CASE("by steps each of two joints that are struck is looked at by its own rate") {
+  // As above, by balls of 10 kg: the first at 2 m/s, which takes its carriage along by 2/1.1 of a centimetre a step; the
+  // second at 20 m/s.
+  Scenario s = empty_scene(1e-2, 2e-2);
+  s.gravity.constant.setZero();
+  for (const double z : {0.0, 10.0}) {
+    add_on_rail(s, sphere_shape(0.5), 1, {0, 0, z});
+    add_sphere(s, 0.5, 10, {-1, 0, z}, {z > 0 ? 20.0 : 2.0, 0, 0});
+  }
+  s.model.trees[0].joints[0].upper = 0.05;
+  s.model.trees[1].joints[0].upper = 0.08;
+  collide_all(s, 0);
+  for (const std::string method : {"ap", "coulomb"}) {
+    INFO(method);
+    const State end =
+        run(s, method, [](const State& state, const StepRecord&) { CHECK(state.q[1] <= 0.08 + 1e-8); });
+    CHECK(end.q[0] == Approx(0.04 / 1.1).epsilon(1e-6));
+    CHECK(end.q[1] == Approx(0.08).margin(1e-8));
+    CHECK(std::abs(end.qd[1]) <= 1e-8);
+  }
+}
