@@ -371,8 +371,7 @@ TEST_CASE("by steps a joint that is struck goes no further than where a limit co
 }
 
 TEST_CASE("by steps each of two joints that are struck is looked at by its own rate") {
-  // As above, by balls of 10 kg: the first at 2 m/s, which takes its carriage along by 2/1.1 of a centimetre a step; the
-  // second at 20 m/s.
+  // As above, by balls of 10 kg: one at 2 m/s, which takes its carriage along by 2/1.1 cm a step, and one at 20 m/s.
   Scenario s = empty_scene(1e-2, 2e-2);
   s.gravity.constant.setZero();
   for (const double z : {0.0, 10.0}) {
