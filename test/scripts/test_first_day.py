@@ -77,7 +77,7 @@ class Shell(Folder):
         """`lib`: what lib.sh has besides; programs of the project's folder bin/ come first."""
         self.write("scripts/lib.sh", self.LIB + lib)
         if script != "setup.sh":
-            self.write("scripts/setup.sh", "#!/bin/sh\n")
+            self.write("scripts/setup.sh", '#!/bin/sh\necho "setup.sh $*" >> "$(dirname "$0")/../said"\n')
         shutil.copy(SCRIPTS / script, self.top / "project/scripts")
         return subprocess.run(["bash", self.top / "project/scripts" / script, *words], capture_output=True, text=True, cwd=folder,
                               env=os.environ | {"PATH": f"{self.top}/project/bin:{os.environ['PATH']}"} | environment)
@@ -90,7 +90,8 @@ class Shell(Folder):
         return text.splitlines()
 
     def test_scenes_of_one_name_are_both_fuzzed_from(self):
-        fuzzer = '#!/bin/sh\ncase "$*" in *-merge=1*) exit ;; esac\nfor last; do :; done\ncat "$last"/* >> said\n'
+        fuzzer = '#!/bin/sh\ncase "$*" in *-merge=1*) echo small > "$3/kept"; exit ;; esac\n' \
+            'for last; do :; done\ncat "$last"/* >> said\n'
         for name in ("scene", "problem"):
             self.write(f"build-fuzz/bin/fuzz_{name}", fuzzer)
         for name, text in (("scenarios/pile.xml", "one\n"), ("scenarios/engines/pile.xml", "two\n"), ("test/data/broken/blank.xml", "three\n"),
@@ -101,6 +102,8 @@ class Shell(Folder):
         self.assertEqual(ended.returncode, 0, ended.stderr)
         said = (self.top / "project/said").read_text().split()
         self.assertEqual(sorted(said), ["eight", "five", "four", "one", "seven", "six", "three", "two"])
+        for name in ("scene", "problem"):  # what is left of all when it is reduced
+            self.assertEqual([path.name for path in (self.top / f"project/test/data/fuzz/{name}").iterdir()], ["kept"])
 
     def test_figures_are_kept_where_one_stands(self):
         self.write("build/bin/bench_steps", "#!/bin/sh\necho some figures\n")
@@ -190,27 +193,93 @@ class Shell(Folder):
                                                   f"--out OUT/members/1/stress --engines --member 1{quick}"))
             self.assertEqual(random.split()[:6], ["--out", "OUT/stress", "--seed", "1", "--random", "26" if quick else "52"])
             self.assertEqual(said[-1], f"report.py --results OUT --runs OUT/runs/{profile}")
+            # All else is made by the program that was built, and the member's streams beside the published ones.
+            by = "--program build/bin/contactbench"
+            others = [line for line in said if line.split()[0] not in ("sweep.py", "stress.py", "report.py")]
+            self.assertEqual(others, [
+                f"references.py {by} --out OUT/references", f"solve_all.py {by} --out OUT/solve_all",
+                f"replay.py {by} --out OUT/replay", f"replay.py {by} --member 1 --out OUT/members/1/replay",
+                f"engines.py preflight {by} --out OUT/engines", f"engines.py findings {by} --out OUT/engines",
+                f"isolated.py problems {by} --out OUT/engines"])
 
     def test_tests_end_as_the_worst_of_them(self):
         self.write("scripts/build.sh", '#!/bin/sh\necho "build.sh $*" >> said\n')
         self.write("bin/ctest", '#!/bin/sh\necho "ctest $*" >> said\nexit "$CODE"\n')
         self.write("bin/python3", '#!/bin/sh\necho "python3 $*" >> said\ncase "$*" in *"$FAILS"*) exit 1 ;; esac\n')
-        self.write("build/bin/test_lcp", '#!/bin/sh\necho "test_lcp $*" >> said\n')
+        for folder, name in (("build/bin", "test_lcp"), ("build/bin", "test_ncp"), ("bin", "clang-tidy")):
+            self.write(f"{folder}/{name}", f'#!/bin/sh\necho "{name} $*" >> said\n[ "$FAILS" != {name} ]\n')
+        for name in ("app/main.cpp", "lib/lcp/lemke.cpp"):
+            self.write(name, "")
         acceptance = ["scenes", "precision", "pruning", "same_bytes", "any_scene", "reproduction", "other_machines"]
         for words, code, fails, ends in (((), "0", "none", 0), ((), "8", "none", 1), (("--long", ), "0", "none", 0),
                                          *((("--long", ), "0", f"{name}.py", 1) for name in acceptance), (("--sanitize", ), "0",
-                                                                                                          "none", 0)):
+                                                                                                          "none", 0),
+                                         (("--long", ), "0", "test_lcp", 1), (("--tidy", ), "0", "none", 0),
+                                         (("--tidy", ), "0", "clang-tidy", 1),
+                                         (("--sanitize", "--no-setup"), "0", "none", 0)):
             (self.top / "project/said").write_text("")
             ended = self.run_in(self.top, "test.sh", *words, CODE=code, FAILS=fails,
                                 lib='find_python() { echo python3; }\njobs() { echo 5; }\n')
             self.assertEqual(ended.returncode, ends, (words, code, fails, ended.stderr))
-            folder, more = ("build-sanitize", " --sanitize") if "--sanitize" in words else ("build", "")
+            folder = "build-sanitize" if "--sanitize" in words else "build"
+            passed = [word for word in words if word in ("--sanitize", "--no-setup")]
             said = self.said()
-            self.assertEqual((said[0], said[-1]), (f"build.sh --tests{more}", f"ctest --test-dir {folder} --output-on-failure "
-                                                   "--parallel 5"))
-            self.assertEqual([line.split()[1] for line in said[2:-1]],
+            self.assertEqual((said[0], said[-1]), (" ".join(["build.sh --tests", *passed]),
+                                                   f"ctest --test-dir {folder} --output-on-failure --parallel 5"))
+            self.assertEqual([line.split()[1] for line in said[3:-1]],
                              [f"test/acceptance/{name}.py" for name in acceptance] if "--long" in words else [])
-            self.assertEqual("test_lcp [long]" in said, "--long" in words)
+            for name in ("lcp", "ncp"):
+                self.assertEqual(f"test_{name} [long]" in said, "--long" in words)
+            self.assertEqual("clang-tidy --quiet -p build app/main.cpp lib/lcp/lemke.cpp" in said, "--tidy" in words)
+        # Planted faults are tried instead of all that.
+        (self.top / "project/said").write_text("")
+        ended = self.run_in(self.top, "test.sh", "--mutants", FAILS="none", lib="jobs() { echo 5; }\n")
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        self.assertEqual(self.said(), ["python3 -B test/mutation/campaign.py --jobs 5"])
+
+    def test_a_build_is_of_what_its_flags_say_after_what_is_missing_is_installed(self):
+        release = "build release contactbench engines contactbench_python"
+        for words, said in (((), ["setup.sh", release]), (("--tests", ), ["setup.sh --tests", "build release"]),
+                            (("--sanitize", ), ["setup.sh --tests", "build sanitize"]), (("--no-setup", ), [release]),
+                            (("--tests", "--no-setup"), ["build release"]),
+                            (("--no-setup", "--sanitize"), ["build sanitize"])):
+            self.write("said", "")
+            ended = self.run_in(self.top, "build.sh", *words,
+                                lib='build_preset() { echo "build $*" >> "$root/said"; }\n')
+            self.assertEqual((ended.returncode, [line.strip() for line in self.said()]), (0, said), words)
+
+    def test_all_targets_that_are_named_are_built_once_it_is_configured(self):
+        for name, text in (("cmake", f'echo "cmake $*" >> "{self.top}/project/said"\nexit "$CODE"'), ("ccache", ""),
+                           ("nproc", "echo 2"), ("awk", "echo 30")):
+            self.write(f"bin/{name}", f"#!/bin/sh\n{text}\n")
+        configured = "cmake --preset fast -DCMAKE_CXX_COMPILER_LAUNCHER=ccache"
+        built = "cmake --build --preset fast --parallel 2"
+        for targets, code, said in (((), 0, [configured, built]),
+                                    (("one", "two"), 0, [configured, f"{built} --target one two"]),
+                                    (("one", ), 3, [configured])):
+            self.write("said", "")
+            ended = subprocess.run(
+                ["bash", "-c", f". '{SCRIPTS}/lib.sh'; build_preset fast \"$@\"", "bash", *targets],
+                capture_output=True, text=True,
+                env=os.environ | {"PATH": f"{self.top}/project/bin:{os.environ['PATH']}", "CODE": str(code)})
+            self.assertEqual((ended.returncode, self.said()), (code, said), ended.stderr)
+
+    def test_what_is_missing_and_known_here_is_installed_by_whom_may(self):
+        log = 'echo "{} $*" >> "$(dirname "$0")/../said"\n'
+        for name, text in (("apt-get", log.format("apt-get")), ("sudo", log.format("sudo")), ("id", 'echo "$WHO"\n'),
+                           ("apt-cache", '[ "$2" != python3-tqdm ]\n'),
+                           ("dpkg-query", 'case " $LACKING " in *" $3 "*) exit 1 ;; esac\nprintf installed\n')):
+            self.write(f"bin/{name}", f"#!/bin/sh\n{text}")
+        lacking = "libode-dev chromium python3-tqdm git cmake"
+        for who, by in (("0", ""), ("1000", "sudo env DEBIAN_FRONTEND=noninteractive ")):
+            self.write("said", "")
+            ended = self.run_in(self.top, "setup.sh", "--tests", "--engines", LACKING=lacking, WHO=who)
+            self.assertEqual((ended.returncode, ended.stdout.splitlines(), ended.stderr), (0, [
+                "setup: installing cmake git python3-tqdm chromium libode-dev",
+                "setup: python3-tqdm is not in this release's packages; left out"], ""))
+            self.assertEqual(self.said(), [f"{by}apt-get update -qq",
+                                           f"{by}apt-get install -y -qq --no-install-recommends "
+                                           "cmake git chromium libode-dev"])
 
 
 class SameBytes(unittest.TestCase):
