@@ -168,6 +168,13 @@ class Keeping(Folder):
         self.assertEqual(len(keys), 2 * len(all_jobs))
         (self.top / "prog").write_text("another")
         self.assertEqual(len(keys | {j["key"] for j in jobs()}), 3 * len(all_jobs))
+        # So are those of a scene whose robot is another, and all of them by another look.
+        before = {j["key"] for j in jobs()}
+        some[1].files["arm.urdf"] = "another robot"
+        self.assertEqual(len(before & {j["key"] for j in jobs()}), len(all_jobs) // 2)
+        (self.top / "look.py").write_text("another look")
+        with mock.patch.object(look, "__file__", str(self.top / "look.py")):
+            self.assertEqual(before & {j["key"] for j in jobs()}, set())
         flags = {name: " ".join(flags) for name, flags in campaign.METHODS.items()}
         self.assertEqual({name for name, words in flags.items() if not words.startswith(f"--method {name.split('/')[0]}")}, set())
         self.assertEqual(len(set(flags.values())), len(flags))

@@ -153,6 +153,17 @@ class Faults(unittest.TestCase):
             self.assertEqual([path.name for path in Path(folder).iterdir()], ["grasp"])
         self.assertIn("sliding_box is left out: abort", said.getvalue())
 
+    def test_a_stream_that_is_left_out_stops_no_other(self):
+        faults = iter(["", "why", "", "", ""])
+        with tempfile.TemporaryDirectory() as folder, mock.patch.object(sys, "argv", ["replay.py", "--out", folder]), \
+                mock.patch.object(replay, "store", lambda *_: next(faults)), \
+                mock.patch.object(replay.solve_all, "main") as solved, \
+                contextlib.redirect_stderr(io.StringIO()) as said:
+            self.assertFalse(replay.main())
+        self.assertEqual([Path(call.args[0][-1]).name for call in solved.call_args_list],
+                         ["sliding_box", "stack__boxes-4", "mobile_robot", "grasp"])
+        self.assertEqual(said.getvalue(), "replay: circular_sliding is left out: why\n")
+
     def test_a_stream_is_stored_of_a_run_of_the_convex_method_and_solved_into_a_folder_named_by_its_scene(self):
         asked, solved = [], []
 

@@ -270,6 +270,23 @@ class Files(Modelled):
         np.testing.assert_allclose(
             look.push(model, "b", 2.0, times) - GRAVITY, [[2 * (n in (1, 2)), 0, 0] for n in range(5)], atol=1e-12)
         np.testing.assert_allclose(look.push(model, "c", 2.0, times), 5 * [GRAVITY])
+        both = '<force body="b" force="4 0 0" from="0.001" to="0.003"/>' \
+            '<force body="b" force="0 6 0" from="0.002" to="0.004"/>'
+        model = self.model(self.BALL, more=f"<forces>{both}</forces>")  # both push in the third step
+        np.testing.assert_allclose(
+            look.push(model, "b", 2.0, times) - GRAVITY, [[2 * (n in (1, 2)), 3 * (n in (2, 3)), 0] for n in range(5)],
+            atol=1e-12)
+
+    def test_the_momentum_that_is_off_most_counts_of_all_bodies(self):
+        model = self.model(self.BALL + self.BALL.replace('"b"', '"c"').replace('"0 5 0"', '"9 5 0"'))
+        off, right = ([[np.array(x, float) for x in of] for of in self.falling(p=(x, 5, 0))] for x in (0.0, 9.0))
+        off[2][2] = off[2][2] - 1e-9  # along each axis, of 3.7 m/s: half of what may be
+        off[0][2] = off[0][1] + 1e-3 * off[2][2]
+        kinetic = [a + b for a, b in zip(self.kinetic(2, off[2]), self.kinetic(2, right[2]))]
+        for bodies in ({"b": off, "c": right}, {"b": right, "c": off}):
+            out = self.look(model, bodies, kinetic)
+            self.assertEqual(out.faults, [])
+            self.assertTrue(0.3 < out.momentum < 0.7, out.momentum)
 
     def test_files_that_are_no_run_of_the_scene_are_said(self):
         model, body = self.model(self.BALL), self.falling()
@@ -352,6 +369,11 @@ class Files(Modelled):
         for q, fault in ((2 + 5e-9, []), (2 + 2e-8, [said.format("2e-08")]), (-0.5 - 5e-9, []), (-0.625, [said.format(0.125)])):
             rows = [(0, "j", 0), (0.001, "j", q), (0.001, "other", 99)]
             self.assertEqual(self.look(self.model(robot), still, joints=rows).faults, fault)
+        # Each joint has its own.
+        two = self.model(robot.replace("</robot>", '<joint name="l" lower="0" upper="1"/></robot>'))
+        rows = [(0, "j", 0), (0, "l", 0), (0.001, "j", 1.5), (0.001, "l", 1.25)]
+        self.assertEqual(self.look(two, still, joints=rows).faults,
+                         ["limits: l is 0.25 beyond its limit at t = 0.001 s"])
 
     def test_limits_that_are_driven_move_both_the_same_way(self):
         robot = ('<robot name="r"><link name="k" mass="1" inertia="1 1 1"><sphere name="s" radius="1" position="0 0 0"/></link>'

@@ -337,6 +337,10 @@ class Once(unittest.TestCase):
         self.assertEqual(
             self.verify(("ok", 0.01, 1), ("ok", 0.01, 1), cheaper=[missed | {"time_per_step": 0.05}],
                         time_per_step=0.1)["faults"], [met])
+        # Of several each is counted.
+        some = [point("slow", error=0.05, time_per_step=0.2), point("lucky", worst=0.5), missed]
+        made = self.verify(("ok", 0.01, 1), *3 * [("ok", 0.05, 0.5)], cheaper=some, time_per_step=0.1)
+        self.assertEqual((made["faults"], made["missed"], made["unfit"]), ([], 1, 2))
 
 
 class Answers(unittest.TestCase):

@@ -71,6 +71,12 @@ class Asking(unittest.TestCase):
                                      ("e", "contact", [str(top / "e.h5")], top / "e.ref.json"),
                                      ("lcp_b", "lcp", [str(top / "lcp_b.dat")], top / "lcp_b.ref.json")])
             self.assertEqual([name for name, *_ in solve_all.problems([top], "_b")], ["lcp_b"])
+            for name in ("first", "second"):
+                (top / name).mkdir()
+                (top / name / "p.dat").touch()
+            found = solve_all.problems([top / "first", top / "second"], "")
+            self.assertEqual([(flags, reference) for _, _, flags, reference in found],
+                             [([str(top / name / "p.dat")], top / name / "p.ref.json") for name in ("first", "second")])
 
     def test_settings_are_the_usual_ones_where_none_is_given(self):
         usual = solve_all.arguments(["--program", "p"])

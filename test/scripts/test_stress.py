@@ -34,6 +34,10 @@ class InPlace(unittest.TestCase):
                 self.assertEqual(after[2], before[2].replace(repr(0.1 + 0.2), repr(error)))
                 self.assertEqual(json.loads((out / "manifest.json").read_text()), manifest | {"columns_of_others": [made]})
                 self.assertIn(f"3 runs. mirtich: program {error} on b, now.", (out / "stress.md").read_text())
+            # Of other columns, what made those stays said.
+            later = {"columns": ["convex"], "git": "late", "cpu": "c", "made": "later"}
+            _, said = stress.in_place([row("convex", None, verdict="typed", status="ray")], out, later)
+            self.assertEqual(said["columns_of_others"], [made, later])
             with self.assertRaisesRegex(program.ProgramError, "no row M1 stack  other"):
                 stress.in_place([row("other", 1)], out, made)
 

@@ -143,6 +143,19 @@ class Again(Folder):
             plain = job | {"flags": ["--engine", "ode"]}
             self.assertEqual(program.read_by(self.job | plain)["files"], [str(self.scene), str(engine.resolve())])
 
+    def test_an_engine_s_program_is_looked_for_where_contactbench_looks_for_it(self):
+        top, name = self.top.resolve(), "contactbench-engine-ode"
+        places = [top / "own", top / "bin", top / "libexec/contactbench"]
+        for place in places:
+            place.mkdir(parents=True)
+            (place / name).touch()
+        job = {"asked": {"engine": "ode"}, "program": str(top / "bin/contactbench"), "flags": []}
+        with mock.patch.dict(os.environ, {"CONTACTBENCH_ENGINES": str(places[0])}):
+            for place in places:  # the first that has it
+                self.assertEqual(program.beside(job), (str(place / name), ))
+                (place / name).unlink()
+            self.assertEqual(program.beside(job), ())
+
 
 class Order(Folder):
     def options(self, **more):
@@ -274,6 +287,19 @@ class Saying(unittest.TestCase):
             progress.close()
         self.assertEqual(said.getvalue().splitlines(),
                          ["[ 1/12, 44 s left] r1 ray (no way on), 1.3 s, machine busy", "[ 2/12, 50 s left] r1 ok, 1.3 s"])
+
+    def test_on_a_terminal_a_bar_counts_every_run_and_what_did_not_end_ok_is_said(self):
+        bar, record = mock.Mock(), {"run": "r1", "status": "ray", "reason": "no way on", "wall_s": 1.26, "busy": True}
+        with mock.patch.object(sweep.sys.stderr, "isatty", lambda: True, create=True), \
+                mock.patch.dict("sys.modules", {"tqdm": types.SimpleNamespace(tqdm=lambda **_: bar)}), \
+                contextlib.redirect_stdout(io.StringIO()) as said:
+            progress = sweep.Progress(2)
+            progress.done(record)
+            progress.done(record | {"status": "ok", "reason": ""})
+            progress.close()
+        wanted = [mock.call.write("r1 ray (no way on)"), mock.call.update(), mock.call.update(), mock.call.close()]
+        self.assertEqual(bar.method_calls, wanted)
+        self.assertEqual(said.getvalue(), "")
 
 
 class Whole(Folder):

@@ -166,6 +166,10 @@ class Gathered(Folder):
         self.assertEqual({key: manifest[key] for key in ("statuses", "timing", "machine")}, {
             "statuses": {"inaccurate": 1, "ray": 1}, "timing": {"runs_on_a_busy_machine": 2, "runs_not_judged": 0},
             "machine": [{"cpu": "a"}, {"cpu": "b"}]})
+        # And once more, on a third machine.
+        (self.top / "runs" / run.name / "summary.json").write_text(gather.json.dumps({"machine": {"cpu": "c"}}))
+        gather.put_in_place([run], [], self.top / "runs", self.top, {})
+        self.assertEqual(gather.read_json(self.top / "manifest.json")["machine"], [{"cpu": cpu} for cpu in "abc"])
 
     def test_a_member_that_came_to_the_same_settles_and_rounding_is_no_difference(self):
         row = {"status": "ok", "error_a": "2.0", "error_b": "", "processing_s": "1"}
