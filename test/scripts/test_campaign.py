@@ -223,6 +223,11 @@ class Depths(unittest.TestCase):
         self.assertLess(along, -1.2e-5)
         for gap in (look.apart(low, p, R, high, q, Q), look.apart(high, q, Q, low, p, R)):
             self.assertAlmostEqual(float(gap[0]), 1.01266e-8, delta=1e-12)
+        # So they are beside a pose in which the two are far from each other.
+        far, twice = p + np.array([0, 5.0, 0]), lambda some: np.concatenate([some, some])
+        gaps = look.apart(low, np.concatenate([far, p]), twice(R), high, twice(q), twice(Q))
+        self.assertGreater(gaps[0], 4)
+        self.assertAlmostEqual(float(gaps[1]), 1.01266e-8, delta=1e-12)
 
 
 class Run:

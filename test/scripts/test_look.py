@@ -287,6 +287,12 @@ class Files(Modelled):
             out = self.look(model, bodies, kinetic)
             self.assertEqual(out.faults, [])
             self.assertTrue(0.3 < out.momentum < 0.7, out.momentum)
+        # What gains is named by its own island, the second.
+        off[2][2] = off[2][2] + 1e-4
+        off[0][2] = off[0][1] + 1e-3 * off[2][2]
+        kinetic = [a + b for a, b in zip(self.kinetic(2, off[2]), self.kinetic(2, right[2]))]
+        energy, = (fault for fault in self.look(model, bodies, kinetic).faults if fault.startswith("energy: "))
+        self.assertRegex(energy, "^energy: kinetic energy gains .* the island of c in the step to t = 0.002 s$")
 
     def test_files_that_are_no_run_of_the_scene_are_said(self):
         model, body = self.model(self.BALL), self.falling()
@@ -482,6 +488,24 @@ class Poses(Modelled):
         self.assertEqual(out.penetration, 0)
         np.testing.assert_array_equal(look.close_times(model.shapes[2], still, model.shapes[0], b, 0.1), [1, 2])
         np.testing.assert_array_equal(look.close_times(model.shapes[0], b, model.shapes[1], c, np.full(4, 0.1)), [3])
+
+    def test_how_near_is_near_and_how_deep_is_of_the_moment(self):
+        model = self.model('<box name="b" size="1 1 1" mass="1" position="0 3 0"/>'
+                           '<half_space name="p" point="0 0 0" normal="0 1 0"/>', '<pair a="b" b="p"/>')
+        still, turn = np.zeros((3, 3)), np.tile([1.0, 0, 0, 0], (3, 1))
+
+        def look_at(heights, speed):
+            """Which steps may touch, and what was deepest; it has that speed at first."""
+            out, p, v = look.Look(), np.zeros((3, 3)), np.zeros((3, 3))
+            p[:, 1], v[0, 1] = heights, speed
+            found = look.penetrations(model, 1e-3 * np.arange(3), {"b": (p, turn, v, still)}, OK, out)
+            return [touching.tolist() for *_, touching in found], out.penetration, out.where
+
+        # What moves by a decimetre in a step, as it did at first, is near a centimetre above the ground; what stands is not.
+        self.assertEqual(look_at([3, 0.51, 0.51], 100), ([[False, False]], 0, ""))
+        (touching, ), depth, where = look_at([3, 3, 0.4], 0)
+        self.assertEqual((touching, where), ([False, True], "b and p at t = 0.002 s"))
+        self.assertAlmostEqual(depth, 0.1)
 
 
 if __name__ == "__main__":

@@ -351,13 +351,18 @@ class Stepping(Results):
             some(5, 1, "accuracy=1"),
             some(8, 1, "accuracy=5 order=3", finished="false", status="ray"),
             some(6, 1, "step=1e-6", scene="box")]
-        found = stepping.cost(self.results(*rows))
+        results = self.results(*rows)
+        found = stepping.cost(results)
         self.assertEqual([(r["order"], r["solves"]) for r in found], [(1, [100, 500, 1000]), (3, [100, 1000])])
         for r, errors in zip(found, ([0.1, 0.02, 0.01], [1e-2, 1e-5])):
             np.testing.assert_allclose(r["errors"], errors)
         np.testing.assert_allclose([r["slope"] for r in found], [1, 3])
         # 10 / n = 1e-6, and 1e4 / n^3 = 1e-6.
         np.testing.assert_allclose([r["solves_for_1e-6_m"] for r in found], [1e7, 1e10**(1 / 3)])
+        (_, table), _ = made.page("ways_of_stepping", sections.ways_of_stepping(results).shown)
+        self.assertEqual(table, [["order", "solves", "errors, m", "slope", "solves for 1e-6 m"],
+                                 ["1", "100, 500, 1000", "0.1, 0.02, 0.01", "1.00", "1e+07"],
+                                 ["3", "100, 1000", "0.01, 1e-05", "3.00", "2.15e+03"]])
 
     def test_steps_are_drawn_over_time_with_switches_and_impacts_marked(self):
         rows = [

@@ -211,6 +211,18 @@ class Beside(Folder):
                                      *(str(n) for n, _ in enumerate(isolated.BESIDE, 2))]])
         self.assertEqual(section.data["own"], section.shown["own"])
 
+    def test_knobs_that_were_searched_for_stand_with_their_scores(self):
+        made.results(self.top / "engines", [made.row(sweeps="engines")])
+        knobs = {
+            "ode/quick": {"knobs": {"erp": 0.25, "cfm": 1e-9}, "tries": 7, "default_score": -2.5, "score": -4.5},
+            "ode/world": {"knobs": {}, "tries": 3, "default_score": -1.5, "score": -1.5}}
+        with mock.patch.object(sections.engines_beside, "tuned", lambda: knobs):
+            section = sections.engines(made.results(self.top, [made.row()]))
+        self.assertEqual(made.page("engines", section.shown)[0][-1],
+                         [["engine", "knobs changed", "tries", "score at the defaults", "score"],
+                          ["ode/quick", "erp = 0.25, cfm = 1e-09", "7", "-2.5", "-4.5"],
+                          ["ode/world", "", "3", "-1.5", "-1.5"]])
+
     def test_runs_that_did_not_end_well_are_those_that_are_not_ok_or_whose_claims_were_refuted(self):
         rows = [
             made.row(run="good"),
