@@ -234,6 +234,9 @@ class Page(Made):
         self.assertLessEqual(fewer, 60)
         self.assertGreater(fewer, 40)
         self.assertEqual(len(view.scene_of([folder], room=1)["runs"][0]["t"]), view.FEWEST)
+        # Of two runs both take room.
+        two = view.scene_of([folder, self.run_of("other", moments=200)], room=200 * of_one)["runs"]
+        self.assertTrue(all(90 < len(run["t"]) <= 100 for run in two))
         held = self.run_of(
             "held", moments=3, contacts=[
                 contact(n, "s_two", "ground", (n, k, 0), (0, 1, 0), "open") for n in (1, 2) for k in (1, 2, 3)])
