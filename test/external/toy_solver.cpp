@@ -3,6 +3,7 @@
 //   toy_solver text|binary [FAULT]     talks by the protocol of docs/external.md
 //   toy_solver file PROBLEM ANSWER [FAULT]
 // FAULT=N: crash, exit, hang, wrong, nan, short, long (text alone), garbage, fail, deaf or silent at the N-th problem;
+// `near`: every answer is too small, that to the n-th problem by the share 1e-4 / n;
 // `time` prints at the end, on standard error, the processor's seconds that it took, reading and writing with it, and
 // the problems solved.
 
@@ -105,6 +106,8 @@ bool spoil(const Faults& faults, long number, std::vector<double>& r, std::strin
   if (faults.now("hang", number))
     for (;;) pause();
   if (faults.now("wrong", number)) std::fill(r.begin(), r.end(), 0.0);
+  if (faults.what == "near")
+    for (double& x : r) x *= 1 - 1e-4 / static_cast<double>(number);
   if (faults.now("nan", number)) r[1] = std::nan("");
   if (faults.now("short", number)) r.pop_back();
   if (faults.now("fail", number)) status = "nonconverged", r.clear();

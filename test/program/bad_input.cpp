@@ -236,8 +236,11 @@ TEST_CASE("a scene's reference is one that there is, its files are files, its pl
     return (directory.path() / "s.xml").string();
   };
   const std::string none = "<reference kind=\"missing\"/>";
-  refused({"check", scene("<reference kind=\"analytic\" name=\"slidng_box\"/>", "1", "")},
-          {"s.xml:4:", "slidng_box", "did you mean \"sliding_box\""});
+  const std::string misspelt = scene("<reference kind=\"analytic\" name=\"slidng_box\"/>", "1", "");
+  for (const std::vector<std::string>& words : {std::vector<std::string>{"check", misspelt},
+                                                {"run", misspelt, "--method", "ap"},
+                                                {"run", misspelt, "--engine", "ode"}})
+    refused(words, {"s.xml:4:", "slidng_box", "did you mean \"sliding_box\""});
   refused({"check", scene(none, "1e308", "")}, {"s.xml:9:", "ball_2", "not finite"});
   const std::string robots = "<robot name=\"r\" urdf=\"" + std::string(300, 'x') + "\"/>";
   refused({"check", scene(none, "1", robots)}, {"s.xml:11:", "there is no file"});

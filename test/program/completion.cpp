@@ -1,6 +1,7 @@
 // `completion` from outside: what a shell offers is what the program takes.
 
 #include <catch2/catch.hpp>
+#include <map>
 #include <set>
 #include <sstream>
 
@@ -100,8 +101,34 @@ TEST_CASE("zsh is offered the same flags, in a script that it can read", "[progr
     CHECK(offered(script, place) == completed(directory.path(), bash, "contactbench " + place + " ''"));
     CHECK(offered(script, place).size() > 1);
   }
+  for (const std::string command : {"run", "solve", "judge", "check", "list", "completion"})
+    CHECK(script.find("\n      '" + command + ":") != std::string::npos);
+  const std::size_t scenes = script.find("[[ $PREFIX == -* ]] || compadd ");
+  REQUIRE(scenes != std::string::npos);
+  CHECK(script.substr(scenes, script.find('\n', scenes) - scenes).find(" stack.xml") != std::string::npos);
   std::ofstream(directory.path() / "_contactbench") << script;
   const std::string file = (directory.path() / "_contactbench").string();
   CHECK(std::system(("! command -v zsh >/dev/null || zsh -n '" + file + "'").c_str()) == 0);
   refused({"completion", "fish"}, {"bash or zsh"});
+}
+
+TEST_CASE("what is said of a flag is what each of the methods that have it says", "[program]") {
+  const TemporaryDirectory directory;
+  const std::string script = run(directory.path(), {"completion", "zsh"}).out;
+  const std::size_t of_run = script.find("\n    (run)\n");
+  REQUIRE(of_run != std::string::npos);
+  std::map<std::string, int> methods_of;
+  for (const Json& method : Json::parse(run(directory.path(), {"list", "methods", "--json"}).out))
+    for (const Json& option : method["options"]) {
+      const auto flag = option["flag"].get<std::string>();
+      ++methods_of[flag];
+      const std::size_t at = script.find("'--" + flag + ":", of_run);
+      REQUIRE(at != std::string::npos);
+      std::string said = method["name"].get<std::string>() + ": " + option["summary"].get<std::string>();
+      for (std::size_t quote = said.find('\''); quote != std::string::npos; quote = said.find('\'', quote + 4))
+        said.replace(quote, 1, "'\\''");
+      INFO(flag << ": " << said);
+      CHECK(script.substr(at, script.find('\n', at) - at).find(said) != std::string::npos);
+    }
+  CHECK(methods_of["warm-start"] > 1);
 }

@@ -540,4 +540,11 @@ child="head" axis="0 1 0" lower="0" upper="0" limit_rate="-0.1" velocity="-0.1"/
     CHECK(row["status"] == "penetration");
     CHECK(row["reason"] == "ground and block interpenetrate by 0.0001 m at t = 0.011 s");
   }
+  // So says a check that tries a method, where nothing is wrong at the start.
+  const Result checked = run(directory.path(), {"check", "ram.xml", "--method", "ap", "--json"});
+  CHECK(checked.code == 3);
+  const Json told = Json::parse(checked.out);
+  CHECK(told["fault"] == "penetration: ground and block interpenetrate by 0.0001 m at t = 0.011 s");
+  CHECK(told["trial"]["failed"] == told["fault"]);
+  CHECK(told["trial"]["steps"] == 10);
 }

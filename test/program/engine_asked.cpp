@@ -235,6 +235,8 @@ TEST_CASE("runs whose knobs lie over the defaults and over those tuned have a fo
   const fs::path runs = directory.path() / "results/runs";
   CHECK(summary(runs / "fall__ode__quick__own__iterations_50")["engine"]["knobs"]["erp"] == 1);
   CHECK(summary(runs / "fall__ode__quick__own__tuned__iterations_50")["engine"]["knobs"]["erp"] != 1);
+  by_engine(directory.path(), {"run", fall, "--engine", "ode", "--setting", "tuned", "--quiet"});
+  CHECK(fs::exists(runs / "fall__ode__quick__tuned/summary.json"));
   // Nor is the preflight of the one that of the other.
   for (const std::string setting : {"default", "tuned"}) {
     const Result checked = by_engine(directory.path(), {"check", "--engine", "ode", "--setting", setting, "--json"});

@@ -24,10 +24,11 @@ Result falls(const fs::path& directory, const Words& more) {
 }
 
 /// An engine that describes itself rightly, and does this where it is asked for anything else.
-void write_odd(const fs::path& directory, const std::string& script) {
+void write_odd(const fs::path& directory, const std::string& script,
+               const std::string& variants = R"({"name": "a", "knobs": {}})") {
   const fs::path program = directory / "contactbench-engine-odd";
   std::ofstream(program) << "#!/bin/sh\nif [ \"$1\" = --describe ]; then\nprintf '%s' '"
-                         << R"({"variants": [{"name": "a", "knobs": {}}], "knobs": []})"
+                         << R"({"variants": [)" << variants << R"(], "knobs": []})"
                          << "' >&3\nelse\n"
                          << script << "\nfi\n";
   fs::permissions(program, fs::perms::owner_all);
@@ -200,6 +201,53 @@ TEST_CASE("a preflight that dies, that lacks part of a line, or of no engine at 
   CHECK(none.err == "contactbench check: unavailable: contactbench-engine-odd does not say what it is: no library\n");
 }
 
+TEST_CASE("a preflight is no success where one of its variants or lines is none, whatever the last one is",
+          "[program][engines]") {
+  const TemporaryDirectory directory;
+  const Json good = {{"name", "good"}, {"measured", 2.25}, {"expected", 2}, {"allowed", 0.5},
+                     {"unit", "m/s"},  {"note", "noted"},  {"passed", true}};
+  Json bad = good;
+  bad["name"] = "bad";
+  bad["passed"] = false;
+  const auto says = [](const std::vector<Json>& all) {
+    return "printf '%s' '" + Json({{"lines", all}}).dump() + "' >&3";
+  };
+  const std::string last_words = "A line that fails stands beside the engine's rows (docs/engines.md).\n";
+  for (const std::string& first : {std::string("exit 5"), says({good, bad, good})}) {
+    INFO(first);
+    write_odd(directory.path(),
+              "case \"$2\" in *'\"variant\":\"a\"'*)\n" + first + "\n;; *)\n" + says({good}) + "\n;; esac",
+              R"({"name": "a", "knobs": {}}, {"name": "b", "knobs": {}})");
+    const Result in_lines = by_odd(directory.path(), {"check", "--engine", "odd"});
+    CHECK(in_lines.code == 3);
+    CHECK(in_lines.out.find("\nodd b, default, h = 0.001 s\n  ok ") != std::string::npos);
+    CHECK(in_lines.out.ends_with(last_words));
+    const Result as_json = by_odd(directory.path(), {"check", "--engine", "odd", "--json"});
+    CHECK(as_json.code == 3);
+    CHECK(Json::parse(as_json.out).size() == 2);
+  }
+}
+
+TEST_CASE("an engine that fails far below its limit of memory has not come to it", "[program][engines]") {
+  const TemporaryDirectory directory;
+  write_odd(directory.path(), "exit 9");
+  const Words words = {"run", fall, "--engine", "odd", "--memory-limit", "4000", "--out", "out", "--quiet"};
+  CHECK(by_odd(directory.path(), words).code == 3);
+  const Json row = summary(directory.path() / "out");
+  CHECK(row["status"] == "crash");
+  CHECK(row["reason"] == "the engine ended with exit code 9");
+}
+
+TEST_CASE("an engine that takes no step leaves no motion of an earlier run in its folder", "[program][engines]") {
+  const TemporaryDirectory directory;
+  const fs::path out = directory.path() / "out";
+  fs::create_directories(out);
+  for (const char* earlier : {"trajectory.csv", "steps.csv"}) std::ofstream(out / earlier) << "old";
+  write_odd(directory.path(), R"(printf '%s' '{"status": "unsupported", "reason": "why"}' >&3)");
+  CHECK(by_odd(directory.path(), {"run", fall, "--engine", "odd", "--out", "out", "--quiet"}).code == 3);
+  CHECK(content(out) == Words{"summary.json"});
+}
+
 TEST_CASE("an engine's program that is started by hand describes itself, or says how it is started",
           "[program][engines]") {
   const TemporaryDirectory directory;
@@ -234,6 +282,16 @@ TEST_CASE("engines of an installed program are those of its libexec that can be 
   CHECK(engines.at("odd")["unavailable"].is_null());
   CHECK(engines.at("odd")["program"].get<std::string>().ends_with("/libexec/contactbench/contactbench-engine-odd"));
   CHECK_FALSE(engines.contains("notes"));
+  // Each once, wherever it is found, and in the order of their names.
+  for (const char* name : {"mine", "also", "zeta", "beta"})
+    fs::copy_file(folder / "contactbench-engine-odd", folder / (std::string("contactbench-engine-") + name));
+  REQUIRE(std::system(("CONTACTBENCH_ENGINES='" + folder.string() + "' '" + installed.string() +
+                       "' list engines --json > '" + listed.string() + "'")
+                          .c_str()) == 0);
+  Words names;
+  for (const Json& engine : Json::parse(read_file(listed))) names.push_back(engine["name"].get<std::string>());
+  REQUIRE(names.size() > 5);
+  CHECK(Words(names.end() - 5, names.end()) == Words{"also", "beta", "mine", "odd", "zeta"});
 }
 
 #endif

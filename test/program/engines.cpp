@@ -140,6 +140,8 @@ TEST_CASE("an engine that does not describe itself as it should is unavailable",
   for (const std::string said :
        {R"({"variants":[],"knobs":[]})", R"({"variants":[{"name":5,"knobs":{}}],"knobs":[]})",
         R"({"variants":{"a":1},"knobs":[]})", R"({"variants":[{"name":"a","knobs":{}}],"knobs":[],"version":3})",
+        R"({"variants":[{"name":"a","knobs":{}}],"knobs":[],"precision":64})",
+        R"({"variants":[{"name":"a","knobs":{}}],"knobs":[],"package":["libodd"]})",
         R"({"variants":[{"name":"a"}],"knobs":[]})", R"({"variants":[{"name":"a","knobs":{"x":"fast"}}],"knobs":[]})",
         R"({"variants":[{"name":"a","knobs":{}}],"knobs":[]}' >&3; exit 3; : ')"}) {
     const Result result = by_odd_engine(directory.path(), "printf '%s' '" + said + "' >&3");

@@ -248,11 +248,80 @@ TEST_CASE("a run that is stopped keeps its worst problem, and does not try it ag
   }
 }
 
+TEST_CASE("of answers that do not hold a run to an accuracy keeps the worst, whichever step it is of",
+          "[program][external]") {
+  // The later a problem, the nearer its answer.
+  TemporaryDirectory directory;
+  std::ofstream(directory.path() / "slide.xml") << R"(<scenario title="A box slides">
+  <simulation step="1e-3" duration="0.2"/><reference kind="missing"/><gravity constant="0 -9.8 0"/>
+  <bodies><half_space name="floor" point="0 0 0" normal="0 1 0"/>
+    <box name="box" size="1 1 1" mass="1" position="0 0.5 0" velocity="0.6 0 0"/></bodies>
+  <contacts><pair a="box" b="floor" mu="0.25"/></contacts></scenario>)";
+  const Result result =
+      run(directory.path(), external(toy + " binary near", {"run", "slide.xml", "--accuracy", "1e-4",
+                                                            "--record-interval", "0.02", "--out", "r", "--quiet"}));
+  INFO(result.err);
+  REQUIRE(result.code == 0);
+  const Json json = summary(directory.path() / "r");
+  CHECK(json["status"] == "inaccurate");
+  REQUIRE(json["steps"] >= 10);
+  CHECK(json["residuals"]["inaccurate_events"] > 10);
+  const std::string reason = json["reason"], words = "the worst: checked residual ";
+  const std::size_t at = reason.find(words);
+  REQUIRE(at != std::string::npos);
+  CHECK(std::stod(reason.substr(at + words.size())) == Approx(json["residuals"]["max"].get<double>()).epsilon(1e-2));
+}
+
+TEST_CASE("of several bodies apart the problem that a run keeps is of those with the worst contact alone",
+          "[program][external]") {
+  TemporaryDirectory directory;
+  std::ofstream(directory.path() / "two.xml") << R"(<scenario title="Two boxes">
+  <simulation step="1e-3" duration="2e-3"/><reference kind="missing"/><gravity constant="0 -9.8 0"/>
+  <bodies><half_space name="floor" point="0 0 0" normal="0 1 0"/>
+    <box name="left" size="1 1 1" mass="1" position="-2 0.5 0"/>
+    <box name="right" size="1 1 1" mass="1" position="2 0.5 0"/></bodies>
+  <contacts><pair a="*" b="floor" mu="0.25"/></contacts></scenario>)";
+  REQUIRE(run(directory.path(), external(toy + " binary near", {"run", "two.xml", "--out", "r", "--quiet"})).code == 0);
+  const Json json = summary(directory.path() / "r");
+  CHECK(json["contacts_max"] == 8);
+  if (json["hard_problem"].is_null()) return;  // a build without HDF5
+  const Result kept = run(directory.path(), {"solve", "r/hard_problem.hdf5", "--kind", "contact", "--method", "coulomb",
+                                             "--json"});
+  REQUIRE(kept.code == 0);
+  CHECK(Json::parse(kept.out)["contacts"] == 4);
+}
+
+TEST_CASE("a solve takes the answers that its tolerance says, and a claim beyond it is a false one",
+          "[program][external]") {
+  TemporaryDirectory directory;
+  std::ofstream(directory.path() / "point.dat") << "3\n1\n0\n3\n3\n3 3\n1 0 0 0 1 0 0 0 1\n-2 1 0\n0.5\n";
+  const auto solved = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"solve", "point.dat", "--kind", "contact", "--json"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Result result = run(directory.path(), external(toy + " binary near", words));
+    INFO(result.err);
+    REQUIRE(result.code == 0);
+    return Json::parse(result.out);
+  };
+  const Json loose = solved({"--tolerance", "1e-2"}), strict = solved({});
+  CHECK(loose["status"] == "ok");
+  CHECK(loose["false_claim"] == false);
+  CHECK(strict["status"] == "inaccurate");
+  CHECK(strict["solver_status"] == "ok");
+  CHECK(strict["false_claim"] == true);
+}
+
 TEST_CASE("a program that is talked to hears the end of the run, and has its last word", "[program][external]") {
   TemporaryDirectory directory;
   const Result result = run(directory.path(), external(toy + " binary time", stack()));
   CHECK(result.code == 0);
   CHECK(result.err.ends_with(" 50\n"));  // seconds and problems: one a step
+  // Solved several times for the times: after one that is not counted.
+  std::ofstream(directory.path() / "point.dat") << "3\n1\n0\n3\n3\n3 3\n1 0 0 0 1 0 0 0 1\n-2 1 0\n0.5\n";
+  for (const auto& [repeat, asked] : {std::pair("1", " 1\n"), {"3", " 4\n"}})
+    CHECK(run(directory.path(), external(toy + " binary time", {"solve", "point.dat", "--kind", "contact", "--json",
+                                                                "--repeat", repeat}))
+              .err.ends_with(asked));
 }
 
 #if !defined(__SANITIZE_ADDRESS__)  // which is given no limit

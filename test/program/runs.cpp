@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -357,7 +358,10 @@ TEST_CASE("check says what a scene has without writing anything", "[program]") {
   INFO(result.err << result.out);
   REQUIRE(result.code == 0);
   for (const char* part : {"5 box", "half_space", "20 at the start", "friction 0.5",
-                           "boxes = 5: number of boxes (an integer, from 1 to 100000) [16]", "(0, -9.8, 0)", "left out",
+                           "boxes = 5: number of boxes (an integer, from 1 to 100000) [16]",
+                           "mu = 0.5: Coulomb friction between boxes, and between box and ground "
+                           "(a number, at least 0) [0.5]",
+                           "(0, -9.8, 0)", "left out",
                            "controllers: none", "convex", "100 steps"})
     CHECK(result.out.find(part) != std::string::npos);
   CHECK(content(directory.path()).empty());
@@ -387,6 +391,14 @@ TEST_CASE("check says what the compression bound forbids in a scene, to who asks
     CHECK(notes({"check", held, "--steps", "0", "--method", "convex"}) == std::pair(false, false));
   CHECK(notes({"check", "urdf_arm.xml", "--steps", "0", "--method", "convex"}) ==
         std::pair(false, false));  // bound off
+  // Whichever of what a block meets stands last, the one that pushes it or the ground.
+  std::string scene = read_file(SOURCE_ROOT "/scenarios/pushed_block.xml");
+  const std::string ground = "    <half_space name=\"ground\" point=\"0 0 0\" normal=\"0 1 0\"/>\n";
+  REQUIRE(scene.find(ground) != std::string::npos);
+  scene.erase(scene.find(ground), ground.size());
+  scene.insert(scene.find("  </bodies>"), ground);
+  std::ofstream(directory.path() / "ground_last.xml") << scene;
+  CHECK(notes({"check", "ground_last.xml", "--steps", "0", "--method", "convex"}) == std::pair(false, true));
 }
 
 TEST_CASE("every scene that comes with the program is valid", "[program]") {
@@ -495,6 +507,14 @@ TEST_CASE("an installed program lists the scenes that came with it, and nothing 
   const Json list = Json::parse(read_file(listed));
   REQUIRE(list.size() == 1);
   CHECK(list[0]["name"] == "sticking_box.xml");
+  // One that cannot be read is among them, with why, and hides none.
+  std::ofstream(scenes / "broken.xml") << "<scenario title=\"broken\">";
+  REQUIRE(std::system(("'" + installed.string() + "' list scenarios --json > '" + listed.string() + "'").c_str()) == 0);
+  const Json both = Json::parse(read_file(listed));
+  REQUIRE(both.size() == 2);
+  CHECK(both[0]["summary"].get<std::string>().starts_with("cannot be read: "));
+  CHECK(both[0]["summary"].get<std::string>().find("broken.xml:1:") != std::string::npos);
+  CHECK(both[1] == list[0]);
 }
 
 TEST_CASE("help and version are answers, not errors", "[program]") {
@@ -508,4 +528,7 @@ TEST_CASE("help and version are answers, not errors", "[program]") {
     CHECK(result.out.find("contactbench") != std::string::npos);
     CHECK(result.err.empty());
   }
+  const std::string version = run(directory.path(), {"--version"}).out;
+  CHECK(version.find(fmt::format("; Eigen {}.{}.{}, ", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION,
+                                 EIGEN_MINOR_VERSION)) != std::string::npos);
 }

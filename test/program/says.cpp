@@ -131,6 +131,23 @@ TEST_CASE("each line of check says what it is about", "[program]") {
   }
 }
 
+TEST_CASE("of several robots check names the one that a controller drives", "[program]") {
+  const TemporaryDirectory directory;
+  std::string scene = read_file(stress + "stiff_joints.xml");
+  scene.insert(scene.find("    <robot name=\"train\">"),
+               R"(<robot name="idle"><link name="third" mass="1" position="5 0 0" inertia="1 1 1"/>
+      <joint name="three" kind="prismatic" parent="world" child="third" axis="1 0 0"/></robot>
+)");
+  std::ofstream(directory.path() / "two.xml") << scene;
+  const Result result = run(directory.path(), {"check", "two.xml"});
+  INFO(result.out << result.err);
+  REQUIRE(result.code == 0);
+  CHECK(has_line(result.out, "  robot       idle: 1 links, 1 degrees of freedom"));
+  CHECK(has_line(result.out, "  robot       train: 2 links, 2 degrees of freedom"));
+  const std::string summary_of = listed(directory.path(), "controllers").at("computed_torque")["summary"];
+  CHECK(has_line(result.out, "  controller  computed_torque of train: " + summary_of));
+}
+
 TEST_CASE("check says which ways of stepping fit a scene and a method", "[program]") {
   const TemporaryDirectory directory;
   write_scene(directory.path());

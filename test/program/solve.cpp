@@ -223,6 +223,7 @@ TEST_CASE("wrong flags of solve are named, with the fix", "[program]") {
   solve_refused({lcp, "--kind", "lcp", "--time-limit", "nan"}, {"--time-limit nan"});
   solve_refused({lcp, "--kind", "lcp", "--out", "no/such/folder/z.mtx"}, {"--out", "folder"});
   solve_refused({lcp, "--kind", "lcp", "--out", ""}, {"--out"});
+  solve_refused({lcp, "--kind", "lcp", "--out", "."}, {"--out .: must name a file"});
   if (has_fclib())
     solve_refused({data + "/problems/gen_free_b2_c1_s1.hdf5", "--kind", "contact", "--method", "ap", "--symmetrise"},
                   {"--symmetrise", "leave it out"});
