@@ -390,6 +390,12 @@ TEST_CASE("a check takes its steps with the joint forces that the scene names, a
   INFO(implicit.err);
   CHECK(implicit.code == 0);
   CHECK(implicit.out.find("100 steps\n") != std::string::npos);
+  // Nor does it warn of the step that the other forces would need, of 1.2e-4 s.
+  CHECK(implicit.out.find("the implicit step of the robots' torques is stable up to h = ") != std::string::npos);
+  CHECK(implicit.out.find("at the scene's own it is not") == std::string::npos);
+  const Json json = Json::parse(run(directory.path(), {"check", "stiff.xml", "--set", "stiffness=1e8", "--json"}).out);
+  CHECK(json["joint_forces"] == "implicit");
+  CHECK(json["largest_stable_step_s"] > 1e-3);
 }
 
 TEST_CASE("check says of a scene that no method can begin with what run says of it", "[program]") {

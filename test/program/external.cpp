@@ -248,30 +248,6 @@ TEST_CASE("a run that is stopped keeps its worst problem, and does not try it ag
   }
 }
 
-TEST_CASE("of answers that do not hold a run to an accuracy keeps the worst, whichever step it is of",
-          "[program][external]") {
-  // The later a problem, the nearer its answer.
-  TemporaryDirectory directory;
-  std::ofstream(directory.path() / "slide.xml") << R"(<scenario title="A box slides">
-  <simulation step="1e-3" duration="0.2"/><reference kind="missing"/><gravity constant="0 -9.8 0"/>
-  <bodies><half_space name="floor" point="0 0 0" normal="0 1 0"/>
-    <box name="box" size="1 1 1" mass="1" position="0 0.5 0" velocity="0.6 0 0"/></bodies>
-  <contacts><pair a="box" b="floor" mu="0.25"/></contacts></scenario>)";
-  const Result result =
-      run(directory.path(), external(toy + " binary near", {"run", "slide.xml", "--accuracy", "1e-4",
-                                                            "--record-interval", "0.02", "--out", "r", "--quiet"}));
-  INFO(result.err);
-  REQUIRE(result.code == 0);
-  const Json json = summary(directory.path() / "r");
-  CHECK(json["status"] == "inaccurate");
-  REQUIRE(json["steps"] >= 10);
-  CHECK(json["residuals"]["inaccurate_events"] > 10);
-  const std::string reason = json["reason"], words = "the worst: checked residual ";
-  const std::size_t at = reason.find(words);
-  REQUIRE(at != std::string::npos);
-  CHECK(std::stod(reason.substr(at + words.size())) == Approx(json["residuals"]["max"].get<double>()).epsilon(1e-2));
-}
-
 TEST_CASE("of several bodies apart the problem that a run keeps is of those with the worst contact alone",
           "[program][external]") {
   TemporaryDirectory directory;

@@ -1,9 +1,30 @@
 // Ways of stepping, as a user asks for them.
+#include <catch2/catch.hpp>
 #include <set>
 
 #include "program/program.h"
 
 using namespace program;
+
+namespace {
+
+/// Summary of a run to an accuracy of a box that slides, answered by toy_solver.cpp with this fault.
+Json slides_to_an_accuracy(const fs::path& directory, const std::string& fault) {
+  std::ofstream(directory / "slide.xml") << R"(<scenario title="A box slides">
+  <simulation step="1e-3" duration="0.2"/><reference kind="missing"/><gravity constant="0 -9.8 0"/>
+  <bodies><half_space name="floor" point="0 0 0" normal="0 1 0"/>
+    <box name="box" size="1 1 1" mass="1" position="0 0.5 0" velocity="0.6 0 0"/></bodies>
+  <contacts><pair a="box" b="floor" mu="0.25"/></contacts></scenario>)";
+  const std::string command = std::string(TOY_SOLVER) + " binary " + fault;
+  const Result result = run(directory, {"run", "slide.xml", "--method", "external", "--command", command, "--law",
+                                        "coulomb", "--accuracy", "1e-4", "--record-interval", "0.02", "--out", "r",
+                                        "--quiet"});
+  INFO(result.err);
+  REQUIRE(result.code == 0);
+  return summary(directory / "r");
+}
+
+}  // namespace
 
 TEST_CASE("a wanted accuracy is reached, and the summary says at what cost", "[program]") {
   TemporaryDirectory directory;
@@ -91,4 +112,28 @@ TEST_CASE("to an accuracy what is only tried leaves no contacts: an extrapolated
   REQUIRE_FALSE(extrapolated.empty());
   for (const std::string& line : lines(read_file(out / "contacts.csv")))
     CHECK_FALSE(extrapolated.contains(cells(line).at(1)));
+}
+
+TEST_CASE("of answers that do not hold a run to an accuracy keeps the worst, whichever step it is of",
+          "[program][external]") {
+  // The later a problem, the nearer its answer.
+  TemporaryDirectory directory;
+  const Json json = slides_to_an_accuracy(directory.path(), "near");
+  CHECK(json["status"] == "inaccurate");
+  REQUIRE(json["steps"] >= 10);
+  CHECK(json["residuals"]["inaccurate_events"] > 10);
+  const std::string reason = json["reason"], words = "the worst: checked residual ";
+  const std::size_t at = reason.find(words);
+  REQUIRE(at != std::string::npos);
+  CHECK(std::stod(reason.substr(at + words.size())) == Approx(json["residuals"]["max"].get<double>()).epsilon(1e-2));
+}
+
+TEST_CASE("an answer that does not hold in a try that is not taken is none of the run's", "[program][external]") {
+  // The box falls into the floor in one base step of the first try, which the others show.
+  TemporaryDirectory directory;
+  const Json json = slides_to_an_accuracy(directory.path(), "wrong=4");
+  CHECK(json["status"] == "ok");
+  CHECK(json["residuals"]["false_claims"] == 1);
+  CHECK(json["residuals"]["inaccurate_events"] == 0);
+  CHECK(json["hard_problem"].is_null());
 }
