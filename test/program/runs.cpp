@@ -354,7 +354,8 @@ TEST_CASE("the summary on standard output is the one in the file", "[program]") 
 
 TEST_CASE("check says what a scene has without writing anything", "[program]") {
   TemporaryDirectory directory;
-  const Result result = run(directory.path(), {"check", "stack.xml", "--set", "boxes=5", "--method", "convex"});
+  const Result result =
+      run(directory.path(), {"check", "stack.xml", "--set", "boxes=5", "--set", "mu=0.5", "--method", "convex"});
   INFO(result.err << result.out);
   REQUIRE(result.code == 0);
   for (const char* part : {"5 box", "half_space", "20 at the start", "friction 0.5",

@@ -32,6 +32,7 @@ TEST_CASE("a wanted accuracy is reached, and the summary says at what cost", "[p
       directory.path(), {"run", "sliding_box", "--method", "convex", "--accuracy", "1e-8", "--quiet", "--out", "out"});
   INFO(result.err);
   REQUIRE(result.code == 0);
+  CHECK(result.err.empty());
   const Json json = summary(directory.path() / "out");
   CHECK(json["errors"]["position_linf_m"] <= 1e-7);
   CHECK(json["accuracy"]["wanted_m"] == 1e-8);
@@ -42,6 +43,29 @@ TEST_CASE("a wanted accuracy is reached, and the summary says at what cost", "[p
   CHECK(json["solves"] < 1000);
   CHECK(json["options"]["stepping"] == "accuracy");
   CHECK(json["options"]["step"].is_null());
+}
+
+TEST_CASE("where the error may be larger than what was wanted a run says by how much", "[program]") {
+  // Each of the boxes stops at a time of its own, in a step of first order that may miss half of what is wanted.
+  TemporaryDirectory directory;
+  std::ofstream(directory.path() / "four.xml") << R"(<scenario title="Four boxes stop">
+  <simulation step="1e-3" duration="0.2"/><reference kind="missing"/><gravity constant="0 -9.8 0"/>
+  <bodies><half_space name="floor" point="0 0 0" normal="0 1 0"/>
+    <box name="a" size="1 1 1" mass="1" position="0 0.5 0" velocity="0.1 0 0"/>
+    <box name="b" size="1 1 1" mass="1" position="0 0.5 3" velocity="0.2 0 0"/>
+    <box name="c" size="1 1 1" mass="1" position="0 0.5 6" velocity="0.3 0 0"/>
+    <box name="d" size="1 1 1" mass="1" position="0 0.5 9" velocity="0.4 0 0"/></bodies>
+  <contacts><pair a="*" b="floor" mu="0.25"/></contacts></scenario>)";
+  const Result result = run(directory.path(), {"run", "four.xml", "--method", "convex", "--accuracy", "1e-6", "--quiet",
+                                               "--out", "out"});
+  INFO(result.err);
+  REQUIRE(result.code == 0);
+  const double estimated = summary(directory.path() / "out")["accuracy"]["estimated_error_m"];
+  REQUIRE(estimated > 1e-6);
+  const std::string words = "contactbench run: warning: the error is estimated to be up to ";
+  REQUIRE(result.err.starts_with(words));
+  CHECK(std::stod(result.err.substr(words.size())) == Approx(estimated).epsilon(1e-2));
+  CHECK(result.err.ends_with(" m, of 1e-06 m wanted\n"));
 }
 
 TEST_CASE("the summary has the closed gap that is in force", "[program]") {
