@@ -259,7 +259,19 @@ TEST_CASE("an engine's program that is started by hand describes itself, or says
     return WEXITSTATUS(status);
   };
   CHECK(by_hand("--describe") == 0);
-  CHECK(Json::parse(read_file(out))["name"] == "broken");
+  const Json said = Json::parse(read_file(out));
+  const Json wanted = {{"name", "broken"},
+                       {"summary", "goes wrong on purpose"},
+                       {"version", "1"},
+                       {"precision", "double"},
+                       {"package", "none"},
+                       {"documentation", Json::array({"none, either"})},
+                       {"shared", Json::array({"gravity"})},
+                       {"apart", Json::array({"forces: none", "contacts: none"})}};
+  for (const auto& part : wanted.items()) CHECK(said.at(part.key()) == part.value());
+  CHECK(said["knobs"] == Json::parse(R"([{"name": "depth", "default": 1, "unit": "m", "meaning": "of nothing"}])"));
+  CHECK(said["variants"][0] ==
+        Json::parse(R"({"name": "falls", "summary": "falls", "diagonal": 1, "knobs": {"depth": 1}})"));
   CHECK(by_hand("") == 2);
   CHECK(read_file(err).starts_with("The engine broken for contactbench"));
   CHECK(by_hand("--run nonsense") == 1);

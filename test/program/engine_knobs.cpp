@@ -136,6 +136,68 @@ TEST_CASE("no two ways of solving that an engine has are one", "[program][engine
   }
 }
 
+namespace {
+
+struct Turned {
+  const char *engine, *variant, *knob;
+};
+
+/// Does each change the way of a slab that slides and turns, with a block on it where the engine knows such a contact?
+void check_turned(const std::vector<Turned>& cases) {
+  const TemporaryDirectory directory;
+  const auto here = engines_here(directory.path());
+  std::map<std::string, std::string> plain;  // ways without a knob that is turned
+  for (const auto& [engine, variant, knob] : cases) {
+    if (!here.contains(engine)) continue;
+    INFO(engine << " " << variant << " " << knob);
+    const bool block = engine != std::string("simbody");
+    std::ofstream(directory.path() / "slab.xml") << R"(<scenario title="A slab slides with a block on it">
+<simulation step="1e-3" duration="0.02"/><reference kind="missing"/><gravity constant="0 -9.8 0"/>
+<bodies><half_space name="ground" point="0 0 0" normal="0 1 0"/>
+<box name="slab" size="1 0.2 0.8" mass="2" position="0 0.1 0" velocity="2 0 0.5" angular_velocity="0 3 0"/>)"
+                                                 << (block ? R"(<box name="block" size="0.4 0.4 0.4" mass="1"
+position="0.1 0.4 0" velocity="2 0 0.5"/>)"
+                                                           : "")
+                                                 << R"(</bodies><contacts><pair a="slab" b="ground" mu="0.3"/>)"
+                                                 << (block ? R"(<pair a="slab" b="block" mu="0.3"/>)" : "")
+                                                 << "</contacts></scenario>";
+    const auto way = [&, by = Words{"--engine", engine, "--variant", variant}](const Words& knobs) {
+      const Result ended =
+          run(directory.path(), with_knobs(joined({"run", "slab.xml", "--out", "out", "--quiet"}, by), knobs));
+      INFO(ended.err);
+      REQUIRE(ended.code == 0);
+      return read_file(directory.path() / "out/trajectory.csv");
+    };
+    std::string& as_it_is = plain[std::string(engine) + variant];
+    if (as_it_is.empty()) as_it_is = way({});
+    CHECK(way({knob}) != as_it_is);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("knobs of how ODE, Bullet and MuJoCo solve change what comes of it", "[program][engines]") {
+  check_turned({{"ode", "quick", "iterations=1"},
+                {"ode", "quick", "relaxation=1"},
+                {"ode", "world", "finite_rotation=1"},
+                {"bullet", "si10", "iterations=1"},
+                {"bullet", "si10", "cfm=1e-3"},
+                {"bullet", "si10", "warm_start=0.5"},
+                {"bullet", "si10", "friction_directions=2"},
+                {"mujoco", "pgs-elliptic", "iterations=1"},
+                {"mujoco", "pgs-elliptic", "tolerance=1"},
+                {"mujoco", "newton-elliptic", "noslip_iterations=3"},
+                {"mujoco", "newton-elliptic", "impratio=10"}});
+}
+
+TEST_CASE("knobs of how DART, Simbody and Siconos solve change what comes of it", "[program][engines]") {
+  check_turned({{"dart", "pgs", "iterations=1"},
+                {"simbody", "compliant", "stiffness=1e5"},
+                {"simbody", "compliant", "dissipation=0"},
+                {"simbody", "compliant", "transition_speed=5"},
+                {"siconos", "nsgs", "iterations=1"}});
+}
+
 TEST_CASE("counts among an engine's own knobs are whole, not too few, and not too many where there are so many",
           "[program][engines]") {
   const TemporaryDirectory directory;

@@ -58,14 +58,15 @@ angular_velocity="3 2 1"/></bodies></scenario>)";
   }
 }
 
-TEST_CASE("a force in an engine pushes its body and no other, in the steps that start within its time",
+TEST_CASE("forces in an engine push their body and no other, each in the steps that start within its time",
           "[program][engines]") {
   const TemporaryDirectory directory;
   std::ofstream(directory.path() / "pushed.xml") << R"(<scenario title="One of two balls is pushed">
-<simulation step="1e-3" duration="0.02"/><reference kind="missing"/><gravity constant="0 0 0"/>
+<simulation step="1e-3" duration="0.02"/><reference kind="missing"/><gravity constant="1 -10 2"/>
 <bodies><sphere name="left" radius="0.5" mass="1" position="-2 0 0"/>
 <sphere name="right" radius="0.5" mass="4" position="2 0 0"/></bodies>
-<forces><force body="right" force="4 -8 12" from="0.005" to="0.015"/></forces></scenario>)";
+<forces><force body="right" force="4 -8 12" from="0.005" to="0.015"/>
+<force body="right" force="0 4 -4" from="0.01" to="0.018"/></forces></scenario>)";
   for (const auto& [name, about] : engines_here(directory.path())) {
     const Result ended = run(directory.path(), {"run", "pushed.xml", "--engine", name, "--out", "out", "--quiet"});
     INFO(name << ": " << ended.err);
@@ -74,11 +75,13 @@ TEST_CASE("a force in an engine pushes its body and no other, in the steps that 
     REQUIRE(rows.size() == 2 * 21);
     const Row &left = rows[rows.size() - 2], &right = rows.back();
     const double rounding = about["precision"] == "single" ? 1e-6 : 1e-10;
-    for (const char* v : {"vx", "vy", "vz"}) CHECK(left.at(v) == Approx(0).margin(rounding));
-    // (1, -2, 3) m/s^2 for ten steps
-    CHECK(right.at("vx") == Approx(0.01).margin(rounding));
-    CHECK(right.at("vy") == Approx(-0.02).margin(rounding));
-    CHECK(right.at("vz") == Approx(0.03).margin(rounding));
+    // Gravity for all steps; (1, -2, 3) m/s^2 for ten of them, (0, 1, -1) for eight, five of which are the same.
+    const double by_gravity[] = {0.02, -0.2, 0.04}, by_forces[] = {0.01, -0.02 + 0.008, 0.03 - 0.008};
+    const char* velocity[] = {"vx", "vy", "vz"};
+    for (std::size_t k = 0; k < 3; ++k) {
+      CHECK(left.at(velocity[k]) == Approx(by_gravity[k]).margin(rounding));
+      CHECK(right.at(velocity[k]) == Approx(by_gravity[k] + by_forces[k]).margin(rounding));
+    }
   }
 }
 
@@ -159,16 +162,17 @@ TEST_CASE("a perturbed run of an engine starts where a method's does", "[program
 
 TEST_CASE("rows of an engine's run are of the steps that are recorded, its largest overlap of the last one too",
           "[program][engines]") {
-  // The link falls under a gravity that changes; its ball, a metre below its centre, goes into the ground.
+  // The link falls under a gravity that changes; its head, a metre below its centre, goes into the ground first, and
+  // deeper than its claw.
   const TemporaryDirectory directory;
   std::ofstream(directory.path() / "hammer.xml") << R"(<scenario title="A hammer falls through the ground">
 <simulation step="1e-3" duration="0.5"/><reference kind="missing"/>
 <gravity constant="0 -9.8 0"><harmonic axis="y" amplitude="2" frequency="4"/></gravity>
 <bodies><half_space name="ground" point="0 0 0" normal="0 1 0"/>
 <robot name="robot"><link name="hammer" mass="3" position="0 2 0" inertia="1 1 1">
-<sphere name="head" radius="0.5" position="0 1 0"/></link>
+<sphere name="head" radius="0.5" position="0 1 0"/><sphere name="claw" radius="0.5" position="0 1.3 0"/></link>
 <joint name="floats" kind="free" parent="world" child="hammer"/></robot></bodies>
-<contacts><pair a="head" b="ground" mu="0.5"/></contacts></scenario>)";
+<contacts><pair a="head" b="ground" mu="0.5"/><pair a="claw" b="ground" mu="0.5"/></contacts></scenario>)";
   const Result ended = falls(directory.path(), {"run", "hammer.xml", "--record-every", "200"});
   INFO(ended.err);
   REQUIRE(ended.code == 0);
@@ -193,6 +197,63 @@ TEST_CASE("rows of an engine's run are of the steps that are recorded, its large
   }
   CHECK(overlap(y) > steps[1].at("max_penetration") + 0.1);
   CHECK(summary(directory.path() / "out")["max_penetration"].get<double>() == Approx(overlap(y)));
+}
+
+TEST_CASE("an engine's summary has the most of what its steps have, and the sum of their times", "[program][engines]") {
+  // The ball meets the ground on its way, after 0.45 s; in the end it is in flight again.
+  const TemporaryDirectory directory;
+  if (!engines_here(directory.path()).contains("ode")) return;
+  const fs::path out = directory.path() / "out";
+  const Result ended = run(directory.path(), {"run", preflight_scenes + "bounce.xml", "--restitution", "1", "--engine",
+                                              "ode", "--out", "out", "--quiet"});
+  INFO(ended.err);
+  REQUIRE(ended.code == 0);
+  const std::vector<Row> steps = rows_of(out / "steps.csv");
+  REQUIRE(steps.size() == 600);
+  double contacts = 0, deepest = 0, stepping = 0, solving = 0;
+  for (const Row& step : steps) {
+    contacts = std::max(contacts, step.at("contacts"));
+    deepest = std::max(deepest, step.at("max_penetration"));
+    stepping += step.at("step_s");
+    solving += step.at("solve_s");
+  }
+  CHECK(contacts == 1);
+  CHECK(deepest > 1e-4);
+  CHECK(steps.back().at("contacts") == 0);
+  CHECK(steps.back().at("max_penetration") == 0);
+  const Json row = summary(out);
+  CHECK(row["contacts_max"] == 1);
+  CHECK(row["max_penetration"].get<double>() == Approx(deepest));
+  CHECK(row["time"]["total_s"].get<double>() == Approx(stepping));
+  CHECK(row["time"]["solve_s"].get<double>() == Approx(solving));
+}
+
+TEST_CASE("a preflight measures of ODE the friction and the restitution that it has", "[program][engines]") {
+  const TemporaryDirectory directory;
+  if (!engines_here(directory.path()).contains("ode")) return;
+  const Result ended = run(directory.path(), {"check", "--engine", "ode", "--variant", "world", "--json"});
+  INFO(ended.err);
+  CHECK(ended.code == 3);  // what takes depth away throws back what has no restitution
+  const Json rows = Json::parse(ended.out);
+  REQUIRE(rows.size() == 1);
+  std::map<std::string, Json> measured;
+  for (const Json& line : rows[0]["lines"]) measured[line["name"].get<std::string>()] = line;
+  const double pyramid = std::sqrt(2.0);
+  for (const auto& [name, value] : {std::pair("friction along x, of mu", 1.0),
+                                    {"friction at 45 degrees, of mu", pyramid},
+                                    {"heading left at 45 degrees", 0.0},
+                                    {"contacts of a box on the ground", 4.0},
+                                    {"restitution of 0.5", 0.5}}) {
+    INFO(name);
+    const Json& line = measured.at(name);
+    CHECK(line["measured"].get<double>() == Approx(value).margin(5e-3));
+    CHECK(line["expected"].get<double>() == Approx(value));
+    CHECK(line["passed"] == true);
+  }
+  const Json& none = measured.at("restitution of 0");
+  CHECK(none["measured"].get<double>() == Approx(0.15).margin(0.05));
+  CHECK(none["expected"] == 0);
+  CHECK(none["passed"] == false);
 }
 
 TEST_CASE("an engine that comes back from its steps ends at its time limit by itself", "[program][engines]") {

@@ -7,6 +7,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
+#include <tuple>
 
 #include "program/program.h"
 
@@ -235,7 +236,8 @@ TEST_CASE("an engine's run leaves no file of an earlier one, and refuses before 
   CHECK(fs::exists(directory.path() / "own/step_000001.hdf5"));
 }
 
-TEST_CASE("what is no contact's is no impact: rounding of single precision, a force in flight", "[program][engines]") {
+TEST_CASE("what is no contact's is no impact (rounding of single precision, a force in flight), many steps may be one",
+          "[program][engines]") {
   const TemporaryDirectory directory;
   const Json all = Json::parse(run(directory.path(), {"list", "engines", "--json"}).out);
   std::ofstream(directory.path() / "pushed.xml") << R"(<scenario title="A ball falls and is pushed">
@@ -244,18 +246,21 @@ TEST_CASE("what is no contact's is no impact: rounding of single precision, a fo
 <sphere name="ball" radius="1" mass="4" position="0 1.5 0" velocity="1 -10 0"/></bodies>
 <contacts><pair a="ball" b="ground" mu="0.6"/></contacts>
 <forces><force body="ball" force="4 0 0" from="0" to="0.01"/></forces></scenario>)";
-  for (const auto& [name, scene] : {std::pair("bullet-float", "impacting_sphere"), {"ode", "pushed.xml"}}) {
+  // MuJoCo takes 0.04 s for the impact, in which it gives an eighth of the speed back.
+  for (const auto& [name, scene, duration, off] : {std::tuple("bullet-float", "impacting_sphere", "0.1", 1.0),
+                                                   {"ode", "pushed.xml", "0.1", 1.0},
+                                                   {"mujoco", "impacting_sphere", "0.15", 2.0}}) {
     const bool here = std::any_of(all.begin(), all.end(), [&, wanted = name](const Json& engine) {
       return engine["name"] == wanted && engine["unavailable"].is_null();
     });
     if (!here) continue;
-    const Result result = run(directory.path(), {"run", scene, "--engine", name, "--step", "1e-3", "--duration", "0.1",
-                                                 "--out", "out", "--quiet"});
+    const Result result = run(directory.path(), {"run", scene, "--engine", name, "--step", "1e-3", "--duration",
+                                                 duration, "--out", "out", "--quiet"});
     INFO(name << ": " << result.err);
     REQUIRE(result.code == 0);
     const Json errors = summary(directory.path() / "out")["errors"];
     // It comes down with 10.5 m/s after 0.05 s.
-    CHECK(errors["velocity_after_impact_m_per_s"].get<double>() < 1);
+    CHECK(errors["velocity_after_impact_m_per_s"].get<double>() < off);
     CHECK(errors["energy_rise_linf_j"].get<double>() < 1);  // of 200 J that it comes with, and loses
     if (errors.contains("impact_time_error_s")) CHECK(errors["impact_time_error_s"].get<double>() < 2e-3);
   }

@@ -173,6 +173,76 @@ TEST_CASE("the momentum that an engine's own impulses give is that of its step",
   });
 }
 
+// Of the point that slides, v- + r / m is (0, 2, 0) m/s; that between the walls stays at rest. In the first term of the
+// natural map r is (8, -4, 0), r - u / w (8, -12, 0), and its projection (11.2, -5.6, 0).
+TEST_CASE("what is said of an engine's own problem is what its numbers come to, the worst of all bodies and contacts",
+          "[program][engines]") {
+  if (!cb::fclib_available()) return;
+  const TemporaryDirectory directory;
+  const Result ended = run(directory.path(),
+                           {"run", preflight_scenes + "fall.xml", "--engine", "broken", "--variant", "tells",
+                            "--duration", "0.002", "--save-problems", "own", "--out", "out", "--quiet"},
+                           [] { setenv("CONTACTBENCH_ENGINES", BROKEN_ENGINE_FOLDER, 1); });
+  INFO(ended.err);
+  REQUIRE(ended.code == 0);
+  const fs::path stem = directory.path() / "own/step_000000002";
+  const Json about = Json::parse(read_file(stem.string() + ".json"));
+  CHECK(about["engine"] == "broken");
+  CHECK(about["version"] == "1");
+  CHECK(about["variant"] == "tells");
+  CHECK(about["knobs"] == Json({{"depth", 1}}));
+  CHECK(about["step"] == 2);
+  CHECK(about["step_s"] == 1e-3);
+  CHECK(about["t"].get<double>() == Approx(2e-3));
+  CHECK(about["contacts"] == 3);
+  CHECK(about["velocities"] == 6);
+  CHECK(about["law"] == "friction cone");
+  CHECK(about["offset"] == "nothing");
+  CHECK(about["compliance_per_kg"] == Json::parse("[0, 0, 0, 0.5, 0.5, 0.5, 0.25, 0.25, 0.25]"));
+  CHECK(about["largest_compliance_per_kg"] == 0.5);
+  CHECK(about["velocity_error"].get<double>() == Approx(1.5));  // the other's: 0.75
+  CHECK(about["momentum_error"].get<double>() == Approx(4 * 1.5 / (4 * 3)));  // the other's: 0.75 of |r| + |r| = 6
+  const double slides = 0.25 * (3.2 * 3.2 + 1.6 * 1.6), held = 1.5 * 1.5 + 0.75 * 0.75, before = (2 * 2 + 3 * 3) / 0.25;
+  CHECK(about["own_residual"].get<double>() == Approx(std::sqrt((slides + held) / before)));
+  CHECK(cb::read_impulses(stem.string() + ".hdf5", 3) == std::vector<double>{8, -4, 0, 3, 0, 0, 3, 0, 0});
+}
+
+TEST_CASE("what an engine's own impulses give a turned box that falls on a corner is that of its step",
+          "[program][engines]") {
+  // Its lowest corner is 1.3 mm above the ground; friction and the way to the centre have their part in it.
+  if (!cb::fclib_available()) return;
+  const TemporaryDirectory directory;
+  std::ofstream(directory.path() / "corner.xml") << R"(<scenario title="A box falls on a corner">
+<simulation step="1e-3" duration="0.02"/><reference kind="missing"/><gravity constant="0 -9.8 0"/>
+<bodies><half_space name="ground" point="0 0 0" normal="0 1 0"/>
+<box name="box" size="1 0.6 0.4" mass="2" position="0 0.525 0" axis="1 2 2" angle="0.7" velocity="1 -1 0.5"/></bodies>
+<contacts><pair a="box" b="ground" mu="0.5"/></contacts></scenario>)";
+  for (const auto& [engine, variant] : {std::pair("mujoco", "newton-elliptic"),
+                                        {"mujoco", "newton-pyramidal"},
+                                        {"dart", "dantzig"},
+                                        {"siconos", "nsgs"}}) {
+    if (!is_here(directory.path(), engine)) continue;
+    const Result ended = run(directory.path(), {"run", "corner.xml", "--engine", engine, "--variant", variant,
+                                                "--save-problems", "own", "--out", "out", "--quiet"});
+    INFO(engine << " " << variant << ": " << ended.err);
+    REQUIRE(ended.code == 0);
+    double across = 0;  // N s, of friction
+    for (const auto& entry : fs::directory_iterator(directory.path() / "own")) {
+      if (entry.path().extension() != ".json") continue;
+      const Json about = Json::parse(read_file(entry.path()));
+      INFO(about.dump());
+      CHECK(about["momentum_error"].get<double>() <= 1e-8);
+      CHECK(about["velocity_error"].get<double>() <= 1e-8);
+      CHECK(about["own_residual"].is_number() == (variant == std::string("newton-elliptic")));
+      const fs::path file = fs::path(entry.path()).replace_extension(".hdf5");
+      const std::vector<double> impulse = cb::read_impulses(file.string(), about["contacts"].get<int>());
+      for (std::size_t i = 0; i < impulse.size(); i += 3)
+        across = std::max(across, std::hypot(impulse[i + 1], impulse[i + 2]));
+    }
+    CHECK(across > 0.01);
+  }
+}
+
 // A box falls by n h g before its first contact, and all four corners with it: M has its mass, and J v- is its speed.
 TEST_CASE("the first contact problem of a box that an engine meets is that of a fall", "[program][engines]") {
   if (!cb::fclib_available()) return;

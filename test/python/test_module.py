@@ -112,6 +112,8 @@ class Problems(unittest.TestCase):
             (lambda: cb.Problem(M="a", J=J, v=v, mu=1), ["M:", "numbers"]),
             (lambda: cb.Problem(W=np.eye(3) + np.eye(3, k=1), q=v[:3], mu=1), ["W is not symmetric"]),
             (lambda: cb.Problem(M=M[:5], J=J, v=v, mu=1), ["M: is 5 x 6", "square"]),
+            (lambda: cb.Problem(M=v, J=J, v=v, mu=1), ["M: has 1 dimensions", "2"]),
+            (lambda: cb.Problem(M=M, J=J, v=[0, 0, np.inf, 0, 0, 0], mu=1), ["v: entry 2 is not"]),
             (lambda: cb.Problem(W=np.eye(3)[:2], q=v[:3], mu=1), ["W: is 2 x 3", "square"]),
             (lambda: cb.Problem(W=np.eye(3), q=v[:3], mu=1, offset=v[:3]), ["offset: belongs to M, J, v"]),
             (lambda: cb.Problem(M=M, J=J, v=v, mu=[1, 1]), ["mu: holds 2 numbers", "1 belong"]),
@@ -151,6 +153,12 @@ class Problems(unittest.TestCase):
             self.assertNotIn("--", message)
             for word in words:
                 self.assertIn(word, message)
+
+    def test_a_file_that_is_not_there_is_named_as_it_was_given(self):
+        for name in ("no--such.hdf5", "no such--file.hdf5"):
+            with self.assertRaises(cb.Error) as raised:
+                cb.Problem.read(name)
+            self.assertIn(name, str(raised.exception))
 
 
 class Answers(unittest.TestCase):
@@ -207,6 +215,12 @@ class Answers(unittest.TestCase):
             self.assertTrue(a, (path, a))
             self.assertEqual(a.solver_status, "ok")
             self.assertLess(a.law_residual, 1e-9)
+
+    def test_a_program_answers_like_a_method(self):
+        command = f"{sys.executable} {os.path.join(ROOT, 'docs', 'examples', 'external_solver.py')}"
+        a = cb.solve(ball(mu=0.1), "external", command=command, law="coulomb")
+        self.assertEqual((a.status, a.reason, a.solver_status), ("ok", "", "ok"))
+        np.testing.assert_allclose(a.impulses, [[2, -0.2, 0]], atol=1e-9)
 
     def test_however_a_function_fails_its_answer_is_typed(self):
         def raises(problem):

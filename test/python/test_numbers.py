@@ -2,8 +2,10 @@
 import csv
 import json
 import os
+import resource
 import subprocess
 import tempfile
+import time
 import unittest
 
 import numpy as np
@@ -88,6 +90,15 @@ class ByHand(unittest.TestCase):
                 self.assertEqual("beyond 1e-10" in a.reason, not holds)
             # What the referee finds is nothing that the solver said.
             self.assertEqual((judged.solver_status, solved.solver_status, solved.solver_reason), (None, "ok", ""))
+
+    def test_a_polygon_has_the_edges_that_are_asked_for_whoever_answers(self):
+        # It slides with (1, 0.5): friction 0.2 is at the corner nearest to that, of four or of eight.
+        p, diagonal = cb.Problem(W=np.eye(3), q=[-2, 1, 0.5], mu=0.1), 0.2 * np.sqrt(0.5)
+        for k, right in ((4, [2, -0.2, 0]), (8, [2, -diagonal, -diagonal])):
+            for asked in (4, 8):
+                judged = cb.judge(p, right, "anitescu_potra", k=asked)
+                solved = cb.solve(p, lambda problem, answer=right: answer, law="anitescu_potra", k=asked)
+                self.assertEqual((judged.holds, solved.holds), (k == asked, k == asked), (k, asked))
 
     def test_a_method_finds_it_and_says_of_itself_what_it_knows(self):
         a = cb.solve(two(), "coulomb")
@@ -229,6 +240,42 @@ class Runs(unittest.TestCase):
         for options, bound in (({}, "off"), ({"compression_bound": True}, "on")):
             self.assertEqual(cb.run("grasp.xml", "convex", duration=0.002, **options).summary["options"]["compression_bound"],
                              bound)
+
+    def test_options_that_are_none_are_as_if_they_were_left_out(self):
+        names = ("law", "set", "step", "friction", "prune", "stepping", "restitution", "record_every", "time_limit", "k", "solver",
+                 "variant")
+        none, out = (cb.run("sticking_box.xml", "ap", duration=0.002, **options) for options in (dict.fromkeys(names), {}))
+        self.assertEqual(none.summary["options"], out.summary["options"])
+        np.testing.assert_array_equal(none.position, out.position)
+
+    def test_a_variant_is_the_one_that_is_asked_for(self):
+        for method, variant in (("newton", "stick-tested"), ("soft", "mujoco")):
+            self.assertEqual(cb.run("sticking_box.xml", method, duration=0.002, variant=variant).summary["used"]["variant"], variant)
+            self.assertNotEqual(cb.run("sticking_box.xml", method, duration=0.002).summary["used"]["variant"], variant)
+
+    def test_times_of_a_run_are_the_sums_of_its_steps_and_part_of_all_that_it_took(self):
+        start = time.monotonic()
+        r = cb.run("sticking_box.xml", "ap", duration=0.05)
+        spent, times = time.monotonic() - start, r.summary["time"]
+        for name, column in (("total_s", "step_s"), ("solve_s", "solve_s")):
+            np.testing.assert_allclose(times[name], r.steps[column].sum(), rtol=1e-6)
+        self.assertLessEqual(times["total_s"], times["wall_s"])
+        self.assertLessEqual(times["wall_s"], spent)
+        most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # MB, of this process
+        self.assertTrue(most / 4 < r.summary["peak_memory_mb"] < 1.1 * most, most)
+
+    def test_problems_of_one_step_come_in_their_order_each_at_its_time(self):
+        ball = '<sphere name="{0}" radius="0.5" mass="1" position="{1} {2} 0" velocity="0 -1 0"/>'
+        with tempfile.TemporaryDirectory() as folder:
+            scene = os.path.join(folder, "balls.xml")
+            with open(scene, "w") as file:
+                file.write('<scenario title="Two balls hit the ground"><simulation step="0.01" duration="0.01"/>'
+                           '<reference kind="missing"/><gravity constant="0 0 0"/><bodies>'
+                           '<half_space name="ground" point="0 0 0" normal="0 1 0"/>' + ball.format("late", 0, 0.507) +
+                           ball.format("early", 3, 0.502) + '</bodies><contacts>'
+                           '<pair a="*" b="ground" mu="0" restitution="1"/></contacts></scenario>')
+            times = [p.t for p in cb.problems(scene, "newton")]
+        np.testing.assert_allclose(times, [0.002, 0.007], atol=1e-6)
 
     def test_what_is_not_pruned_is_not_left_out(self):
         on, off = (cb.run("sticking_box.xml", "convex", duration=0.01, prune=prune).summary for prune in (True, False))
