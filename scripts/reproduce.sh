@@ -36,7 +36,9 @@ runs=$out/runs/$profile
 "$python" "$root/scripts/references.py" --program "$root/build/bin/contactbench" --out "$out/references"
 "$python" "$root/scripts/sweep.py" "$root"/scenarios/sweeps/{motion,paper,robots,claims,error_time,orders,polygons,stepping,today}.toml --profile "$profile" \
   --program "$root/build/bin/contactbench" --runs "$runs" --out "$out" --jobs "$jobs" --timed-alone "${keep[@]}" "${budget[@]}"
-"$python" "$root/scripts/solve_all.py" --program "$root/build/bin/contactbench" --out "$out/solve_all"
+solves=()
+[ "$profile" != quick ] || solves=(--k 8 --repeat 2)
+"$python" "$root/scripts/solve_all.py" --program "$root/build/bin/contactbench" --out "$out/solve_all" "${solves[@]}"
 "$python" "$root/scripts/replay.py" --program "$root/build/bin/contactbench" --out "$out/replay"
 # The same as a member of the runs' ensembles has it: which of its numbers stay (docs/numbers.md).
 "$python" "$root/scripts/replay.py" --program "$root/build/bin/contactbench" --member 1 --out "$out/members/1/replay"

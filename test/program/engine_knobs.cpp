@@ -151,16 +151,16 @@ void check_turned(const std::vector<Turned>& cases) {
     if (!here.contains(engine)) continue;
     INFO(engine << " " << variant << " " << knob);
     const bool block = engine != std::string("simbody");
-    std::ofstream(directory.path() / "slab.xml") << R"(<scenario title="A slab slides with a block on it">
+    std::ofstream(directory.path() / "slab.xml")
+        << R"(<scenario title="A slab slides with a block on it">
 <simulation step="1e-3" duration="0.02"/><reference kind="missing"/><gravity constant="0 -9.8 0"/>
 <bodies><half_space name="ground" point="0 0 0" normal="0 1 0"/>
 <box name="slab" size="1 0.2 0.8" mass="2" position="0 0.1 0" velocity="2 0 0.5" angular_velocity="0 3 0"/>)"
-                                                 << (block ? R"(<box name="block" size="0.4 0.4 0.4" mass="1"
+        << (block ? R"(<box name="block" size="0.4 0.4 0.4" mass="1"
 position="0.1 0.4 0" velocity="2 0 0.5"/>)"
-                                                           : "")
-                                                 << R"(</bodies><contacts><pair a="slab" b="ground" mu="0.3"/>)"
-                                                 << (block ? R"(<pair a="slab" b="block" mu="0.3"/>)" : "")
-                                                 << "</contacts></scenario>";
+                  : "")
+        << R"(</bodies><contacts><pair a="slab" b="ground" mu="0.3"/>)"
+        << (block ? R"(<pair a="slab" b="block" mu="0.3"/>)" : "") << "</contacts></scenario>";
     const auto way = [&, by = Words{"--engine", engine, "--variant", variant}](const Words& knobs) {
       const Result ended =
           run(directory.path(), with_knobs(joined({"run", "slab.xml", "--out", "out", "--quiet"}, by), knobs));

@@ -261,8 +261,8 @@ TEST_CASE("of several bodies apart the problem that a run keeps is of those with
   const Json json = summary(directory.path() / "r");
   CHECK(json["contacts_max"] == 8);
   if (json["hard_problem"].is_null()) return;  // a build without HDF5
-  const Result kept = run(directory.path(), {"solve", "r/hard_problem.hdf5", "--kind", "contact", "--method", "coulomb",
-                                             "--json"});
+  const Result kept =
+      run(directory.path(), {"solve", "r/hard_problem.hdf5", "--kind", "contact", "--method", "coulomb", "--json"});
   REQUIRE(kept.code == 0);
   CHECK(Json::parse(kept.out)["contacts"] == 4);
 }
@@ -295,8 +295,8 @@ TEST_CASE("a program that is talked to hears the end of the run, and has its las
   // Solved several times for the times: after one that is not counted.
   std::ofstream(directory.path() / "point.dat") << "3\n1\n0\n3\n3\n3 3\n1 0 0 0 1 0 0 0 1\n-2 1 0\n0.5\n";
   for (const auto& [repeat, asked] : {std::pair("1", " 1\n"), {"3", " 4\n"}})
-    CHECK(run(directory.path(), external(toy + " binary time", {"solve", "point.dat", "--kind", "contact", "--json",
-                                                                "--repeat", repeat}))
+    CHECK(run(directory.path(),
+              external(toy + " binary time", {"solve", "point.dat", "--kind", "contact", "--json", "--repeat", repeat}))
               .err.ends_with(asked));
 }
 

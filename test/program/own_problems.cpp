@@ -200,7 +200,7 @@ TEST_CASE("what is said of an engine's own problem is what its numbers come to, 
   CHECK(about["offset"] == "nothing");
   CHECK(about["compliance_per_kg"] == Json::parse("[0, 0, 0, 0.5, 0.5, 0.5, 0.25, 0.25, 0.25]"));
   CHECK(about["largest_compliance_per_kg"] == 0.5);
-  CHECK(about["velocity_error"].get<double>() == Approx(1.5));  // the other's: 0.75
+  CHECK(about["velocity_error"].get<double>() == Approx(1.5));                // the other's: 0.75
   CHECK(about["momentum_error"].get<double>() == Approx(4 * 1.5 / (4 * 3)));  // the other's: 0.75 of |r| + |r| = 6
   const double slides = 0.25 * (3.2 * 3.2 + 1.6 * 1.6), held = 1.5 * 1.5 + 0.75 * 0.75, before = (2 * 2 + 3 * 3) / 0.25;
   CHECK(about["own_residual"].get<double>() == Approx(std::sqrt((slides + held) / before)));

@@ -362,8 +362,7 @@ TEST_CASE("check says what a scene has without writing anything", "[program]") {
                            "boxes = 5: number of boxes (an integer, from 1 to 100000) [16]",
                            "mu = 0.5: Coulomb friction between boxes, and between box and ground "
                            "(a number, at least 0) [0.5]",
-                           "(0, -9.8, 0)", "left out",
-                           "controllers: none", "convex", "100 steps"})
+                           "(0, -9.8, 0)", "left out", "controllers: none", "convex", "100 steps"})
     CHECK(result.out.find(part) != std::string::npos);
   CHECK(content(directory.path()).empty());
 }

@@ -16,9 +16,9 @@ Json slides_to_an_accuracy(const fs::path& directory, const std::string& fault) 
     <box name="box" size="1 1 1" mass="1" position="0 0.5 0" velocity="0.6 0 0"/></bodies>
   <contacts><pair a="box" b="floor" mu="0.25"/></contacts></scenario>)";
   const std::string command = std::string(TOY_SOLVER) + " binary " + fault;
-  const Result result = run(directory, {"run", "slide.xml", "--method", "external", "--command", command, "--law",
-                                        "coulomb", "--accuracy", "1e-4", "--record-interval", "0.02", "--out", "r",
-                                        "--quiet"});
+  const Result result =
+      run(directory, {"run", "slide.xml", "--method", "external", "--command", command, "--law", "coulomb",
+                      "--accuracy", "1e-4", "--record-interval", "0.02", "--out", "r", "--quiet"});
   INFO(result.err);
   REQUIRE(result.code == 0);
   return summary(directory / "r");
@@ -56,8 +56,8 @@ TEST_CASE("where the error may be larger than what was wanted a run says by how 
     <box name="c" size="1 1 1" mass="1" position="0 0.5 6" velocity="0.3 0 0"/>
     <box name="d" size="1 1 1" mass="1" position="0 0.5 9" velocity="0.4 0 0"/></bodies>
   <contacts><pair a="*" b="floor" mu="0.25"/></contacts></scenario>)";
-  const Result result = run(directory.path(), {"run", "four.xml", "--method", "convex", "--accuracy", "1e-6", "--quiet",
-                                               "--out", "out"});
+  const Result result =
+      run(directory.path(), {"run", "four.xml", "--method", "convex", "--accuracy", "1e-6", "--quiet", "--out", "out"});
   INFO(result.err);
   REQUIRE(result.code == 0);
   const double estimated = summary(directory.path() / "out")["accuracy"]["estimated_error_m"];

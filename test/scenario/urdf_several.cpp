@@ -37,9 +37,9 @@ Scenario load(const std::string& urdf, const std::string& robots = "<robot name=
 }  // namespace
 
 TEST_CASE("A capsule is one and a cylinder is none, though a mesh before them is left out") {
-  const Scenario s = load(arm(collision("<mesh filename=\"nowhere.obj\"/>") +
-                              collision("<capsule radius=\"0.02\" length=\"0.3\"/>") +
-                              collision("<cylinder radius=\"0.03\" length=\"0.1\"/>")));
+  const Scenario s =
+      load(arm(collision("<mesh filename=\"nowhere.obj\"/>") + collision("<capsule radius=\"0.02\" length=\"0.3\"/>") +
+               collision("<cylinder radius=\"0.03\" length=\"0.1\"/>")));
   CHECK(s.left_out.size() == 1);
   REQUIRE(s.shapes.size() == 2);
   CHECK(s.shapes[0].name == "arm");
@@ -70,21 +70,21 @@ TEST_CASE("Each mesh of a robot is a hull of its own, and each of their files is
 
 TEST_CASE("What hangs on a part without inertia hangs where that part is fixed, to the world or to a link") {
   const std::string quarter = "rpy=\"0 0 1.5707963267948966\"/></joint>\n";
-  const Scenario s = load(
-      "<robot name=\"r\"><link name=\"base\"/><link name=\"post\"/><link name=\"arm\">" + inertial +
-      "</link><link name=\"adapter\"/><link name=\"hand\">" + inertial +
-      "</link>\n<joint name=\"stand\" type=\"fixed\"><parent link=\"base\"/><child link=\"post\"/>"
-      "<origin xyz=\"0 0 1\" " +
-      quarter +
-      "<joint name=\"turn\" type=\"revolute\"><parent link=\"post\"/><child link=\"arm\"/><origin xyz=\"1 0 0\"/>"
-      "<axis xyz=\"0 0 1\"/>" +
-      limit +
-      "</joint>\n<joint name=\"flange\" type=\"fixed\"><parent link=\"arm\"/><child link=\"adapter\"/>"
-      "<origin xyz=\"0.5 0 0\" " +
-      quarter +
-      "<joint name=\"slide\" type=\"prismatic\"><parent link=\"adapter\"/><child link=\"hand\"/>"
-      "<origin xyz=\"0.25 0 0\"/><axis xyz=\"1 0 0\"/>" +
-      limit + "</joint></robot>");
+  const Scenario s =
+      load("<robot name=\"r\"><link name=\"base\"/><link name=\"post\"/><link name=\"arm\">" + inertial +
+           "</link><link name=\"adapter\"/><link name=\"hand\">" + inertial +
+           "</link>\n<joint name=\"stand\" type=\"fixed\"><parent link=\"base\"/><child link=\"post\"/>"
+           "<origin xyz=\"0 0 1\" " +
+           quarter +
+           "<joint name=\"turn\" type=\"revolute\"><parent link=\"post\"/><child link=\"arm\"/><origin xyz=\"1 0 0\"/>"
+           "<axis xyz=\"0 0 1\"/>" +
+           limit +
+           "</joint>\n<joint name=\"flange\" type=\"fixed\"><parent link=\"arm\"/><child link=\"adapter\"/>"
+           "<origin xyz=\"0.5 0 0\" " +
+           quarter +
+           "<joint name=\"slide\" type=\"prismatic\"><parent link=\"adapter\"/><child link=\"hand\"/>"
+           "<origin xyz=\"0.25 0 0\"/><axis xyz=\"1 0 0\"/>" +
+           limit + "</joint></robot>");
   REQUIRE(s.model.bodies.size() == 2);
   // Each of the two parts is a quarter turn about z: the arm looks along y, the hand along -x.
   CHECK((s.initial.pose[0].p - Vec3(0, 1, 1)).norm() < 1e-14);

@@ -197,7 +197,8 @@ class Shell(Folder):
             by = "--program build/bin/contactbench"
             others = [line for line in said if line.split()[0] not in ("sweep.py", "stress.py", "report.py")]
             self.assertEqual(others, [
-                f"references.py {by} --out OUT/references", f"solve_all.py {by} --out OUT/solve_all",
+                f"references.py {by} --out OUT/references",
+                f"solve_all.py {by} --out OUT/solve_all" + (" --k 8 --repeat 2" if quick else ""),
                 f"replay.py {by} --out OUT/replay", f"replay.py {by} --member 1 --out OUT/members/1/replay",
                 f"engines.py preflight {by} --out OUT/engines", f"engines.py findings {by} --out OUT/engines",
                 f"isolated.py problems {by} --out OUT/engines"])

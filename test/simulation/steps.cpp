@@ -383,8 +383,7 @@ TEST_CASE("by steps each of two joints that are struck is looked at by its own r
   collide_all(s, 0);
   for (const std::string method : {"ap", "coulomb"}) {
     INFO(method);
-    const State end =
-        run(s, method, [](const State& state, const StepRecord&) { CHECK(state.q[1] <= 0.08 + 1e-8); });
+    const State end = run(s, method, [](const State& state, const StepRecord&) { CHECK(state.q[1] <= 0.08 + 1e-8); });
     CHECK(end.q[0] == Approx(0.04 / 1.1).epsilon(1e-6));
     CHECK(end.q[1] == Approx(0.08).margin(1e-8));
     CHECK(std::abs(end.qd[1]) <= 1e-8);
