@@ -57,7 +57,9 @@ OutsideSolver solver_of(const py::object& function) {
 }
 
 std::string text_of_option(const std::string& name, const py::handle& value) {
-  if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "on" : "off";
+  const bool of_numpy = py::hasattr(value, "dtype") && py::str(value.attr("dtype")).cast<std::string>() == "bool";
+  if (py::isinstance<py::bool_>(value) || of_numpy)
+    return py::bool_(py::reinterpret_borrow<py::object>(value)) ? "on" : "off";
   if (py::isinstance<py::str>(value)) return value.cast<std::string>();
   try {
     if (py::isinstance<py::int_>(value) || py::hasattr(value, "__index__"))

@@ -285,6 +285,7 @@ TEST_CASE("a motor in MuJoCo gives no more than its greatest torque", "[program]
     REQUIRE(ended.code == 0);
     const double spin = rows_of(directory.path() / "out/trajectory.csv").back().at("wz");
     CHECK(spin == Approx(asked == "3" ? 0.025 : -0.025).epsilon(1e-6));
+    CHECK(named_rows(directory.path() / "out/joints.csv").back().second.at("tau") == (asked == "3" ? 0.25 : -0.25));
   }
 }
 

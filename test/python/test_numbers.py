@@ -237,7 +237,7 @@ class Runs(unittest.TestCase):
         for epsilon in (1e-9, Written(1e-9)):
             summary = cb.run("sticking_box.xml", "convex", duration=0.002, epsilon=epsilon).summary
             self.assertEqual(summary["options"]["epsilon"], 1e-9)
-        for options, bound in (({}, "off"), ({"compression_bound": True}, "on")):
+        for options, bound in (({}, "off"), ({"compression_bound": True}, "on"), ({"compression_bound": np.bool_(True)}, "on")):
             self.assertEqual(cb.run("grasp.xml", "convex", duration=0.002, **options).summary["options"]["compression_bound"],
                              bound)
 

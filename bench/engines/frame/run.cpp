@@ -118,7 +118,7 @@ void go(const Engine& engine, const EngineRequest& request, const Scenario& scen
     }
     impacts.observe(before, state, loads, h, errors);
     errors.observe_step(state, record);
-    if (recorded) files.step(state, record);
+    if (recorded) files.step(state, record, loads.torque);
     if (std::chrono::duration<double>(before_writing - flushed).count() > 0.5) {
       files.flush();
       flushed = before_writing;
