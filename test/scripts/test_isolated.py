@@ -112,7 +112,9 @@ class Problems(Folder):
             {
                 w[:3] == ("sliding_box", [], 2.0) or w[:3] == ("stack", ["boxes=4"], 0.5)
                 or w[:3] == ("engines/pile.xml", [], 1.0) for w in wanted}, {True})
-        self.assertEqual(wanted[4:8], [("stack", ["boxes=4"], 0.5, *engine) for engine in isolated.ENGINES[:4]])
+        # They run side by side, and so in any order.
+        self.assertCountEqual([w for w in wanted if w[0] == "stack"],
+                              [("stack", ["boxes=4"], 0.5, *engine) for engine in isolated.ENGINES[:4]])
         with open(self.top / "out/own_problems.csv", newline="") as file:
             rows = list(csv.DictReader(file))
         names = [
