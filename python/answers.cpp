@@ -57,11 +57,11 @@ OutsideSolver solver_of(const py::object& function) {
 }
 
 std::string text_of_option(const std::string& name, const py::handle& value) {
-  const bool of_numpy = py::hasattr(value, "dtype") && py::str(value.attr("dtype")).cast<std::string>() == "bool";
-  if (py::isinstance<py::bool_>(value) || of_numpy)
-    return py::bool_(py::reinterpret_borrow<py::object>(value)) ? "on" : "off";
   if (py::isinstance<py::str>(value)) return value.cast<std::string>();
   try {
+    const bool of_numpy = py::hasattr(value, "dtype") && py::str(value.attr("dtype")).cast<std::string>() == "bool";
+    if (py::isinstance<py::bool_>(value) || of_numpy)
+      return py::bool_(py::reinterpret_borrow<py::object>(value)) ? "on" : "off";
     if (py::isinstance<py::int_>(value) || py::hasattr(value, "__index__"))
       return py::str(py::int_(py::reinterpret_borrow<py::object>(value))).cast<std::string>();
     const double x = PyFloat_AsDouble(value.ptr());

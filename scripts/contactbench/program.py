@@ -82,8 +82,22 @@ def hold_to(flag: str, asked: list[str], known: list[str]) -> None:
 
 
 def call(*words, timeout: float | None = None) -> subprocess.CompletedProcess:
-    """Runs a command to its end: exit code (`returncode`), `stdout` and `stderr` as text."""
-    return subprocess.run([str(w) for w in words], capture_output=True, text=True, timeout=timeout, check=False)
+    """Runs a command to its end: exit code (`returncode`), `stdout` and `stderr` as text. It ends with `workers`."""
+    with lock:
+        if over.is_set():
+            raise Ended
+        process = subprocess.Popen([str(w) for w in words], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True, start_new_session=True, preexec_fn=dies_with(
+                                       os.getpid()))
+        active.add(process)
+    with process:
+        try:
+            out, err = process.communicate(timeout=timeout)
+        finally:
+            end(process)  # what takes too long, and whatever it started in turn
+            with lock:
+                active.discard(process)
+    return subprocess.CompletedProcess(process.args, process.returncode, out, err)
 
 
 def run_words(program, scene, flags: list, out) -> list[str]:
@@ -233,13 +247,23 @@ def addresses(memory_mb: float) -> int:
     return int((2 * memory_mb + 256) * 2**20)
 
 
-def limited(parent, memory_bytes):
-    """For the child, before it becomes the program: dies with its parent, cannot eat the machine, leaves no core
-    file."""
+def dies_with(parent):
+    """For the child, before it becomes the program."""
     def prepare():
         LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
         if os.getppid() != parent:
             os._exit(127)
+
+    return prepare
+
+
+def limited(parent, memory_bytes):
+    """For the child, before it becomes the program: dies with its parent, cannot eat the machine, leaves no core
+    file."""
+    dies = dies_with(parent)
+
+    def prepare():
+        dies()
         # A program with sanitizers does not start with such a limit.
         if os.environ.get("CONTACTBENCH_ADDRESS_SPACE") != "unlimited":
             resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
@@ -299,7 +323,10 @@ def workers(count):
 def together(tasks: list) -> list:
     """What each of the tasks, functions whose times do not count, returns; as many run at a time as there are cores."""
     with workers(os.cpu_count() or 1) as pool:
-        return list(pool.map(lambda task: task(), tasks))
+        futures = [pool.submit(task) for task in tasks]
+        for future in as_they_end(futures):
+            future.result()  # or what it raised, as soon as it did
+        return [future.result() for future in futures]
 
 
 def execute(command: list[str], wall_limit: float, memory_bytes: int) -> tuple[int, bool, float, str]:

@@ -120,6 +120,7 @@ class Problems(unittest.TestCase):
             (lambda: cb.Problem.read("no such file"), ["no such file", "cannot be opened"]),
             (lambda: cb.solve(ball(), "app"), ["method app", "ap"]),
             (lambda: cb.solve(ball(), "ap", k=7), ["k 7", "even"]),
+            (lambda: cb.solve(ball(), "convex", compression_bound=np.array([True, False])), ["compression_bound", "True or False"]),
             (lambda: cb.solve(ball(), "newton", k=8), ["k 8", "no use"]),
             (lambda: cb.solve(ball(), "newton", epsilon_relative=1e-9), ["epsilon_relative 1e-09", "no use"]),
             (lambda: cb.solve(ball(), "ap", kk=8), ["kk: no such option"]),

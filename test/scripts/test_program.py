@@ -40,6 +40,18 @@ class Calls(Folder):
         with self.assertRaises(program.Late):
             program.call("sleep", 5, timeout=0.05)
 
+    def test_tasks_side_by_side_return_in_their_order_and_end_with_the_first_that_fails(self):
+        self.assertEqual(program.together([lambda: program.call("sh", "-c", "sleep 0.05; echo a").stdout, lambda: "b"]), ["a\n", "b"])
+
+        def fails():
+            raise ValueError("of a task")
+
+        start = time.monotonic()
+        with mock.patch.object(program, "over", threading.Event()), mock.patch.object(os, "cpu_count", lambda: 2), \
+                self.assertRaisesRegex(ValueError, "of a task"):
+            program.together([lambda: program.call("sleep", 60), fails])
+        self.assertLess(time.monotonic() - start, 30)
+
     def test_a_name_that_is_not_there_ends_with_2_and_the_names_that_are(self):
         self.assertIsNone(program.hold_to("--flag", ["a", "b"], ["b", "a", "c"]))
         with contextlib.redirect_stderr(io.StringIO()) as said, self.assertRaises(SystemExit) as ended:
