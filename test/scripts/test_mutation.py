@@ -3,6 +3,7 @@ import importlib.util
 import subprocess
 import sys
 import tempfile
+import types
 import unittest
 from pathlib import Path
 
@@ -52,6 +53,21 @@ class Outcomes(unittest.TestCase):
         self.assertIn("2 of 3 faults tried", page)
         self.assertIn("| cone | 2 | 1 | 0 | 1 | 100 % |", page)
         self.assertIn("* `b` x.cpp: one more: nobody sees it", page)
+
+
+class Nearest(unittest.TestCase):
+    """Which tests see a fault first. One that no test is near has passed without having been run."""
+    def near(self, room, file):
+        names = ("cone", "methods", "program", "scripts_bench", "scripts_first_day", "scripts_plan", "scripts_sweep")
+        tests = {name: {"command": [f"/b/bin/test_{name}" if "_" not in name else "python3"]} for name in names}
+        return campaign().order(types.SimpleNamespace(tests=tests, undisturbed={}), {"room": room, "file": file}, True)
+
+    def test_each_fault_has_those_that_read_its_file(self):
+        for room, file, tests in (
+            ("cone", "lib/cone/x.cpp", ["cone", "methods"]), ("bench", "bench/engines/ode.cpp", ["program"]),
+            ("bench", "bench/small.py", ["scripts_bench"]), ("scripts", "scripts/contactbench/plan.py", ["scripts_plan"]),
+            ("scripts", "scripts/setup.sh", ["scripts_first_day"]), ("scripts", "scripts/bench.sh", ["scripts_first_day", "scripts_bench"])):
+            self.assertEqual(self.near(room, file), tests, file)
 
 
 class Flags(unittest.TestCase):
