@@ -1,5 +1,6 @@
 """The angle of repose: at which angle the balls of a turning drum stand (scenarios/rolling_drum.xml), from the runs of
 the sweep `motion`. Reads result files; runs nothing."""
+import contextlib
 import math
 
 import numpy as np
@@ -14,7 +15,7 @@ FIGURE = "repose"
 # flows, Eur. Phys. J. E 14 (2004). A range for the eye: the review itself was not at hand.
 PUBLISHED, OF_MU = (20, 35), (0.3, 0.6)
 SETTLED = 0.5  # of the run: by then the first rise is over
-SHOWN = "convex"  # whose balls are drawn
+SHOWN = "convex"  # whose balls are drawn, where it has run
 
 
 def mu_of(cell):
@@ -75,22 +76,20 @@ def repose(table, axes):
     picture, over_time, of_mu = axes
     most = max(mu_of(cell) for cell in table.cells)
     shift = 0.012  # of mu, between bars of the methods
-    drawn = False
     for number, cell, look in table:
         mu, found = mu_of(cell), settled(cell)
         if mu == most:
             table.draw(over_time, number, *angle(cell))
-            if cell["method"] == SHOWN and not drawn:
-                try:
-                    draw_balls(picture, cell, look["color"])
-                    drawn = True
-                except program.ProgramError:  # kept no shapes
-                    pass
         if found:
             at = mu + shift * (0.5 if cell["method"] == SHOWN else -0.5)
             of_mu.vlines(at, found[0], found[2], color=look["color"], linewidth=1.5, alpha=0.5)
             of_mu.plot([at], [found[1]], **{**look, "linestyle": "", "label": "_"})
-    if not drawn:
+    steepest = [(cell, look) for _, cell, look in table if mu_of(cell) == most]
+    for cell, look in sorted(steepest, key=lambda pair: pair[0]["method"] != SHOWN):
+        with contextlib.suppress(program.ProgramError):  # kept no shapes
+            draw_balls(picture, cell, look["color"])
+            break
+    else:
         picture.axis("off")
     over_time.axhspan(*PUBLISHED, color="0.9", zorder=0)
     of_mu.fill_between(OF_MU, *PUBLISHED, color="0.9", zorder=0)

@@ -44,7 +44,7 @@ class Angle(Folder):
         self.assertIsNone(repose.settled(SimpleNamespace(folder=self.top / "none", finished=True)))
 
     def test_is_drawn_with_and_without_shapes(self):
-        rows = [{"run": f"r{n}__r1", "sweeps": "motion", "scene": repose.SCENE, "parameters": f"mu={mu}", "method": "convex", "solver": "ipm",
+        rows = [{"run": f"r{n}__r1", "sweeps": "motion", "scene": repose.SCENE, "parameters": f"mu={mu}", "method": "coulomb", "solver": "newton",
                  "step": "1", "duration": "4"} for n, mu in enumerate((0.1, 0.5))]
         for shapes in (True, False):
             top = self.top / f"shapes_{shapes}"
