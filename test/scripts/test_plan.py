@@ -4,7 +4,7 @@ import math
 import unittest
 from pathlib import Path
 
-from contactbench import plan
+from contactbench import plan, program, table1
 from contactbench.plan import Run
 from folder import Folder
 
@@ -113,6 +113,18 @@ class Files(Folder):
             self.plan("[profiles.a]\n[profiles.c]\n[[runs]]\nscene = 'stack'", profile="b")
         with self.assertRaisesRegex(plan.SweepError, "none.toml: No such file"):
             plan.plan([self.top / "none.toml"], "", LISTED)
+
+    def test_each_profile_has_every_column_of_table_1_at_the_paper_s_settings(self):
+        # With another duration, as with any other knob, a run is none of the table's.
+        scenes = [{"name": f"{name}.xml", "file": f"/p/{name}.xml", "parameters": {"boxes": "16"}}
+                  for name in dict.fromkeys(column[0] for column in table1.COLUMNS)]
+        listed = LISTED | {"scenarios": scenes, "methods": [*LISTED["methods"], method("mirtich")]}
+        for profile in ("quick", "paper"):
+            asked = [run.asked() for run in plan.plan([program.ROOT / "scenarios/sweeps/paper.toml"], profile, listed)[0]]
+            there = {tuple(row[c] for c in ("scene", "parameters", "method", "k")) for row in asked if not row["knobs"]}
+            for scene, parameters, k, _ in table1.COLUMNS:
+                for name, edges in (("newton", ""), ("mirtich", ""), ("ap", k), ("convex", "")):
+                    self.assertIn((scene, parameters, name, edges), there, profile)
 
     def test_two_scenes_of_one_name_are_refused_and_one_that_two_blocks_name_is_not(self):
         for folder in ("a", "b"):
