@@ -64,7 +64,7 @@ class Nearest(unittest.TestCase):
 
     def test_each_fault_has_those_that_read_its_file(self):
         for room, file, tests in (
-            ("cone", "lib/cone/x.cpp", ["cone", "methods"]), ("bench", "bench/engines/ode.cpp", ["program"]),
+            ("cone", "lib/cone/rows.cpp", ["cone", "methods"]), ("bench", "bench/engines/ode.cpp", ["program"]),
             ("bench", "bench/small.py", ["scripts_bench"]), ("scripts", "scripts/contactbench/plan.py", ["scripts_plan"]),
             ("scripts", "scripts/setup.sh", ["scripts_first_day"]), ("scripts", "scripts/bench.sh", ["scripts_first_day", "scripts_bench"])):
             self.assertEqual(self.near(room, file), tests, file)
