@@ -1,5 +1,6 @@
 #include "evaluation/slider.h"
 
+#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <numbers>
 #include <random>
