@@ -267,6 +267,7 @@ TEST_CASE("A message stays one line of bearable length, whatever it has to quote
 TEST_CASE("A folder, a missing file and one that is far too long are refused by name") {
   CHECK_THAT(message_of(TEST_DATA), Catch::Contains("is a folder"));
   CHECK_THAT(message_of(std::string(TEST_DATA) + "/nowhere.xml"), Catch::Contains("nowhere.xml: cannot be read"));
+  CHECK_THAT(message_of("/proc/self/mem"), Catch::StartsWith("/proc/self/mem: reading it failed ("));
   const TextFile file("");
   std::filesystem::resize_file(file.path(), std::size_t{17} << 20U);
   CHECK_THAT(message_of(file.path()), Catch::Contains("16 MB"));

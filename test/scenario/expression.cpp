@@ -34,6 +34,8 @@ TEST_CASE("Expressions follow the rules of arithmetic") {
   CHECK(value("-2*-3") == 6);
   CHECK(value("--1") == 1);
   CHECK(value("2 - -gap") == 2.5);
+  CHECK(value("+gap") == 0.5);
+  CHECK(value("2 - +gap") == 1.5);
   CHECK(value("1e-3*1e3") == 1);
   CHECK(value(".5") == 0.5);
   CHECK(value("  gap+1\t") == 1.5);
@@ -69,6 +71,7 @@ TEST_CASE("An if picks by a word, and does not compute the case that is not aske
   CHECK(value("if(start=steady, 1, 2)") == 2);
   CHECK(value("if(start = steady, sqrt(-1), 3)") == 3);
   CHECK(value("if(start = rest, 3, 1/0)") == 3);
+  CHECK(value("if(start = steady, mod(1, 0), 3)") == 3);
   CHECK(value("if(start = steady, 1, if(start = rest, 4, acos(2)))") == 4);
   CHECK(value("2*if(start = rest, 1, 0) + 1") == 3);
   // Nor an if within it, nor what follows that one.
@@ -111,6 +114,8 @@ TEST_CASE("A wrong expression says where it is wrong and what would be right") {
                          Row{"(1", 2, "')'"},
                          Row{"1)", 1, "not expected"},
                          Row{"*2", 0, "not expected"},
+                         Row{"min(,1)", 4, "missing before the comma"},
+                         Row{"1 + .", 4, "a number is missing here"},
                          Row{"gpa", 0, "did you mean \"gap\"?"},
                          Row{"zzzzzz", 0, "known here: gap, mu, start, pi, deg"},
                          Row{"inf", 0, "no parameter"},

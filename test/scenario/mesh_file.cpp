@@ -69,6 +69,9 @@ TEST_CASE("OBJ, STL in text and STL in binary give the same points, each once, i
   CHECK(points_of(stl_text(), "a.stl") == tetrahedron);
   CHECK(points_of(stl_binary(), "a.STL") == tetrahedron);
   CHECK(points_of(stl_binary(), "a.stl", 1e-3).back() == Vec3(1e-3, 0, 0));
+  // Words stand apart by tabs as well, and lines may be empty, those after the last word included.
+  CHECK(points_of("v\t1 0\t0\nv 0 1 0\n\nv 0 0 1\nv 0 0 0\n\n", "a.obj") == tetrahedron);
+  CHECK(points_of(stl_text() + "\n \n", "a.stl") == tetrahedron);
 }
 
 TEST_CASE("The triangles of an OBJ file are fans of its faces, of an STL file its facets, in their order") {
@@ -85,6 +88,19 @@ TEST_CASE("The triangles of an OBJ file are fans of its faces, of an STL file it
     for (std::size_t f = 0; f < 4; ++f)
       for (std::size_t k = 0; k < 3; ++k)
         CHECK(facets_read[f][k] == tetrahedron[static_cast<std::size_t>(facets[f][k])]);
+  }
+}
+
+TEST_CASE("Corners of an STL file that no facet ends are no triangle") {
+  for (int corners = 1; corners < 6; ++corners) {
+    std::string text = "solid part\n";
+    for (int i = 0; i < corners; ++i) text += "vertex " + std::to_string(i) + " 0 0\n";
+    const TextFile file(text + "endsolid part\n", "a.stl");
+    INFO(corners);
+    if (corners % 3 == 0)
+      CHECK(read_mesh_triangles(file.path(), 1).size() == 1);
+    else
+      CHECK_THROWS_WITH(read_mesh_triangles(file.path(), 1), Catch::EndsWith("a.stl has a facet without three points"));
   }
 }
 
@@ -123,6 +139,11 @@ TEST_CASE("A mesh that is cut off anywhere, or holds what is no number, is refus
   }
   CHECK_THAT(message(text, "a.dae"), Catch::Contains("neither .obj nor .stl"));
   CHECK_THAT(message(std::string(100, '\0'), "a.obj"), Catch::Contains("no text"));
+  for (const std::string word : {"3x", "1,5"})
+    CHECK_THAT(message("v 1 2 " + word + "\n", "a.obj"),
+               Catch::Contains("a.obj, line 1: \"" + word + "\" is no finite number"));
+  CHECK_THAT(message("solid part\nendsolid part\n", "a.stl"), Catch::EndsWith("a.stl has no facet"));
+  CHECK_THAT(message(std::string(80, ' ') + std::string(4, '\0'), "a.stl"), Catch::EndsWith("a.stl has no facet"));
 }
 
 TEST_CASE("A face has three points or more of those that stand before it, counted from 1, or back from -1") {
@@ -141,6 +162,8 @@ TEST_CASE("A face has three points or more of those that stand before it, counte
     CHECK_THAT(said("1 2 " + none), Catch::Contains("a.obj, line 4: \"" + none + "\" names none of the 3 points"));
   CHECK_THAT(said("1 2"), Catch::Contains("a.obj, line 4: a face of 2 points; it has three or more"));
   CHECK_THAT(said("1 2 3.5"), Catch::Contains("\"3.5\" names no point"));
+  CHECK_THAT(said("1 2 x"), Catch::Contains("\"x\" names no point"));
+  CHECK_THAT(said("1 2 /3"), Catch::Contains("\"/3\" names no point"));
 }
 
 TEST_CASE("A mesh may be long, but not beyond 64 MB") {
@@ -149,6 +172,17 @@ TEST_CASE("A mesh may be long, but not beyond 64 MB") {
   const TextFile file(text, "a.obj");
   std::filesystem::resize_file(file.path(), (std::size_t{64} << 20U) + 1);
   CHECK_THROWS_WITH(read_mesh_points(file.path(), 1), Catch::Contains("a.obj is longer than 64 MB"));
+}
+
+TEST_CASE("A mesh that holds less than its length tells cannot be read") {
+  // The system tells a length of its own files that they do not have.
+  const std::filesystem::path told = "/sys/devices/system/cpu/online";
+  std::error_code none;
+  if (std::filesystem::file_size(told, none) < 1000 || none) return;
+  const TextFile beside("", "beside.txt");
+  const std::filesystem::path link = std::filesystem::path(beside.path()).parent_path() / "a.obj";
+  std::filesystem::create_symlink(told, link);
+  CHECK_THROWS_WITH(read_mesh_points(link.string(), 1), Catch::EndsWith("a.obj cannot be read"));
 }
 
 TEST_CASE("A scene's hull names the file that is wrong, and the place in the scene") {

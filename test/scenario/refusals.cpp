@@ -65,8 +65,28 @@ TEST_CASE("A body that says too much, too little, or what none can be is refused
        "<sphere> has no attribute \"contact_grid\""},
       {robot("stiffness=\"^-1\""), "stiffness is -1; it has to be at least 0"},
       {robot("torque_limit=\"^-1\""), "torque_limit is -1; it has to be at least 0"},
+      {"<half_space name=\"g\" point=\"0 0 0\" ^angle=\"1\"/>" + ball, "an angle without an axis"},
+      {box + "moves_with=\"^bar\"/>", "there is no robot before this body"},
+      {"<sphere name=\"s\" radius=\"1e10\" mass=\"^1e308\" position=\"0 0 0\"/>", "moment of inertia to inf kg m^2"},
+      {"<sphere name=\"s\" radius=\"1e-3\" density=\"^1e-300\" position=\"0 0 0\"/>", "both have to be more than 0"},
+      {"<array count=\"2\"><^sphere name=\"s\" radius=\"1\" mass=\"1\"/></array>", "needs the attribute position"},
+      {"<sphere name=\"s\" radius=\"1\" mass=\"1\" position=\"^0\"/>", "position has 1 number; it takes 3"},
+      {"<sphere name=\"s\" radius=\"^1 2\" mass=\"1\" position=\"0 0 0\"/>", "radius has 2 numbers; it takes one"},
+      // Where a reference to a character shifts the text, the whole value is meant.
+      {"<sphere name=\"s\" radius=\"^&#49; 1x\" mass=\"1\" position=\"0 0 0\"/>", "\"1x\" is no number"},
+      {replaced(robot(), "<joint name=\"hinge\" kind=\"revolute\"", "<^joint name=\"hinge\""),
+       "<joint> needs a kind; it is one of: fixed, revolute, prismatic, free"},
+      {replaced(robot(), "\"bar\" mass=\"1\"", "\"^bar\" mass=\"${1e-300*1e-10}\""),
+       "have to be more than 0 and finite"},
+      {ball + "<heightfield name=\"g\" position=\"0 0 0\" columns=\"2\" spacing=\"1e-60 1e-60\" depth=\"1e-250\" "
+              "heights=\"^0 0 0 0\"/>",
+       "the volume below it is out of a number's range"},
   };
   for (const auto& [bodies, words] : rows) refused_at_mark(scene(bodies), words);
+  // What is right beside these.
+  for (const std::string& bodies : {"<array count=\"1\" offset=\"0 0 0\">" + ball + "</array>",
+                                    "<array count=\"1\">" + ball + "</array>", robot("limit_rate=\"1\" upper=\"1\"")})
+    CHECK(message_of(TextFile(scene(bodies)).path()).empty());
   refused_at_mark(replaced(scene(ground), "<bodies>", "<^bodies>"), "no body that can move");
 }
 
@@ -98,6 +118,9 @@ TEST_CASE("A force does not begin before the run, and a controller is of some ki
   refused_at_mark(scene(ball, "<forces><force body=\"ball\" force=\"1 0 0\" from=\"^-1\" to=\"1\"/></forces>"),
                   "from is -1; it has to be at least 0");
   refused_at_mark(scene(robot(), "<controllers><^controller robot=\"r\"/></controllers>"), "<controller> needs a kind");
+  refused_at_mark(
+      scene(ball, "<controllers><controller kind=\"computed_torque\" robot=\"^r\"/></controllers>"),
+      "there is no robot in <bodies> to control");
 }
 
 TEST_CASE("A pair that is one already, or means an array as if it were one body, is told by what it should name") {
@@ -126,6 +149,11 @@ TEST_CASE("The word of a controller may be that of a parameter, which has words"
                         "<parameters><parameter name=\"mode\" type=\"number\" default=\"1\" description=\"d\"/>"
                         "</parameters>"),
                   "mode is no parameter of type word; gains takes one of: computed, torque");
+  for (const auto& [value, words] :
+       {std::pair("^${mood}", "mood is no parameter of type word; gains takes one of: computed, torque"),
+        {"^${mode", "gains is \"${mode\"; "},
+        {"^${}", "gains is \"${}\"; "}})
+    refused_at_mark(scene(robot(), replaced(control, "${mode}", value)), words);
 }
 
 TEST_CASE("A scene cannot do without any of simulation, reference, gravity and bodies") {

@@ -379,6 +379,7 @@ TEST_CASE("A broken URDF file ends in one line with file and line") {
            Row{"type=\"prismatic\"", "type=\"hinge\"", 20, "hinge"},
            Row{"<mass value=\"2\"/>", "<mass value=\"two\"/>", 4, "two"},
            Row{"<mass value=\"2\"/>", "<mass value=\"0\"/>", 4, "a mass of 0 kg"},
+           Row{"<mass value=\"2\"/>", "<mass value=\"-1\"/>", 4, "a mass of -1 kg"},
            Row{"<mass value=\"2\"/>", "", 4, "mass"},
            Row{"izz=\"0.25\"", "izz=\"0.4\"", 4, "at most the sum of the other two"},
            Row{"radius=\"0.05\" length=\"0.4\"", "radius=\"0\" length=\"0.4\"", 10, "no size"},
@@ -387,6 +388,9 @@ TEST_CASE("A broken URDF file ends in one line with file and line") {
            Row{"damping=\"0.4\"", "damping=\"-1\"", 16, "at least 0"},
            Row{"effort=\"5\"", "effort=\"-5\"", 20, "effort -5; both have to be at least 0"},
            Row{"<link name=\"tip\">", "<link name=\"hand\">", 15, "a second link named hand"},
+           Row{"<joint name=\"slide\"", "<joint name=\"shoulder\"", 20, "a second joint named shoulder (first at "},
+           Row{"<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 0 0\"/>", 16, "the axis of shoulder is 0 0 0"},
+           Row{"type=\"fixed\"", "type=\"continuous\"", 15, "tip moves with joint flange but has no <inertial>"},
        }) {
     INFO(row.from << " -> " << row.to);
     const std::string text = message(replaced(arm, row.from, row.to));

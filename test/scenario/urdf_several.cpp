@@ -4,6 +4,7 @@
 #ifdef CONTACTBENCH_HAVE_URDFDOM
 
 #include <catch2/catch.hpp>
+#include <limits>
 
 #include "scenario_text.h"
 
@@ -105,6 +106,67 @@ TEST_CASE("Of two robots of one file each has a free joint by its own name, and 
   CHECK(s.model.trees[0].joints[0].name == "base_free");
   CHECK(s.model.trees[1].joints[0].name == "b_base_free");
   CHECK(s.left_out.size() == 2);
+}
+
+TEST_CASE("A mesh of another kind beside the robot is left out, as one that is not there is") {
+  const TextFile other("<COLLADA/>", "part.dae");
+  const Scenario s = load(arm(collision("<mesh filename=\"part.dae\"/>") + collision("<sphere radius=\"0.1\"/>")));
+  REQUIRE(s.shapes.size() == 1);
+  CHECK(s.shapes[0].name == "arm");
+  REQUIRE(s.left_out.size() == 1);
+  CHECK_THAT(s.left_out[0], Catch::StartsWith("<mesh> of a <collision> "));
+}
+
+TEST_CASE("Words between the elements of a robot are none of them, and an element of a joint that is not used is told") {
+  const std::string text = arm("\n");
+  const Scenario plain = load(text);
+  CHECK(plain.left_out.empty());
+  for (const std::string place : {"<robot name=\"r\">", "<link name=\"arm\">", "type=\"revolute\">"})
+    CHECK(load(replaced(text, place, place + "a remark")).left_out.empty());
+  const Scenario geared = load(replaced(text, limit, "<gearbox/>" + limit));
+  REQUIRE(geared.left_out.size() == 1);
+  CHECK_THAT(geared.left_out[0], Catch::StartsWith("<gearbox> at ") && Catch::Contains("r.urdf:2:"));
+}
+
+TEST_CASE("A continuous joint needs no <limit>; without one its motor is as strong as it takes") {
+  const Scenario s = load(replaced(replaced(arm(""), limit, ""), "\"revolute\"", "\"continuous\""));
+  const Joint& turn = s.model.trees.at(0).joints.at(0);
+  CHECK(turn.torque_limit == std::numeric_limits<double>::infinity());
+  CHECK(turn.upper == std::numeric_limits<double>::infinity());
+}
+
+TEST_CASE("A loop is told at a joint of it, not at one that hangs on it, and joints without a child are no loop") {
+  const auto said = [](const std::string& urdf) {
+    const TextFile robot(urdf, "r.urdf");
+    const TextFile file(
+        "<scenario title=\"t\"><simulation step=\"1e-3\" duration=\"1\"/><reference kind=\"missing\"/>"
+        "<gravity constant=\"0 -9.8 0\"/><bodies><robot name=\"robot\" urdf=\"r.urdf\"/></bodies></scenario>");
+    return message_of(file.path());
+  };
+  const auto joint = [](const std::string& name, const std::string& ends) {
+    return "<joint name=\"" + name + "\" type=\"fixed\">" + ends + "</joint>\n";
+  };
+  const std::string links = "<robot name=\"r\"><link name=\"a\"/><link name=\"b\"/><link name=\"c\"/>\n";
+  const std::string loop = said(links + joint("hangs", "<parent link=\"b\"/><child link=\"a\"/>") +
+                                joint("there", "<parent link=\"c\"/><child link=\"b\"/>") +
+                                joint("back", "<parent link=\"b\"/><child link=\"c\"/>") + "</robot>");
+  CHECK_THAT(loop, Catch::Contains("r.urdf:3:2: joint there is part of a loop: going from b to parents comes back"));
+  const std::string open = said(links + joint("one", "<parent link=\"a\"/>") + joint("two", "<parent link=\"a\"/>") +
+                                "</robot>");
+  CHECK_THAT(open, Catch::Contains("liburdfdom: ") && Catch::Contains("missing a parent and/or child link"));
+}
+
+TEST_CASE("A joint that floats has no position to start at, and none is taken for it") {
+  const std::string puck = "<robot name=\"r\"><link name=\"puck\">" + inertial +
+                           "</link><link name=\"arm\">" + inertial +
+                           "</link><joint name=\"turn\" type=\"revolute\"><parent link=\"puck\"/><child link=\"arm\"/>" +
+                           limit + "</joint></robot>";
+  const auto start = [](const std::string& name) {
+    return "<robot name=\"robot\" urdf=\"r.urdf\" base=\"free\"><start joint=\"" + name + "\" velocity=\"2\"/></robot>";
+  };
+  CHECK(load(puck, start("turn")).initial.qd == std::vector<double>{0, 0, 0, 0, 0, 0, 2});
+  CHECK_THROWS_WITH(load(puck, start("base_free")),
+                    Catch::Contains("the robot has no joint \"base_free\" that moves; these it has: turn"));
 }
 
 #endif
