@@ -134,6 +134,20 @@ TEST_CASE("a trajectory's rows become arrays by body and time; an empty cell is 
   CHECK(std::memcmp(bodies.data.data(), expected.data(), bodies.data.size()) == 0);
 }
 
+TEST_CASE("of a trajectory the rows before one that is not whole become arrays", "[output]") {
+  const std::string rest = ",1,2,3,4,5,6,7,8,9,10,11,12,13";
+  for (const std::string& cut : {std::string("1"), std::string("1,a,2,3"), "1" + rest}) {
+    INFO(cut);
+    const TemporaryDirectory directory;
+    std::ofstream(directory.path() / "trajectory.csv") << "t,body,px,py,pz,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n0,a" << rest
+                                                       << "\n" << cut << "\n";
+    int error = 0;
+    REQUIRE(trajectory_as_npz(directory.path(), 1, error));
+    const auto files = unzipped(read_file(directory.path() / "trajectory.npz"));
+    CHECK(doubles(npy(files.at("t.npy"))) == std::vector<double>{0});
+  }
+}
+
 TEST_CASE("a trajectory whose last time is cut short stays as rows, and so does one that finds no room", "[output]") {
   const TemporaryDirectory directory;
   const std::string head = "t,body,px,py,pz,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n", row = ",1,2,3,4,5,6,7,8,9,10,11,12,13\n";

@@ -122,7 +122,7 @@ TEST_CASE("a tally adds up all times and counts, and keeps the worst of each res
     record.claimed_residual = n == 1 ? 4 : 3;
     record.law_residual = n == 3 ? 6.0 : 5.0;
     record.infeasibility = n == 2 ? 8.0 : 7.0;
-    record.gap = n == 2 ? -2.0 : 1.0;
+    record.gap = n == 1 ? 1.0 : n == 2 ? -2.0 : std::numeric_limits<double>::infinity();
     record.times = {1.0 * n, 10.0 * n, 100.0 * n, 1000.0 * n, 10000.0 * n};
     if (n == 2) record.penetration_displacement = 1;
     tally.observe_step(record, true);

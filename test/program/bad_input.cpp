@@ -24,6 +24,7 @@ TEST_CASE("a command that is missing or unknown is named", "[program]") {
   refused({"rnu"}, {"rnu", "did you mean \"run\""});
   refused({"simulate"}, {"simulate", "run", "check", "list"});
   refused({""}, {"command"});
+  refused({"--"}, {"contactbench: a command is missing: there are run, solve"});
 }
 
 TEST_CASE("a flag that does not exist is an error, flags to come included", "[program]") {
@@ -46,6 +47,7 @@ TEST_CASE("what a run cannot do without is asked for", "[program]") {
   refused(run_with({"--k"}), {"--k", "one value"});
   refused(run_with({"--k="}), {"--k", "one value"});
   refused(run_with({"--k", "8", "--k", "16"}), {"--k", "once"});
+  refused({"list", "--json=maybe"}, {"contactbench list: ", "--json"});  // a switch is on or off
 }
 
 TEST_CASE("a name that is not in a table comes with the ones that are", "[program]") {
@@ -68,6 +70,10 @@ TEST_CASE("a misspelt flag is named, also where it leaves one that is needed mis
   refused({"run", "--methd", "ap", "sticking_box.xml"}, {"--methd", "did you mean \"--method\""});
   refused({"run", "sticking_box.xml", "--method", "ap", "--warm-start", "--duration", "1"},
           {"--warm-start: its value is missing before --duration"});
+  refused(run_with({"--frobnicate", "--json"}), {"--frobnicate: no such flag"});
+  // What is no flag is a value, though it begins as one.
+  refused(run_with({"--friction", "--0.5"}), {"--friction --0.5: must be a coefficient"});
+  refused(run_with({"--friction", ""}), {"--friction '': must be a coefficient"});
   refused({"run", "sticking_box.xml"}, {"--method is required"});
 }
 
@@ -130,6 +136,7 @@ TEST_CASE("a parameter must be one that the scenario declares", "[program]") {
   refused(run_with({"--set", "boxes=2"}), {"boxes"});
   refused(run_with({"--set", "boxes"}), {"--set", "NAME=VALUE"});
   refused(run_with({"--set", "=2"}), {"--set", "NAME=VALUE"});
+  refused(run_with({"--set", "mu="}), {"--set mu=: must be NAME=VALUE"});
   refused(run_with({"--set", "mu=0.5", "--set", "mu=0.6"}), {"--set", "mu", "twice"});
   refused({"run", "stack.xml", "--method", "ap", "--set", "boxes=-3"}, {"boxes"});
   refused({"check", "stack.xml", "--set", "boxes=none"}, {"boxes"});
@@ -287,6 +294,7 @@ TEST_CASE("what belongs to another flag is refused without it, and a switch has 
   for (const char* order : {"1", "9"})
     refused(run_with({"--accuracy", "1e-6", "--order", order}), {"--order", order, "from 2 to 8"});
   refused(run_with({"--accuracy", "1e-6", "--record-interval", "0"}), {"--record-interval 0", "positive"});
+  refused(run_with({"--record-contacts", "--record-every", "0"}), {"--record-every 0 keeps no steps; leave one out"});
   refused(run_with({"--impedance", "0.5"}, "soft"), {"--impedance: of soft, only --variant mujoco has a use for it"});
   refused({"check"}, {"scenario is required"});
   refused({"check", "stack.xml", "--steps", "3"}, {"--steps 3: says how long --method METHOD is tried"});

@@ -317,6 +317,7 @@ TEST_CASE("flags of another program are refused in one line", "[program][externa
     refused(more, parts);
   };
   refuse({"--law", "newton"}, {"--command is missing"});
+  refuse({"--command", "", "--law", "newton"}, {"--command is missing"});
   refuse({"--command", "./mine"}, {"--law is missing", "newton"});
   refuse({"--command", "./mine", "--law", "newto"}, {"--law newto", "newton"});
   refuse({"--command", "./mine {problem}", "--law", "newton"}, {"no {answer}"});

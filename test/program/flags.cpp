@@ -58,6 +58,27 @@ TEST_CASE("a method is tried for as many steps as a scene has where these are fe
   }
 }
 
+TEST_CASE("with the compression bound check tells of a box that would tip, of none that stands fixed", "[program]") {
+  const TemporaryDirectory directory;
+  const auto said = [&](const std::string& wall) {
+    std::ofstream(directory.path() / "wall.xml")
+        << R"(<scenario title="A ball and a wall"><parameters><parameter name="width" type="number" default="0.25")"
+           R"( description="of the wall"/></parameters><simulation step="1e-3" duration="1" compression_bound="on"/>)"
+           R"(<reference kind="missing"/><gravity constant="0 -9.8 0"/><bodies>)"
+           R"(<half_space name="ground" point="0 0 0" normal="0 1 0"/><sphere name="ball" radius="1" mass="1")"
+           R"( position="0 1 0"/><box name="wall" size="${width} 2 2" position="3 1 0" )"
+        << wall << R"(/></bodies><contacts><pair a="ball" b="ground" mu="0.5"/><pair a="ball" b="wall" mu="0.5"/>)"
+        << "</contacts></scenario>";
+    return run(directory.path(), {"check", "wall.xml", "--method", "convex", "--steps", "0"}).out;
+  };
+  const std::string fixed = said("fixed=\"yes\"");
+  CHECK(fixed.find("\n  parameter   width = 0.25: of the wall (a number) [0.25]\n") != std::string::npos);
+  CHECK(fixed.find("\n  method      convex: ") != std::string::npos);
+  CHECK(fixed.find("\n  note ") == std::string::npos);
+  const std::string note = "\n  note        with the compression bound a box that should tip slides: wall tips ";
+  CHECK(said("mass=\"1\"").find(note) != std::string::npos);
+}
+
 TEST_CASE("the ends of a range are part of it", "[program]") {
   const TemporaryDirectory directory;
   for (const auto& [restitution, friction] : {std::pair("1", "0"), std::pair("0", "9")}) {

@@ -159,9 +159,19 @@ TEST_CASE("an unsymmetric W is judged by its symmetric part, where that is asked
   CHECK(judged(directory.path(), words, 0)["notes"].size() == 1);
 }
 
+TEST_CASE("where an answer is right to the last bit no contact is the worst", "[program]") {
+  TemporaryDirectory directory;
+  std::ofstream(directory.path() / "apart.dat") << "3 1 0 3 3 3 3\n1 0 0  0 1 0  0 0 1\n1 0 0\n0.5\n";  // it parts
+  write_plain(directory.path() / "r.txt", {0, 0, 0});
+  const Json json = judged(directory.path(), {"apart.dat", "r.txt", "--law", "coulomb"}, 0);
+  CHECK(json["residual"] == 0);
+  CHECK(json["worst"].is_null());
+}
+
 TEST_CASE("judge refuses what it cannot read, in one line", "[program]") {
   judge_refused({slide, slide}, {"--law is missing", "newton"});
   judge_refused({slide, slide, "--law", "coulom"}, {"--law coulom", "no such law"});
+  judge_refused({slide, slide, "--law", ""}, {"--law '': no such law"});
   judge_refused({slide, slide + "x", "--law", "newton"}, {"cannot be opened"});
   judge_refused({slide, slide, "--law", "newton", "--k", "8"}, {"--k 8", "no use"});
   judge_refused({slide, slide, "--law", "ap", "--k", "7"}, {"--k 7", "even"});

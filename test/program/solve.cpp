@@ -192,6 +192,7 @@ TEST_CASE("wrong flags of solve are named, with the fix", "[program]") {
   const std::string lcp = data + "/siconos/lcp_dense.dat";
   solve_refused({contact}, {"--kind is missing"});
   solve_refused({contact, "--kind", "friction"}, {"--kind friction", "lcp or contact"});
+  solve_refused({contact, "--kind", ""}, {"--kind '': must be lcp or contact"});
   solve_refused({"--kind", "contact", "--method", "ap"}, {"problem is missing"});
   solve_refused({"--kind", "lcp"}, {"problem is missing", "--matrix"});
   solve_refused({"--kind", "lcp", "--matrix", "M.mtx"}, {"--vector"});
@@ -241,6 +242,10 @@ TEST_CASE("broken problem files are refused with their name", "[program]") {
   const Json answer = solved(directory.path(), {skew.string(), "--kind", "contact", "--method", "ap", "--symmetrise"});
   CHECK(answer["status"] == "ok");
   CHECK(answer["notes"].size() == 1);
+  const Result told =
+      run(directory.path(), {"solve", skew.string(), "--kind", "contact", "--method", "ap", "--symmetrise"});
+  CHECK(told.out.find("\n  note" + std::string(17, ' ') + answer["notes"][0].get<std::string>() + "\n") !=
+        std::string::npos);
   const fs::path still = directory.path() / "still.dat";
   std::ofstream(still) << "3 1 0 3 3 3 3\n1 0 0  0 1 0  0 0 1\n0 0 0\n0.5\n";
   solve_refused({still.string(), "--kind", "contact", "--method", "convex", "--epsilon-relative", "1e-6"},

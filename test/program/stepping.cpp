@@ -104,19 +104,21 @@ TEST_CASE("by steps a run says so, and by events it says nothing new", "[program
 TEST_CASE("flags of stepping that contradict each other are refused", "[program]") {
   TemporaryDirectory directory;
   const std::vector<std::string> start = {"run", "stack", "--method", "convex"};
-  for (std::vector<std::string> flags :
-       std::vector<std::vector<std::string>>{{"--accuracy", "1e-6", "--step", "1e-3"},
-                                             {"--accuracy", "0"},
-                                             {"--accuracy", "1e-6", "--order", "9"},
-                                             {"--order", "3"},
-                                             {"--record-interval", "0.1"},
-                                             {"--stepping", "accuracy"},
-                                             {"--stepping", "leaps"},
-                                             {"--stepping", "steps", "--accuracy", "1e-6"}}) {
+  const std::pair<std::vector<std::string>, const char*> rows[] = {
+      {{"--accuracy", "1e-6", "--step", "1e-3"}, "--step 1e-3: --accuracy finds its own steps"},
+      {{"--accuracy", "0"}, "--accuracy 0: must be a positive length in m"},
+      {{"--accuracy", "1e-6", "--order", "9"}, "--order 9: must be a whole number from 2 to 8"},
+      {{"--order", "3"}, "--order 3: belongs to --accuracy A; give that too"},
+      {{"--record-interval", "0.1"}, "--record-interval 0.1: belongs to --accuracy A; give that too"},
+      {{"--stepping", "accuracy"}, "--stepping accuracy: give the accuracy, as in --accuracy 1e-6"},
+      {{"--stepping", "leaps"}, "--stepping leaps: must be events or steps; or give --accuracy A"},
+      {{"--stepping", "steps", "--accuracy", "1e-6"}, "--stepping steps: has no --accuracy; leave one out"}};
+  for (auto [flags, words] : rows) {
     flags.insert(flags.begin(), start.begin(), start.end());
     const Result result = run(directory.path(), flags);
     INFO(result.err);
     CHECK(result.code == 2);
+    CHECK(result.err.find(words) != std::string::npos);
   }
   CHECK(content(directory.path()).empty());
 }
@@ -125,7 +127,8 @@ TEST_CASE("to an accuracy what is only tried leaves no contacts: an extrapolated
   TemporaryDirectory directory;
   const fs::path out = directory.path() / "out";
   const Result result = run(directory.path(), {"run", "sliding_box", "--method", "convex", "--accuracy", "1e-6",
-                                               "--duration", "0.05", "--record-contacts", "--quiet", "--out", "out"});
+                                               "--stepping", "accuracy", "--duration", "0.05", "--record-contacts",
+                                               "--quiet", "--out", "out"});
   INFO(result.err);
   REQUIRE(result.code == 0);
   std::set<std::string> extrapolated;

@@ -117,8 +117,8 @@ TEST_CASE("A mesh of another kind beside the robot is left out, as one that is n
   CHECK_THAT(s.left_out[0], Catch::StartsWith("<mesh> of a <collision> "));
 }
 
-TEST_CASE("Words between the elements of a robot are none of them, and an element of a joint that is not used is told") {
-  const std::string text = arm("\n");
+TEST_CASE("Words between the elements of a robot are none of them; what of a joint is not used is told") {
+  const std::string text = arm("");
   const Scenario plain = load(text);
   CHECK(plain.left_out.empty());
   for (const std::string place : {"<robot name=\"r\">", "<link name=\"arm\">", "type=\"revolute\">"})
@@ -157,12 +157,12 @@ TEST_CASE("A loop is told at a joint of it, not at one that hangs on it, and joi
 }
 
 TEST_CASE("A joint that floats has no position to start at, and none is taken for it") {
-  const std::string puck = "<robot name=\"r\"><link name=\"puck\">" + inertial +
-                           "</link><link name=\"arm\">" + inertial +
-                           "</link><joint name=\"turn\" type=\"revolute\"><parent link=\"puck\"/><child link=\"arm\"/>" +
-                           limit + "</joint></robot>";
+  const std::string puck = "<robot name=\"r\"><link name=\"puck\">" + inertial + "</link><link name=\"arm\">" +
+                           inertial + "</link><joint name=\"turn\" type=\"revolute\"><parent link=\"puck\"/>" +
+                           "<child link=\"arm\"/>" + limit + "</joint></robot>";
   const auto start = [](const std::string& name) {
-    return "<robot name=\"robot\" urdf=\"r.urdf\" base=\"free\"><start joint=\"" + name + "\" velocity=\"2\"/></robot>";
+    return "<robot name=\"robot\" urdf=\"r.urdf\" base=\"free\"><start joint=\"" + name +
+           "\" velocity=\"2\"/></robot>";
   };
   CHECK(load(puck, start("turn")).initial.qd == std::vector<double>{0, 0, 0, 0, 0, 0, 2});
   CHECK_THROWS_WITH(load(puck, start("base_free")),
