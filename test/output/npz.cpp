@@ -139,8 +139,9 @@ TEST_CASE("of a trajectory the rows before one that is not whole become arrays",
   for (const std::string& cut : {std::string("1"), std::string("1,a,2,3"), "1" + rest}) {
     INFO(cut);
     const TemporaryDirectory directory;
-    std::ofstream(directory.path() / "trajectory.csv") << "t,body,px,py,pz,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n0,a" << rest
-                                                       << "\n" << cut << "\n";
+    std::ofstream(directory.path() / "trajectory.csv")
+        << "t,body,px,py,pz,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n0,a" << rest << "\n"
+        << cut << "\n";
     int error = 0;
     REQUIRE(trajectory_as_npz(directory.path(), 1, error));
     const auto files = unzipped(read_file(directory.path() / "trajectory.npz"));

@@ -50,7 +50,7 @@ TEST_CASE("each word of a summary stands in its own place", "[output]") {
   summary.hard_problem_command = "command";
   summary.reference_kind = "kind";
   summary.reference_name = "name";
-  summary.parameters = {{"n", "2"}, {"word", "2 boxes"}, {"large", "1e999"}, {"negative", "-0.5"}, {"none", "nan"}};
+  summary.parameters = {{"n", "2"}, {"word", "2 boxes"}, {"large", "1e999"}, {"negative", "-0.5"}, {"no", "nan"}};
   summary.errors = {{"first", 1}, {"second", 2}};
   summary.left_out = {{"this", 3}, {"that", 4}};
   summary.answered_by = {{"one", 5}, {"other", 6}};
@@ -77,8 +77,7 @@ TEST_CASE("each word of a summary stands in its own place", "[output]") {
                 {"/hard_problem_command", "command"},
                 {"/finished", false},
                 {"/reference", {{"kind", "kind"}, {"name", "name"}}},
-                {"/parameters",
-                 {{"n", 2}, {"word", "2 boxes"}, {"large", "1e999"}, {"negative", -0.5}, {"none", "nan"}}},
+                {"/parameters", {{"n", 2}, {"word", "2 boxes"}, {"large", "1e999"}, {"negative", -0.5}, {"no", "nan"}}},
                 {"/errors", {{"first", 1}, {"second", 2}}},
                 {"/left_out", {{{"what", "this"}, {"count", 3}}, {{"what", "that"}, {"count", 4}}}},
                 {"/answered_by", {{"one", 5}, {"other", 6}}}});

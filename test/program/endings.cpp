@@ -484,8 +484,9 @@ TEST_CASE("a folder of stored problems holds those of one run", "[program]") {
 
   // Nor those of an engine's run; what no run names so is somebody's.
   const std::vector<std::string> stored = {"step_000000001.hdf5", "step_000000001.json"},
-                                 others = {"step_response.csv", "step_1.hdf5", "event_000000001.json", "event_.hdf5",
-                                           "event_mine.hdf5", "event_00000000x.hdf5", "event_-00000001.hdf5"};
+                                 others = {"step_response.csv",   "step_1.hdf5",     "event_000000001.json",
+                                           "event_.hdf5",         "event_mine.hdf5", "event_00000000x.hdf5",
+                                           "event_-00000001.hdf5"};
   for (const auto* files : {&stored, &others})
     for (const std::string& file : *files) std::ofstream(directory.path() / "p" / file) << "old";
   CHECK(store("0.01").code == 0);

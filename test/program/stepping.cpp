@@ -126,9 +126,9 @@ TEST_CASE("flags of stepping that contradict each other are refused", "[program]
 TEST_CASE("to an accuracy what is only tried leaves no contacts: an extrapolated step has none", "[program]") {
   TemporaryDirectory directory;
   const fs::path out = directory.path() / "out";
-  const Result result = run(directory.path(), {"run", "sliding_box", "--method", "convex", "--accuracy", "1e-6",
-                                               "--stepping", "accuracy", "--duration", "0.05", "--record-contacts",
-                                               "--quiet", "--out", "out"});
+  const Result result =
+      run(directory.path(), {"run", "sliding_box", "--method", "convex", "--accuracy", "1e-6", "--stepping", "accuracy",
+                             "--duration", "0.05", "--record-contacts", "--quiet", "--out", "out"});
   INFO(result.err);
   REQUIRE(result.code == 0);
   std::set<std::string> extrapolated;

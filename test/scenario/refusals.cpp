@@ -118,9 +118,8 @@ TEST_CASE("A force does not begin before the run, and a controller is of some ki
   refused_at_mark(scene(ball, "<forces><force body=\"ball\" force=\"1 0 0\" from=\"^-1\" to=\"1\"/></forces>"),
                   "from is -1; it has to be at least 0");
   refused_at_mark(scene(robot(), "<controllers><^controller robot=\"r\"/></controllers>"), "<controller> needs a kind");
-  refused_at_mark(
-      scene(ball, "<controllers><controller kind=\"computed_torque\" robot=\"^r\"/></controllers>"),
-      "there is no robot in <bodies> to control");
+  refused_at_mark(scene(ball, "<controllers><controller kind=\"computed_torque\" robot=\"^r\"/></controllers>"),
+                  "there is no robot in <bodies> to control");
 }
 
 TEST_CASE("A pair that is one already, or means an array as if it were one body, is told by what it should name") {

@@ -151,9 +151,9 @@ TEST_CASE("A loop is told at a joint of it, not at one that hangs on it, and joi
                                 joint("there", "<parent link=\"c\"/><child link=\"b\"/>") +
                                 joint("back", "<parent link=\"b\"/><child link=\"c\"/>") + "</robot>");
   CHECK_THAT(loop, Catch::Contains("r.urdf:3:2: joint there is part of a loop: going from b to parents comes back"));
-  const std::string open = said(links + joint("one", "<parent link=\"a\"/>") + joint("two", "<parent link=\"a\"/>") +
-                                "</robot>");
-  CHECK_THAT(open, Catch::Contains("liburdfdom: ") && Catch::Contains("missing a parent and/or child link"));
+  const std::string childless =
+      said(links + joint("one", "<parent link=\"a\"/>") + joint("two", "<parent link=\"a\"/>") + "</robot>");
+  CHECK_THAT(childless, Catch::Contains("liburdfdom: ") && Catch::Contains("missing a parent and/or child link"));
 }
 
 TEST_CASE("A joint that floats has no position to start at, and none is taken for it") {
@@ -161,8 +161,7 @@ TEST_CASE("A joint that floats has no position to start at, and none is taken fo
                            inertial + "</link><joint name=\"turn\" type=\"revolute\"><parent link=\"puck\"/>" +
                            "<child link=\"arm\"/>" + limit + "</joint></robot>";
   const auto start = [](const std::string& name) {
-    return "<robot name=\"robot\" urdf=\"r.urdf\" base=\"free\"><start joint=\"" + name +
-           "\" velocity=\"2\"/></robot>";
+    return "<robot name=\"robot\" urdf=\"r.urdf\" base=\"free\"><start joint=\"" + name + "\" velocity=\"2\"/></robot>";
   };
   CHECK(load(puck, start("turn")).initial.qd == std::vector<double>{0, 0, 0, 0, 0, 0, 2});
   CHECK_THROWS_WITH(load(puck, start("base_free")),
