@@ -50,23 +50,23 @@ struct Falling {
   }
 };
 
-/// Of two points: one of 4 kg slides on the ground, one of 1 kg is held between two walls. The velocities after are not
-/// those of its own impulses: both points are off.
+/// Of three points: one of 4 kg slides on the ground, one of 1 kg is held between two walls, one of 1 kg leaves the
+/// ground. The velocities after are not those of its own impulses: the first two points are off.
 bool tell(OwnProblem& out) {
   out = {};
-  for (const double mass : {4.0, 1.0})
+  for (const double mass : {4.0, 1.0, 1.0})
     out.problem.M.block(out.problem.M.add_block(3)) = mass * Eigen::Matrix3d::Identity();
-  for (const auto& [point, sign] : {std::pair(0, 1.0), std::pair(1, 1.0), std::pair(1, -1.0)}) {
+  for (const auto& [point, sign] : {std::pair(0, 1.0), std::pair(1, 1.0), std::pair(1, -1.0), std::pair(2, 1.0)}) {
     out.problem.J.add_band();
     out.problem.J.entry(out.problem.J.add_entry(point, 3)) = sign * Eigen::Matrix3d::Identity();
     out.problem.mu.push_back(0.5);
     out.problem.restitution.push_back(0);
   }
-  out.problem.v_minus = {-2, 3, 0, 0, 0, 0};
-  out.problem.offset.assign(9, 0.0);
-  out.impulse = {8, -4, 0, 3, 0, 0, 3, 0, 0};
-  out.v_plus = {0, 2, 1.5, 0.75, 0, 0};
-  out.compliance = {0, 0, 0, 0.5, 0.5, 0.5, 0.25, 0.25, 0.25};
+  out.problem.v_minus = {-2, 3, 0, 0, 0, 0, 1, 0.5, 0};
+  out.problem.offset.assign(12, 0.0);
+  out.impulse = {8, -4, 0, 3, 0, 0, 3, 0, 0, 0, 0, 0};
+  out.v_plus = {0, 2, 1.5, 0.75, 0, 0, 1, 0.5, 0};
+  out.compliance = {0, 0, 0, 0.5, 0.5, 0.5, 0.25, 0.25, 0.25, 0, 0, 0};
   out.law = "friction cone";
   out.offset_means = "nothing";
   return true;

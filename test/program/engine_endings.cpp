@@ -274,6 +274,8 @@ TEST_CASE("an engine's program that is started by hand describes itself, or says
         Json::parse(R"({"name": "falls", "summary": "falls", "diagonal": 1, "knobs": {"depth": 1}})"));
   CHECK(by_hand("") == 2);
   CHECK(read_file(err).starts_with("The engine broken for contactbench"));
+  for (const char* words : {"--run", "--preflight", "--frob {}"}) CHECK(by_hand(words) == 2);
+  CHECK(by_hand("--preflight nonsense") == 1);
   CHECK(by_hand("--run nonsense") == 1);
   CHECK(read_file(err).starts_with("broken: "));
 }

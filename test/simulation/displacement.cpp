@@ -304,6 +304,20 @@ TEST_CASE("a displacement turns a body's spin with it, and keeps the kinetic ene
   CHECK(state.qd[0] / state.qd[1] == Approx(-2.0 / 3).epsilon(1e-15));
 }
 
+TEST_CASE("a tree at rest stays at rest, whatever energy it is to have, and one that moves has that") {
+  Scenario s = without_gravity();
+  test::add_sphere(s, 0.5, 1, {0, 0, 0});
+  join(s, 0, JointKind::prismatic, Vec3::UnitX());
+  State state = s.initial;
+  set_tree_energy(s.model, s.model.trees[0], 2, state);
+  CHECK(state.qd[0] == 0);
+  state.qd[0] = -1;
+  link_twists(s.model, s.model.trees[0], state);
+  set_tree_energy(s.model, s.model.trees[0], 2, state);  // m v^2 / 2
+  CHECK(state.qd[0] == Approx(-2));
+  CHECK(state.v[0] == Approx(-2));
+}
+
 namespace {
 
 // Two balls of radius 0.5 m that touch along the x axis, at the start of a step of 1 ms; the second on a rail along x,
