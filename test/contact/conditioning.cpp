@@ -99,6 +99,13 @@ TEST_CASE("problems without contacts or beyond the limit are left alone") {
   CHECK_FALSE(ConditioningEstimate().measure(on_ground({{0, 0, 0}}, 1, 1), out, 2));
 }
 
+TEST_CASE("problems with a contact of nothing that moves are left alone") {
+  Conditioning out;
+  ContactProblem p = on_ground({{0, 0, 0}, {1, 0, 0}}, 1, 1);
+  p.J.entry(1).setZero();
+  CHECK_FALSE(ConditioningEstimate().measure(p, out));
+}
+
 namespace {
 
 /// Limits of two joints that turn the same links: M = [[2, 1], [1, 2]]. `coordinates`: of each limit, and from which

@@ -80,3 +80,14 @@ TEST_CASE("a wall that pushes by next to no lever off another can be escaped, ho
 TEST_CASE("walls that close in by 1e-7 of their velocities are found out") {
   CHECK_FALSE(feasible(between(1, 1 - 1e-7)));
 }
+
+TEST_CASE("of a thousand contacts it is found out that they leave no velocity; of more nothing is said") {
+  for (const int contacts : {1000, 1001}) {
+    ContactProblem p = between(1, 0);
+    while (p.nc() < contacts) {
+      add_contact(p, 0, {-0.5, 0, 0}, -1, {0, 0, 0}, Matrix3d::Identity(), 0.5);
+      p.offset[3 * static_cast<std::size_t>(p.nc()) - 3] = -1;
+    }
+    CHECK(feasible(p) == (contacts > 1000));
+  }
+}

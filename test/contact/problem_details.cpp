@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <set>
 
+#include "contact/delassus_factor.h"
 #include "contact/fclib_format.h"
 #include "contact/islands.h"
 #include "contact/problem_files.h"
@@ -223,4 +224,117 @@ TEST_CASE("Members stand by their groups in their order; some are in none, and a
   CHECK(members(4) == std::vector<int>{4});
   groups.assign({}, 2);
   CHECK(members(1).empty());
+}
+
+namespace {
+
+/// One contact of three unknowns with M = 2, normal first; f = (2, 0, -4).
+FclibContent three_unknowns() {
+  FclibContent out;
+  out.global = true;
+  out.M = sparse(2 * Eigen::Matrix3d::Identity());
+  out.H = sparse(Eigen::Matrix3d::Identity());
+  out.f = {2, 0, -4};
+  out.w.assign(3, 0.0);
+  out.mu = {0.3};
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("Blocks that leave out unknowns, a restitution below 0 and masses that are none are refused as such") {
+  REQUIRE(refusal(three_unknowns()).empty());
+  for (const std::vector<int>& first : {std::vector<int>{1, 3}, {0, 2}, {3}}) {
+    INFO(first.front() << " to " << first.back());
+    FclibContent content = three_unknowns();
+    content.first = first;
+    CHECK(refusal(content) ==
+          "file: /contactbench/first: must rise from 0 to the order of M; remove the group to have the blocks found "
+          "from M");
+  }
+  FclibContent content = three_unknowns();
+  content.restitution = {-0.5};
+  CHECK(refusal(content) == "file: restitution of contact 0 is -0.5; it must be from 0 to 1");
+  content = three_unknowns();
+  content.M.coeffRef(0, 1) = 3;  // eigenvalues 5, 2 and -1
+  content.M.coeffRef(1, 0) = 3;
+  CHECK(refusal(content) == "file: /fclib_global/M is not positive definite");
+  content = three_unknowns();
+  content.M.coeffRef(2, 2) = 1e-200;
+  content.f[2] = 1e200;
+  CHECK(refusal(content) == "file: v_minus = M^-1 f is not finite; M is nearly singular");
+}
+
+TEST_CASE("Blocks of M that no memory should be asked for are refused before it is") {
+  constexpr int nv = 10001;
+  FclibContent content = three_unknowns();
+  content.M.resize(nv, nv);
+  content.M.setIdentity();
+  content.H.resize(nv, 3);
+  content.H.insert(0, 0) = 1;
+  content.f.assign(nv, 0.0);
+  content.first = {0, nv};
+  CHECK(refusal(content) == "file: /fclib_global/M: its blocks hold 100020001 numbers; at most 100000000 fit");
+}
+
+TEST_CASE("A zero that is stored in H joins no block, and nothing is lost by it") {
+  FclibContent content = three_unknowns();
+  // Rows 0 and 4 are a body, 1 and 3 one, and 2 is alone; the contact sees the second, and has zeros at the others.
+  Eigen::MatrixXd M = 2 * Eigen::MatrixXd::Identity(5, 5);
+  M(0, 4) = M(4, 0) = M(1, 3) = M(3, 1) = 1;
+  content.M = sparse(M);
+  content.H.resize(5, 3);
+  const std::vector<Eigen::Triplet<double>> entries = {{1, 0, 1.0}, {3, 0, 2.0}, {4, 0, 0.0},
+                                                       {1, 1, 0.5}, {2, 1, 0.0}, {3, 2, 0.25}};
+  content.H.setFromTriplets(entries.begin(), entries.end());
+  REQUIRE(content.H.nonZeros() == 6);
+  content.f.assign(5, 0.0);
+  const ContactProblem p = to_problem(content, "file").problem;
+  CHECK(p.M.first == std::vector<int>{0, 2, 4, 5});
+  CHECK(p.J.block == std::vector<int>{1});
+  CHECK(p.J.values == std::vector<double>{1, 0.5, 0, 2, 0, 0.25});  // by columns
+}
+
+TEST_CASE("A ring of bodies keeps a block for each contact but the last, which the others determine") {
+  Eigen::MatrixXd W = 2 * Eigen::MatrixXd::Identity(12, 12);
+  for (int c = 0; c < 4; ++c)
+    for (int i = 0; i < 3; ++i) {
+      const int here = 3 * c + i, next = 3 * ((c + 1) % 4) + i;
+      W(here, next) = W(next, here) = -1;
+    }
+  const StoredProblem stored =
+      to_problem(local(W, std::vector<double>(12, 0.0), std::vector<double>(4, 0.5)), "file", {});
+  CHECK(stored.notes == std::vector<std::string>{"W has rank 9 of 12"});
+  CHECK(stored.problem.M.first == std::vector<int>{0, 3, 6, 9});
+  BlockCholesky factor;
+  REQUIRE(factor.factor(stored.problem.M));
+  Eigen::MatrixXd again;
+  delassus(stored.problem, factor, again);
+  CHECK((again - W).cwiseAbs().maxCoeff() < 1e-14);
+}
+
+TEST_CASE("A part of W that needs repair may have as many rows as are taken, and not one more") {
+  const Eigen::SparseMatrix<double> W = sparse(nearly_semidefinite(1e-6));
+  const std::vector<double> q = {-1, 0, 0};
+  for (const int rows : {3, 2}) {
+    DelassusFactorOptions options;
+    options.dense_rows = rows;
+    DelassusFactorReport report;
+    ContactProblem p;
+    CHECK(factor_delassus(W, q, options, p, report) ==
+          (rows == 3 ? ""
+                     : "W couples 3 rows and is not positive semidefinite to rounding; a part of at most 2 rows can be "
+                       "repaired"));
+  }
+}
+
+TEST_CASE("Velocities of contacts that no finite motion makes stay in the offset, as they are") {
+  // The same contact twice: what would make the velocities of both is more than the largest number.
+  Eigen::MatrixXd W(6, 6);
+  const Eigen::Matrix3d one = Eigen::Vector3d(0.5, 1, 1.5).asDiagonal();
+  W << one, one, one, one;
+  const std::vector<double> q = {0, 0, 1.2e308, 0, 0, 1.2e308};
+  const ContactProblem p = to_problem(local(W, q, {0.5, 0.5}), "file").problem;
+  CHECK(p.v_minus == std::vector<double>(3, 0.0));
+  CHECK(p.offset == q);
 }

@@ -236,6 +236,8 @@ struct Dataset {
   bool whole = false;
   bool empty_chunks = false;  ///< claims claimed numbers without storing one
   hsize_t claimed = 0;
+  int rank = 1;         ///< dimensions: 0 of a number alone, 2 of a column
+  bool summed = false;  ///< kept with a check sum
 };
 using Content = std::map<std::string, Dataset>;
 
@@ -256,7 +258,13 @@ std::string save(const Folder& folder, const std::string& name, const Content& c
       H5Pset_chunk(create, 1, &chunk);
       properties = create;
     }
-    const hid_t space = H5Screate_simple(1, &size, nullptr);
+    if (set.summed) {
+      H5Pset_chunk(create, 1, &size);
+      H5Pset_fletcher32(create);
+      properties = create;
+    }
+    const hsize_t sizes[] = {size, 1};
+    const hid_t space = set.rank == 0 ? H5Screate(H5S_SCALAR) : H5Screate_simple(set.rank, sizes, nullptr);
     const hid_t type = set.whole ? H5T_NATIVE_LLONG : H5T_NATIVE_DOUBLE;
     const hid_t data = H5Dcreate2(file, where.c_str(), type, space, links, properties, H5P_DEFAULT);
     REQUIRE(data >= 0);
@@ -427,7 +435,9 @@ TEST_CASE("Every broken FCLIB file is refused in one message with its file and d
       {global("/vectors/mu", numbers({})), "vectors/mu: holds 0 numbers"},
       {global("/vectors/mu", numbers({-0.1})), "mu of contact 0 is -0.1"},
       {global("/vectors/mu", integers({1})), "vectors/mu: must hold floating-point numbers"},
+      {global("/vectors/f", {.x = {2, 0, -4}, .n = {}, .rank = 2}), "vectors/f: must be a list (one dimension)"},
       {global("/G/n", integers({2})), "bilateral"},
+      {global("/G/m", integers({2})), "bilateral"},
   };
   for (const auto& [where, set] : small_global()) {
     static_cast<void>(set);
@@ -457,6 +467,14 @@ TEST_CASE("Every broken FCLIB file is refused in one message with its file and d
   c["/fclib_global/H/p"] = integers({0, 1, 2});
   c["/fclib_global/vectors/w"] = numbers({0, 0});
   broken.emplace_back(c, "H/n: is 2; three for each contact");
+  c = small_global();
+  c["/fclib_global/H/n"] = c["/fclib_global/H/p"] = integers({0});
+  c["/fclib_global/vectors/w"] = c["/fclib_global/vectors/mu"] = numbers({});
+  broken.emplace_back(c, "H/n: is 0; three for each contact, and at least one contact, belong here");
+  c = small_global();
+  c.erase("/fclib_global/vectors/mu");
+  c["/fclib_global/vectors/mu/0"] = numbers({0.3});
+  broken.emplace_back(c, "vectors/mu: is not a dataset that can be opened");
   c = small_global();
   c["/fclib_global/H/m"] = integers({4});
   broken.emplace_back(c, "H: has 4 rows; M has 3");
@@ -516,6 +534,43 @@ TEST_CASE("A file may say that it has no bilateral constraints") {
   global["/fclib_global/G/n"] = local["/fclib_local/V/n"] = integers({0});
   CHECK(refusal(save(folder, "global.hdf5", global)).empty());
   CHECK(refusal(save(folder, "local.hdf5", local)).empty());
+}
+
+TEST_CASE("A number may stand alone or as a list of one") {
+  const Folder folder;
+  Content content = small_global();
+  content["/fclib_global/spacedim"] = {.x = {}, .n = {3}, .whole = true, .rank = 0};
+  content["/fclib_global/vectors/mu"] = {.x = {0.3}, .n = {}, .rank = 0};
+  CHECK(read_contact_problem(save(folder, "alone.hdf5", content)).problem.mu == std::vector<double>{0.3});
+}
+
+TEST_CASE("What our own group says of unknowns is no matter of a file in local form") {
+  const Folder folder;
+  Content content = small_local();
+  content["/contactbench/v_minus"] = numbers({1, 2});
+  content["/contactbench/first"] = integers({0, 7});
+  content["/contactbench/restitution"] = numbers({0.25});
+  CHECK(read_contact_problem(save(folder, "local.hdf5", content)).problem.restitution == std::vector<double>{0.25});
+}
+
+TEST_CASE("Numbers that do not fit the check sum that they are kept with are refused") {
+  const Folder folder;
+  Content content = small_global();
+  content["/fclib_global/vectors/f"].summed = content["/fclib_global/H/i"].summed = true;
+  const std::string whole = text_of(save(folder, "whole.hdf5", content));
+  CHECK(refusal(folder.file("whole.hdf5")).empty());
+  const auto bytes = [](const auto& list) {
+    return std::string(reinterpret_cast<const char*>(list.data()), list.size() * sizeof(list[0]));
+  };
+  for (const auto& [where, held] : {std::pair("/fclib_global/vectors/f", bytes(std::vector<double>{2, 0, -4})),
+                                    std::pair("/fclib_global/H/i", bytes(std::vector<long long>{2, 1, 0}))}) {
+    const auto at = whole.find(held);
+    REQUIRE(at != std::string::npos);
+    std::string damaged = whole;
+    damaged[at + 8] = 2;  // the second number: another that would be read without a word
+    const std::string path = write(folder, "damaged.hdf5", damaged);
+    CHECK(refusal(path) == path + ": " + where + ": cannot be read (truncated or damaged?)");
+  }
 }
 
 TEST_CASE("An FCLIB file that was cut short is refused, wherever the cut is") {

@@ -1071,3 +1071,68 @@ TEST_CASE("there is a thread for what little there is") {
   find_islands(points({2}, {0}), islands);
   CHECK(worthwhile_threads(islands, 4) == 1);
 }
+
+TEST_CASE("an error beside what is beyond the largest number is one, and stays the worst", "[referee]") {
+  Worst worst;
+  Evidence::see_island(worst, 1, infinite, 2);
+  CHECK(worst.ratio == infinite);
+  CHECK(worst.island == 2);
+  worst = {0.5, -1, 1};
+  Evidence::see_island(worst, 1, infinite, 2);
+  CHECK(worst.ratio == infinite);
+  CHECK(worst.island == 2);
+}
+
+TEST_CASE("of a gap that is no finite number, or that may be any, nothing but that is said") {
+  const auto refused = [](double gap, double allowed) {
+    Residuals out;
+    out.gap = 1.0;
+    out.infeasibility = 0.5;
+    out.island_gap = gap;
+    out.allowed_gap = allowed;
+    return Referee::refusal(out, accepted);
+  };
+  const std::string beyond = "energies beyond the largest number: nothing can be said of the gap";
+  CHECK(refused(infinite, 1) == beyond);
+  CHECK(refused(no_number, 1) == beyond);
+  CHECK(refused(1, infinite) == beyond);
+  CHECK(refused(2, 1) == "checked gap 2 J (allowed: 1), infeasibility 0.5 (allowed: 1e-09)");
+}
+
+TEST_CASE("what rests and would rebound has nothing to give back, by every law") {
+  ContactProblem p = points({2}, {0}, 0.5, 0.5);
+  p.v_minus[1] = 0;
+  const Witness rigid = SoftWitness{{.rule = Softness::Rule::mujoco, .impedance = 1}};
+  for (const Law& law : {coulomb_law(), newton_law(), convex_law()}) CHECK(held(p, law, {0, 0, 0}));
+  CHECK(held(p, soft_law(), {0, 0, 0}, rigid));
+  CHECK(held(p, mirtich_law(), {0, 0, 0}, WorkWitness{{0}, {0}, {0}}));
+  CHECK(held(p, anitescu_potra_law(), {0, 0, 0}, PolygonWitness{4, 0, std::vector<double>(12, 0.0)}));
+}
+
+TEST_CASE("ap: where restitution does no work any share of it may be given back, but no more and none the other way") {
+  // A point at rest that two walls press from both sides.
+  ContactProblem p = points({2}, {0}, 0, 0.5);
+  add_contact(p, 0, Vector3d::Zero(), -1, {}, axes_of(-Vector3d::UnitY(), Vector3d::UnitX()), 0, 0.5);
+  p.v_minus[1] = 0;
+  const double press = 3;
+  PolygonWitness polygon{4, 0, {press, press}};
+  polygon.z.resize(24, 0.0);
+  for (const double share : {0.0, 0.5, 1.0, -0.5, 1.5}) {
+    INFO(share);
+    const double r = press * (1 + 0.5 * share);
+    CHECK(held(p, anitescu_potra_law(), {r, 0, 0, r, 0, 0}, polygon) == (share >= 0 && share <= 1));
+  }
+}
+
+TEST_CASE("convex: what proves nothing of an island with restitution is finite all the same, beside one without") {
+  ContactProblem p = points({2, 3}, {0, 1});
+  p.restitution = {0, 0.5};
+  const ConvexWitness proof{true, 0, {}, {0, 0}, {2, 0}, {0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}};
+  CHECK(held(p, convex_law(), {2, 0, 0, 4.5, 0, 0}, proof));
+  for (std::vector<double> ConvexWitness::*part : {&ConvexWitness::eta, &ConvexWitness::frictionless})
+    for (const double x : {no_number, infinite}) {
+      ConvexWitness other = proof;
+      (other.*part)[1] = x;
+      CHECK_FALSE(held(p, convex_law(), {2, 0, 0, 4.5, 0, 0}, other));
+    }
+}

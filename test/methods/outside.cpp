@@ -105,6 +105,10 @@ TEST_CASE("a program has crashed where it breaks off what it says, whatever stat
         Case{"answer unsupported 1 3 too hard\nr 1 2", listens, Status::crash, "is not r and 3 numbers"},
         Case{"answer input_error 1 3 too hard", leaves, Status::crash, "broke off its answer"},
         Case{"answer ok 1 -3\nr", listens, Status::crash, "\"answer ok 1 -3\" is no line"},
+        Case{"answer ok 1 3.5\nr 4 0 0", listens, Status::crash, "\"answer ok 1 3.5\" is no line"},
+        Case{"answer ok 1 many\nr 4 0 0", listens, Status::crash, "\"answer ok 1 many\" is no line"},
+        Case{"answer ok 99999999999 3\nr 4 0 0", listens, Status::crash, "\"answer ok 99999999999 3\" is no line"},
+        Case{"answer ok 1 3\nr 4 0x 0", listens, Status::crash, "is not r and 3 numbers"},
         Case{"answer \\033x 1 3", listens, Status::crash, "\"answer ?x 1 3\" is no line"},
         Case{"answer " + std::string(80, 'a'), listens, Status::crash,
              "\"answer " + std::string(53, 'a') + "...\" is no line"},
@@ -252,9 +256,50 @@ TEST_CASE("where no folder can be made for its files a program is not started, a
     CHECK_FALSE(std::filesystem::is_empty(directory.path()));
   }
   CHECK(std::filesystem::is_empty(directory.path()));
-  const FilesGoTo nowhere("/nowhere/at/all");
-  external_row(coulomb_law()).make(options)(p, answer);
+  for (const char* nobodys : {"/nowhere/at/all", "/proc"}) {  // which is not there, and where nobody makes a folder
+    INFO(nobodys);
+    const FilesGoTo there(nobodys);
+    external_row(coulomb_law()).make(options)(p, answer);
+    CHECK(answer.status == Status::write_failed);
+    CHECK(answer.reason == "no folder for its files can be made");
+    CHECK(answer.impulse == std::vector<double>(3, 0.0));
+  }
+}
+
+TEST_CASE("where a program's problem can be written no more it is not started", "[outside]") {
+  const TemporaryDirectory directory;
+  const FilesGoTo there(directory.path().string());
+  MethodOptions options;
+  options.command = "echo 4 0 0 > {answer}; : {text}";
+  const ContactMethod method = external_row(coulomb_law()).make(options);
+  const std::filesystem::path folder = std::filesystem::directory_iterator(directory.path())->path();
+  std::filesystem::remove_all(folder);
+  ContactSolution answer;
+  method(sphere({0, -1, 0}, {0, 0, 0}), answer);
   CHECK(answer.status == Status::write_failed);
-  CHECK(answer.reason == "no folder for its files can be made");
+  CHECK(answer.reason == (folder / "problem.txt").string() + ": cannot be opened for writing");
   CHECK(answer.impulse == std::vector<double>(3, 0.0));
+}
+
+// `soft` needs the masses to prove an answer, `convex` an answer of our own.
+TEST_CASE("an answer from outside to what is no problem is unsupported, with what is wrong of it", "[outside]") {
+  for (const char* method : {"soft", "convex"}) {
+    const bool soft = method == std::string("soft");
+    ContactProblem p = sphere({0, -1, 0}, {0, 0, 0});
+    if (soft)
+      p.M.block(0)(0, 0) = -1;
+    else
+      p.mu[0] = -0.1;
+    const MethodRow row = outside_row("says", "", find_method(method)->law, [](const MethodOptions&) -> OutsideSolver {
+      return [](const ContactProblem&, ContactSolution& solution) { solution.impulse = {4, 0, 0}; };
+    });
+    ContactSolution answer;
+    row.make({})(p, answer);
+    CHECK(answer.status == Status::unsupported);
+    CHECK(answer.reason ==
+          (soft ? "the mass matrix is not positive definite"
+                : "convex: the bound on the sum of normal impulses is known with its proof only from solving the "
+                  "problem, and our own method does not solve it: contact 0 has a negative coefficient of friction"));
+    CHECK(answer.impulse == std::vector<double>(3, 0.0));
+  }
 }

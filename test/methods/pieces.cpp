@@ -398,4 +398,8 @@ TEST_CASE("a row from outside has its law's terms and flags, and variants where 
   std::vector<std::string_view> names;
   for (const OptionRow& of : external.options) names.push_back(of.flag);
   CHECK(names == std::vector<std::string_view>{"command", "law", "epsilon", "epsilon-relative", "compression-bound"});
+  MethodOptions options;
+  CHECK(value_of(external.options[0], external.options, options) == OptionValue());
+  options.command = "./mine";
+  CHECK(value_of(external.options[0], external.options, options) == OptionValue(std::string("./mine")));
 }

@@ -243,3 +243,39 @@ TEST_CASE("what methods claim that part islands themselves is the sum of gaps, o
   CHECK(solution.status == Status::inaccurate);
   CHECK(solution.claimed_residual == Approx(first.claimed_residual));
 }
+
+TEST_CASE("islands that are to be solved together are, though each of them has a closed form", "[pruned]") {
+  ContactProblem p = sphere({1, -2, 0}, {0, 0, 0});
+  add_body(p, 3, Vector3d::Constant(1.2), {0, -1, 5});
+  add_contact(p, 1, {0, -1, 0}, -1, {}, ground_axes(), 0.3);
+  for (const bool apart : {true, false}) {
+    const auto left_out = std::make_shared<LeftOut>();
+    ContactSolution s;
+    pruned(*find_method("coulomb"), {}, left_out, {.islands = apart})(p, s);
+    CHECK(s.status == Status::ok);
+    CHECK(left_out->islands == (apart ? 2 : 0));
+    CHECK(left_out->closed_forms == (apart ? 2 : 0));
+  }
+}
+
+TEST_CASE("what is no problem for a method is none for a closed form either", "[pruned]") {
+  const double no_number = std::nan("");
+  for (const char* name : {"convex", "coulomb", "soft"})
+    for (int part = 0; part < 7; ++part) {
+      INFO(name << ", part " << part);
+      ContactProblem p = sphere({1, -2, 0}, {0, 0, 0});
+      if (part < 3) p.mu[0] = part == 0 ? -0.1 : part == 1 ? HUGE_VAL : no_number;
+      if (part == 3) p.v_minus[1] = no_number;
+      if (part == 4) p.v_minus[1] = -HUGE_VAL;
+      if (part == 5) p.restitution[0] = no_number;
+      if (part == 6) p.M.block(0)(0, 0) = -1;
+      const MethodRow& row = *find_method(name);
+      ContactSolution plain, less;
+      row.make({})(p, plain);
+      pruned(row, {}, std::make_shared<LeftOut>())(p, less);
+      CHECK(plain.status != Status::ok);
+      CHECK(less.status == plain.status);
+      CHECK(less.reason == plain.reason);
+      CHECK(less.impulse == std::vector<double>(3, 0.0));
+    }
+}

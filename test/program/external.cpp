@@ -156,6 +156,8 @@ TEST_CASE("a program that does not begin, or talks otherwise, ends the run at it
   for (const auto& [command, reason] :
        {std::pair(toy + " binary deaf", "exit code 3"), std::pair(toy + " text silent", "its first line is \"hello\""),
         std::pair(std::string("./no-such-program"), "exit code 127"),
+        std::pair(std::string("read greeting; exec 0<&-; echo ready text; exit 5"),
+                  "the program stopped reading and ended with exit code 5, at problem 1 that it got"),
         std::pair(toy + " file {text} /dev/null; test {answer}", "wrote no {answer}"),
         std::pair(std::string("echo 1 2 x > {answer}; test {text}"), "{answer}:1"),
         std::pair(std::string("echo 1 2 3 > {answer}; test {text}"), "holds 3 impulses"),
