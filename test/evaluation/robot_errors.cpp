@@ -115,11 +115,16 @@ TEST_CASE("Only a robot that is free, alone, level and alike on both sides has o
   const auto refused = [&](const auto& change) {
     Scenario other = robot;
     change(other);
-    return !wheeled_robot(other).has_value();
+    SceneErrors errors(other, SimulationOptions(), 0);
+    errors.observe_step(other.initial, StepRecord());
+    return !wheeled_robot(other).has_value() && errors.finish().empty();
   };
   CHECK(refused([](Scenario& s) { s.model.trees[0].joints[0].kind = JointKind::fixed; }));
   CHECK(refused([](Scenario& s) { s.model.bodies.push_back({"another", 1, Vec3::Constant(1)}); }));
   CHECK(refused([](Scenario& s) { s.controllers.clear(); }));
+  CHECK(refused([](Scenario& s) { s.controllers.push_back(s.controllers[0]); }));
+  CHECK(refused([](Scenario& s) { s.shapes.erase(s.shapes.begin()); }));  // a wheel without a tyre
+  CHECK(refused([](Scenario& s) { s.shapes.pop_back(); }));
   const auto wheel = [](Scenario& s) -> Joint& { return s.model.trees[0].joints[s.controllers[0].joints[0].joint]; };
   CHECK(refused([&](Scenario& s) { wheel(s).damping += 1; }));
   CHECK(refused([&](Scenario& s) { wheel(s).torque_limit = 7; }));
@@ -135,6 +140,16 @@ TEST_CASE("Only a robot that is free, alone, level and alike on both sides has o
     joint.body = 3;
     s.model.trees[0].joints.push_back(joint);
   }));
+  Scenario capped = robot;  // boxes on its wheels, listed before what is round
+  for (int wheel = 1; wheel < 3; ++wheel) {
+    Shape cap;
+    cap.kind = ShapeKind::box;
+    cap.body = wheel;
+    cap.half_extents = Vec3::Constant(0.02);
+    capped.shapes.insert(capped.shapes.begin(), cap);
+  }
+  REQUIRE(wheeled_robot(capped).has_value());
+  CHECK(wheeled_robot(capped)->radius == wheel_radius);
 }
 
 TEST_CASE("A robot without motors and with its mass on the axle coasts round a circle") {
@@ -609,6 +624,9 @@ TEST_CASE("A held body is dropped once it is half its own size from its place in
   table.body = -1;
   table.half_extents = Vec3::Constant(5);
   scenario.shapes.push_back(table);
+  Shape knob = scenario.shapes[0];  // on what is held, and smaller
+  knob.half_extents = Vec3::Constant(0.01);
+  scenario.shapes.push_back(knob);
   SimulationOptions options;
   options.step = 0.01;
   options.duration = 4;
@@ -616,6 +634,10 @@ TEST_CASE("A held body is dropped once it is half its own size from its place in
     INFO("finger " << opens);
     SceneErrors errors(scenario, options, 0);
     State state = scenario.initial;
+    state.t = 0.5;
+    state.pose[2].p.x() += 0.05;  // less than half the cube's size, more than half the knob's
+    errors.observe_step(state, StepRecord());
+    state = scenario.initial;
     state.t = 1;
     state.pose[opens].p.x() += 0.15;  // this finger goes; the cube stays in the other's frame
     errors.observe_step(state, StepRecord());
@@ -699,13 +721,21 @@ TEST_CASE("A grasp is measured where two fingers hold one body") {
     return !errors.finish().empty();
   };
   CHECK(measured(grasped()));
-  Scenario one_finger = grasped(), two_bodies = grasped(), nothing_held = grasped();
+  Scenario beside_another = grasped();  // a controller that grasps nothing, and comes first
+  ControllerSpec drive;
+  drive.row = find_controller("figure_eight");
+  REQUIRE(drive.row);
+  beside_another.controllers.insert(beside_another.controllers.begin(), drive);
+  CHECK(measured(beside_another));
+  Scenario one_finger = grasped(), three_fingers = grasped(), two_bodies = grasped(), nothing_held = grasped();
   one_finger.controllers[0].joints.erase(one_finger.controllers[0].joints.begin());
+  three_fingers.controllers[0].joints.push_back(three_fingers.controllers[0].joints[0]);
   two_bodies.model.bodies.push_back({"another", 1, Vec3::Constant(1)});
   two_bodies.initial.pose.emplace_back();
   two_bodies.initial.v.resize(30, 0);
   nothing_held.model.bodies[2].tree = 0;
   CHECK_FALSE(measured(one_finger));
+  CHECK_FALSE(measured(three_fingers));
   CHECK_FALSE(measured(two_bodies));
   CHECK_FALSE(measured(nothing_held));
 }

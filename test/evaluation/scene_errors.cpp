@@ -133,6 +133,24 @@ TEST_CASE("Pushes count by their times, in whatever order they are written") {
   }
   CHECK(in_order.at("creep_before_push_m") == Approx(0.01));
   CHECK(in_order.at("creep_after_stop_m") == Approx(0.01 * 2.7));
+  // No pushes: a force of nothing, and one that ends where it begins.
+  scenario.forces = {{0, Vec3::Zero(), 0.25, 5.5}, {0, Vec3(0, 0, 1), 0.5, 0.5}, {0, force, 1, 5}};
+  const Errors idle =
+      errors_of(scenario, 8, 1e-2, 0, 8, [&](double t) { return moved(scenario, Vec3(box_x(t), 0, -1e-4 * t)); });
+  CHECK(idle.at("x_final_relative") < 1e-10);
+  CHECK(idle.at("lateral_drift_m") == Approx(8e-4));
+  CHECK(idle.at("creep_before_push_m") == Approx(1e-4));
+}
+
+TEST_CASE("What a box still slides after its last push is no creep") {
+  Scenario scenario = sliding_box();
+  scenario.forces = {{0, Vec3(3, 0, 0), 1, 2}};  // to 2.02 m/s, from which friction takes 0.98 m/s each second
+  const Errors errors = errors_of(scenario, 8, 1e-2, 0, 8, [&](double t) {
+    const double pushed = std::clamp(t - 1, 0., 1.), left = std::clamp(t - 2, 0., 2.02 / 0.98);
+    return moved(scenario, Vec3(1.01 * pushed * pushed + 2.02 * left - 0.49 * left * left, 0, 0));
+  });
+  CHECK(errors.at("position_linf_m") < 1e-11);
+  CHECK(errors.at("creep_after_stop_m") < 1e-11);
 }
 
 TEST_CASE("What is added to the sliding box's way comes out as its errors") {
@@ -363,8 +381,20 @@ TEST_CASE("From rest on the circle the exact sliders have no error, cone and pol
   CHECK(as_polygon.at("position_final_m") == Approx(as_cone.at("polygon_position_final_m")).epsilon(1e-9));
 }
 
+TEST_CASE("A turn that is shorter than a step has no mean place, and one that is not followed has none either") {
+  Scenario fast = circle();
+  fast.gravity.harmonic[0].frequency = fast.gravity.harmonic[2].frequency = 100;  // 16 turns a second
+  const Errors errors = errors_of(fast, 1, 0.1, 0, 1, [&](double) { return moved(fast, Vec3::Zero()); });
+  CHECK(errors.at("drift_per_turn_m") < 0.01);
+  CHECK(errors.at("centre_error_m") < 0.01);
+  Scenario above = circle();
+  above.initial.pose[0].p.y() = 1;
+  CHECK(errors_of(above, 8, 0.1, 8, 8, [&](double) { return moved(above, Vec3::Zero()); }).size() == 1);  // its lift
+}
+
 TEST_CASE("Scenes without the shape of their reference leave out what has no closed form") {
-  // Gravity that varies along the normal; a box that would tip over; a box that starts above the ground.
+  // Gravity that varies along the normal; a box that would tip over; a box that starts above the ground, or on an edge;
+  // nothing that holds it to the ground.
   Scenario heaving = sliding_box();
   heaving.gravity.harmonic[1] = {1, 2, 0};
   Scenario tipping = on_plane("sticking_box", ShapeKind::box, 1.5, 0.9);
@@ -374,7 +404,12 @@ TEST_CASE("Scenes without the shape of their reference leave out what has no clo
   trembling.gravity.harmonic[1] = {1e-7, 2, 0};
   Scenario swaying = heaving;  // along the plane, too
   swaying.gravity.harmonic[2] = {1e-3, 2, 0};
-  for (const Scenario& scenario : {heaving, trembling, swaying, tipping, falling}) {
+  Scenario on_edge = sliding_box();
+  on_edge.initial.pose[0].q = Quat(Eigen::AngleAxisd(0.3, Vec3::UnitZ()));
+  on_edge.initial.pose[0].p.y() = 0.5 * (std::cos(0.3) + std::sin(0.3));
+  Scenario weightless = sliding_box();
+  weightless.gravity.constant.setZero();
+  for (const Scenario& scenario : {heaving, trembling, swaying, tipping, falling, on_edge, weightless}) {
     const Errors errors = errors_of(scenario, 8, 1e-2, 8, 8, [&](double) { return moved(scenario, Vec3::Zero()); });
     CHECK(errors.count("position_linf_m") == 0);
     CHECK(errors.count("polygon_position_linf_m") == 0);
@@ -584,6 +619,20 @@ TEST_CASE("A sphere that rolls too early is as wrong as one that rolls too late"
   }
 }
 
+TEST_CASE("A sphere without friction has no time at which it should roll, though it may hardly slip") {
+  Scenario scenario = sphere_scene(Vec3(1e-6, -10, 0), 0.5);
+  scenario.pairs.laws[0].mu = 0;
+  SceneErrors errors(scenario, SimulationOptions(), 0);
+  errors.observe_start(scenario.initial);
+  const double fast = std::sqrt(109.8);
+  Event((fast - 10) / 9.8, Vec3(1e-6, -fast, 0), Vec3::Zero(), Vec3(1e-6, 0, 0), Vec3::Zero()).show(errors);
+  errors.observe_step(scenario.initial, StepRecord());
+  const Errors out = named(errors);
+  CHECK(out.at("impact_time_error_s") < 1e-12);
+  CHECK(out.at("velocity_after_impact_m_per_s") < 1e-12);
+  CHECK(out.count("rolling_start_error_s") == 0);
+}
+
 TEST_CASE("A bouncing sphere is compared with the impact that restitution prescribes") {
   Scenario scenario = sphere_scene(Vec3(3, -2, 1), 0.1);
   scenario.pairs.laws[0].restitution = 0.5;
@@ -664,6 +713,20 @@ TEST_CASE("A stack's interfaces carry what is above them, and what moves is meas
   CHECK(extrapolated.count("interface_sum_relative") == 0);
   CHECK(extrapolated.count("interface_total_relative") == 0);
   CHECK(extrapolated.at("displacement_linf_m") == Approx(2e-6));
+  // Nor is known what an interface carries of what does not rest, or has no weight.
+  options.stepping = Stepping::steps;
+  const Scenario rests = scenario;
+  const auto carries = [&](const auto& change) {
+    scenario = rests;
+    change(scenario);
+    return run(0, 0).count("interface_sum_relative") == 1;
+  };
+  CHECK(carries([](Scenario&) {}));
+  CHECK_FALSE(carries([](Scenario& s) { s.forces = {{0, Vec3(1, 0, 0), 0, 5}}; }));
+  CHECK_FALSE(carries([](Scenario& s) { s.gravity.harmonic[0] = {0.4, 1, 0}; }));
+  CHECK_FALSE(carries([](Scenario& s) { s.gravity.constant.setZero(); }));
+  CHECK_FALSE(carries([](Scenario& s) { s.initial.v[12] = 1e-3; }));
+  CHECK_FALSE(carries([](Scenario& s) { s.pairs.laws[0].restitution = 0.5; }));
 }
 
 TEST_CASE("Every error that a run can report is in the table of references, with its unit") {

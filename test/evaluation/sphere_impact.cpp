@@ -77,3 +77,9 @@ TEST_CASE("From flight to rolling the sphere passes through the stored places") 
       CHECK((flight.position(row["t"][i]) - vec(row["x"][i])).norm() < 1e-11);
   }
 }
+
+TEST_CASE("A sphere that leaves the plane it touches comes down again where its throw ends") {
+  const SphereFlight thrown(unit_sphere(), Pose(), Vec3(0, 4.9, 0), Vec3::Zero(), 0, Vec3(0, 1, 0), 9.8, 0.5);
+  CHECK(thrown.t_impact == Approx(1));
+  CHECK(thrown.position(0.5).y() == Approx(4.9 / 4));
+}

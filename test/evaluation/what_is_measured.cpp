@@ -80,6 +80,7 @@ TEST_CASE("A box on a plane is measured where there is nothing else, it may touc
   CHECK_FALSE(measured([](Scenario& s) { s.pairs.index.assign(4, -1); }));  // it falls through
   CHECK_FALSE(measured([](Scenario& s) { s.shapes[1].kind = ShapeKind::sphere; }));
   CHECK_FALSE(measured([](Scenario& s) { s.shapes[1].local.p.x() = 0.1; }));  // its mass is to one side
+  CHECK_FALSE(measured([](Scenario& s) { s.shapes[1].body = -1; }));          // a wall, and a body without a shape
   CHECK_FALSE(measured([](Scenario& s) {
     Shape wall = s.shapes[1];
     wall.body = -1;
@@ -100,6 +101,7 @@ TEST_CASE("A sphere's flight is measured where it starts above its plane and gra
     scenario.initial.pose[0].p = (0.5 + gap) * (scenario.shapes[0].local.q * Vec3(0, 1, 0));
     return errors_of(scenario, 1).count("position_linf_m") == 1;
   };
+  CHECK(errors_of(on_the_ground("impacting_sphere", ShapeKind::box), 1).empty());
   CHECK(flies(0, 0.2));
   CHECK_FALSE(flies(0.1, 0.2));
   CHECK_FALSE(flies(-1e-3, 0.2));

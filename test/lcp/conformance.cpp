@@ -102,6 +102,24 @@ TEST_CASE("data that are no numbers end in a typed status with every solver", "[
   }
 }
 
+// M = 1 - 1 / 1e-310.
+TEST_CASE("data that overflow where the free unknowns are eliminated are not finite with any solver", "[conformance]") {
+  LcpProblem problem;
+  problem.expanded = true;
+  problem.A = matrix(1, {1e-310}).sparseView(0, 0);
+  problem.B = problem.C = problem.D = matrix(1, {1}).sparseView();
+  problem.a = column({0});
+  problem.q = column({-1});
+  for (const LcpSolverRow& row : lcp_solvers()) {
+    if (!row.unavailable.empty()) continue;
+    INFO(row.name);
+    LcpSolution solution;
+    row.make({})(problem, solution);
+    CHECK(solution.status == LcpStatus::not_finite);
+    CHECK(solution.reason == "the data are not finite");
+  }
+}
+
 // w_2 = z_2 - 1e-13: beside z_1 = 1 the error of z_2 = 0 is rounding, of a group of its own it is all there is.
 TEST_CASE("a small pair is solved for as exactly as a large one where it is about something else", "[conformance]") {
   for (const char* name : {"lemke", "path", "ynl"}) {

@@ -135,13 +135,18 @@ TEST_CASE("A matrix and a vector that do not belong together are refused by name
   const std::string M = folder.write("M.mtx", banner + "2 2\n1 0 0 1\n"),
                     q = folder.write("q.mtx", banner + "2 1\n-1 1\n"),
                     wide = folder.write("wide.mtx", banner + "1 2\n-1 1\n"),
-                    longer = folder.write("longer.mtx", banner + "3 1\n-1 1 1\n");
+                    longer = folder.write("longer.mtx", banner + "3 1\n-1 1 1\n"),
+                    none = folder.write("none.mtx", banner + "0 0\n");
   const LcpProblem problem = read_lcp_matrix_market(M, q);
   CHECK(problem.n() == 2);
   CHECK_FALSE(problem.expanded);
   CHECK_THAT(refusal([&] { read_lcp_matrix_market(M, longer); }),
              Catch::StartsWith(longer) && Catch::Contains("2 x 1"));
   CHECK_THAT(refusal([&] { read_lcp_matrix_market(M, wide); }), Catch::StartsWith(wide));
+  CHECK_THAT(refusal([&] { read_lcp_matrix_market(M, M); }),
+             Catch::StartsWith(M) && Catch::Contains("the vector is 2 x 2"));
+  CHECK_THAT(refusal([&] { read_lcp_matrix_market(none, none); }),
+             Catch::StartsWith(none) && Catch::Contains("the matrix is 0 x 0; an LCP needs a square one"));
   CHECK_THAT(refusal([&] { read_lcp_matrix_market(q, q); }), Catch::StartsWith(q) && Catch::Contains("square"));
 }
 

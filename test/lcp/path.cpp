@@ -318,7 +318,11 @@ TEST_CASE("path-lib is unavailable with its reason where there is no library, an
   const std::string stub = "PATH50_LIBRARY='" PATH_STUB "'";
   CHECK(passes_with("PATH50_LIBRARY=/nowhere/libpath50.so", "path-lib without a library"));
   CHECK(passes_with("PATH50_LIBRARY=libc.so.6", "path-lib with a library of something else"));
+  CHECK(passes_with("PATH50_LIBRARY=", "path-lib with a library of no name"));
   CHECK(passes_with(stub, "path-lib with a library"));
+  CHECK(passes_with(stub + " PATH_STUB_APART=1", "path-lib with a library"));
+  CHECK(passes_with(stub + " PATH_STUB_ANSWERS=nothing", "path-lib with a library that answers nothing"));
+  CHECK(passes_with(stub + " PATH_STUB_ANSWERS=inf", "path-lib with a library that answers what is no number"));
   CHECK(passes_with(stub + " PATH_STUB_REFUSES=1", "path-lib with a library that refuses late"));
   CHECK(passes_with(stub + " PATH_STUB_SWEEPS=3", "path-lib with a library that is content with less"));
   for (const char* ending : {"ENDS=2 PATH_STUB_SAYS='no progress'", "ENDS=3 PATH_STUB_SAYS='major iteration limit'",
@@ -338,6 +342,24 @@ TEST_CASE("path-lib without a library", "[.stub]") {
 
 TEST_CASE("path-lib with a library of something else", "[.stub]") {
   CHECK(find_lcp_solver("path-lib")->unavailable.find("has no function") != std::string::npos);
+}
+
+TEST_CASE("path-lib with a library of no name", "[.stub]") {  // it is the one that is usually there
+  const std::string unavailable = find_lcp_solver("path-lib")->unavailable;
+  if (!unavailable.empty()) CHECK(unavailable.find("libpath50.so") != std::string::npos);
+}
+
+TEST_CASE("path-lib with a library that answers nothing", "[.stub]") {
+  const LcpSolution s = library_solve(dense(MatrixXd::Identity(2, 2), -VectorXd::Ones(2)));
+  CHECK(s.status == LcpStatus::inaccurate);
+  CHECK(s.z.isZero(0));
+  CHECK(s.z.size() == 2);
+}
+
+TEST_CASE("path-lib with a library that answers what is no number", "[.stub]") {
+  const LcpSolution s = library_solve(dense(MatrixXd::Identity(2, 2), -VectorXd::Ones(2)));
+  CHECK(s.status == LcpStatus::not_finite);
+  CHECK(s.reason == "the PATH library returned no finite answer");
 }
 
 TEST_CASE("path-lib with a library", "[.stub]") {

@@ -60,3 +60,32 @@ TEST_CASE("a residual of a problem that is about nothing is what it is") {
   CHECK(natural_residual(p, Eigen::Vector2d(0.5, 0)) == Approx(0.5));
   CHECK(natural_residual(p, Eigen::Vector2d::Zero()) == 0);
 }
+
+// rho = (2, 8), as the diagonal of D has it: at z = (3, 0) the first pair's error is sqrt 2, beside the second's q of
+// 10 / sqrt 8. What goes into a free unknown and does not come back, or has no diagonal there, adds nothing to rho.
+TEST_CASE("a free unknown scales a pair only where it moves with the pair and acts on it again") {
+  const Eigen::MatrixXd D = Eigen::Vector2d(2, 8).asDiagonal();
+  const auto residual = [&](const Eigen::MatrixXd& A, const Eigen::MatrixXd& B, const Eigen::MatrixXd& C) {
+    LcpProblem p;
+    p.q = Eigen::Vector2d(-4, 10);
+    p.expanded = true;
+    p.A = A.sparseView();
+    p.B = B.sparseView();
+    p.C = C.sparseView();
+    p.D = D.sparseView();
+    p.a = Eigen::VectorXd::Zero(A.rows());
+    return natural_residual(p, Eigen::Vector2d(3, 0));
+  };
+  const Eigen::MatrixXd four = Eigen::MatrixXd::Constant(1, 1, 4), across{{0, 1}, {1, 0}}, first{{1, 0}, {0, 0}};
+  CHECK(residual(four, Eigen::RowVector2d(-2, 0), Eigen::Vector2d(0, 2)) == Approx(0.4));
+  CHECK(residual(four, Eigen::RowVector2d(0, -2), Eigen::Vector2d(2, 0)) == Approx(0.4));
+  CHECK(residual(across, first, first) == Approx(0.4));
+}
+
+TEST_CASE("an answer of another size, or whose velocities are no numbers, has no residual") {
+  LcpProblem p = dense(Eigen::Matrix2d{{1e308, -1e308}, {0, 1}});
+  CHECK(natural_residual(p, Eigen::Vector2d(0, 1)) < HUGE_VAL);
+  CHECK(natural_residual(p, Eigen::Vector2d(100, 100)) == HUGE_VAL);  // infinite less infinite
+  CHECK(natural_residual(p, Eigen::VectorXd::Ones(1)) == HUGE_VAL);
+  CHECK(natural_residual(p, Eigen::VectorXd::Ones(3)) == HUGE_VAL);
+}

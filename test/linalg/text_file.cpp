@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 
@@ -39,6 +40,15 @@ TEST_CASE("a pipe is refused as one") {
   close(ends[1]);
   CHECK_THROWS_WITH(TextFile("/proc/self/fd/" + std::to_string(ends[0])), Catch::Contains("is a pipe or a device"));
   close(ends[0]);
+}
+
+TEST_CASE("a file of more than 2 GB is refused before it is read, and one that is shorter than it says once it is") {
+  const File file("");
+  std::filesystem::resize_file(file.path, (std::uintmax_t{2} << 30) + 1);  // a hole: it takes no room
+  CHECK_THROWS_WITH(TextFile(file.path),
+                    file.path + ": is larger than 2048 MB; store the problem as FCLIB HDF5");
+  const std::string few = "/sys/devices/system/cpu/online";  // 4096 bytes, says the system, of a word
+  if (std::filesystem::exists(few)) CHECK_THROWS_WITH(TextFile(few), few + ": cannot be read to its end");
 }
 
 TEST_CASE("triplets fill a matrix to its last row and column, and not beyond") {

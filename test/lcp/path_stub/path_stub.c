@@ -1,6 +1,8 @@
 /* A stand-in for libpath50 with the functions that lib/lcp/path_library.cpp uses: solves LCPs by projected Gauss-Seidel.
    Its licence covers 10 unknowns, or none where PATH_STUB_REFUSES is set (found in the solve, not before). It gives up
-   with the ending PATH_STUB_ENDS, and is content after PATH_STUB_SWEEPS, where these are set. */
+   with the ending PATH_STUB_ENDS, and is content after PATH_STUB_SWEEPS, where these are set. With PATH_STUB_APART it
+   asks for the function and for the Jacobian one after the other. Its answer's first number is PATH_STUB_ANSWERS, and
+   there is no answer where that is "nothing". */
 #include <stdlib.h>
 #include <string.h>
 
@@ -38,7 +40,12 @@ void MCP_Destroy(Mcp* mcp) {
   free(mcp);
 }
 void MCP_SetInterface(Mcp* mcp, const Interface* interface) { mcp->interface = *interface; }
-double* MCP_GetX(Mcp* mcp) { return mcp->z; }
+double* MCP_GetX(Mcp* mcp) {
+  const char* answers = getenv("PATH_STUB_ANSWERS");
+  if (answers && strcmp(answers, "nothing") == 0) return NULL;
+  if (answers) mcp->z[0] = strtod(answers, NULL);
+  return mcp->z;
+}
 
 int Path_Solve(Mcp* mcp, void* information) {
   const char *ends = getenv("PATH_STUB_ENDS"), *sweeps = getenv("PATH_STUB_SWEEPS");
@@ -53,7 +60,10 @@ int Path_Solve(Mcp* mcp, void* information) {
   row = malloc(sizeof(int) * (size_t)nonzeros);
   value = malloc(sizeof(double) * (size_t)nonzeros);
   mcp->interface.bounds(mcp->interface.data, n, mcp->z, lower, upper);
-  mcp->interface.jacobian(mcp->interface.data, n, mcp->z, 1, f, &nonzeros, column, length, row, value);
+  const int apart = getenv("PATH_STUB_APART") != NULL;
+  if (apart) mcp->interface.function(mcp->interface.data, n, mcp->z, f);
+  mcp->interface.jacobian(mcp->interface.data, n, mcp->z, !apart, apart ? NULL : f, &nonzeros, column, length, row,
+                          value);
   for (j = 0; j < n; ++j)
     for (k = column[j] - 1; k < column[j] - 1 + length[j]; ++k)
       if (row[k] == j + 1) diagonal[j] = value[k];
