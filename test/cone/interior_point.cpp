@@ -272,6 +272,20 @@ TEST_CASE("a program with NaN, or without iterations, says so", "[cone]") {
   for (double r : x.r) CHECK(r == 0);
 }
 
+TEST_CASE("a body at rest needs no impulse and no iteration", "[cone]") {
+  const PointMass rest(2.5, {0, 0, 0}, {1});
+  ConeSolution sparse, dense;
+  InteriorPoint().solve(rest.program(), sparse);
+  solve_dense(rest.program(), {}, dense);
+  for (const ConeSolution* x : {&sparse, &dense}) {
+    CHECK(x->status == ConeStatus::solved);
+    CHECK(x->r == std::vector<double>(3, 0.0));
+    CHECK(x->gap == 0);
+    CHECK(x->infeasibility == 0);
+    CHECK(x->iterations == 0);
+  }
+}
+
 TEST_CASE("the interior point method alone comes to a small gap, with normal velocities bounded and with the sum",
           "[cone]") {
   // No Newton step on a guess of what is active, neither on the way nor at the end.

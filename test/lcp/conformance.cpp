@@ -102,12 +102,13 @@ TEST_CASE("data that are no numbers end in a typed status with every solver", "[
   }
 }
 
-// M = 1 - 1 / 1e-310.
+// M = 1 - 1e60 1e60 / 1e-200.
 TEST_CASE("data that overflow where the free unknowns are eliminated are not finite with any solver", "[conformance]") {
   LcpProblem problem;
   problem.expanded = true;
-  problem.A = matrix(1, {1e-310}).sparseView(0, 0);
-  problem.B = problem.C = problem.D = matrix(1, {1}).sparseView();
+  problem.A = matrix(1, {1e-200}).sparseView();
+  problem.B = problem.C = matrix(1, {1e60}).sparseView();
+  problem.D = matrix(1, {1}).sparseView();
   problem.a = column({0});
   problem.q = column({-1});
   for (const LcpSolverRow& row : lcp_solvers()) {

@@ -345,8 +345,8 @@ TEST_CASE("path-lib with a library of something else", "[.stub]") {
 }
 
 TEST_CASE("path-lib with a library of no name", "[.stub]") {  // it is the one that is usually there
-  const std::string unavailable = find_lcp_solver("path-lib")->unavailable;
-  if (!unavailable.empty()) CHECK(unavailable.find("libpath50.so") != std::string::npos);
+  const std::string_view unavailable = find_lcp_solver("path-lib")->unavailable;
+  if (!unavailable.empty()) CHECK(unavailable.find("libpath50.so") != std::string_view::npos);
 }
 
 TEST_CASE("path-lib with a library that answers nothing", "[.stub]") {

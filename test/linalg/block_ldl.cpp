@@ -91,6 +91,13 @@ TEST_CASE("a block without an inverse, or with NaN, is no factorisation by block
     ldl.values()[stride + 1] = d;
     CHECK(ldl.factor() == (d == 5));
   }
+  for (const double d : {0.0, 1e-310, HUGE_VAL, 1.0}) {  // none, two whose inverse is no number or none, and one
+    std::fill(ldl.values().begin(), ldl.values().end(), 0.0);
+    ldl.values()[0] = d;
+    ldl.values()[stride + 1] = 1;
+    INFO(d);
+    CHECK(ldl.factor() == (d == 1));
+  }
 }
 
 TEST_CASE("a right-hand side that is not finite leaves nothing for the next", "[block_ldl]") {

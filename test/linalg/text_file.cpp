@@ -45,8 +45,7 @@ TEST_CASE("a pipe is refused as one") {
 TEST_CASE("a file of more than 2 GB is refused before it is read, and one that is shorter than it says once it is") {
   const File file("");
   std::filesystem::resize_file(file.path, (std::uintmax_t{2} << 30) + 1);  // a hole: it takes no room
-  CHECK_THROWS_WITH(TextFile(file.path),
-                    file.path + ": is larger than 2048 MB; store the problem as FCLIB HDF5");
+  CHECK_THROWS_WITH(TextFile(file.path), file.path + ": is larger than 2048 MB; store the problem as FCLIB HDF5");
   const std::string few = "/sys/devices/system/cpu/online";  // 4096 bytes, says the system, of a word
   if (std::filesystem::exists(few)) CHECK_THROWS_WITH(TextFile(few), few + ": cannot be read to its end");
 }

@@ -269,4 +269,20 @@ TEST_CASE("Gauss and Seidel that come to no answer say whether they rest or were
   CHECK(rests.status == NcpStatus::nonconverged);
   CHECK(rests.reason == "a sweep changes nothing any more");
   CHECK(rests.iterations == 1);
+  options.sweeps = 10;  // of which one is enough to see that
+  const NcpSolution early = posed.solve("nsgs", options, half);
+  CHECK(early.status == NcpStatus::nonconverged);
+  CHECK(early.reason == "a sweep changes nothing any more");
+  CHECK(early.iterations == 1);
+}
+
+TEST_CASE("Gauss and Seidel that take all impulses away in a sweep need no other", "[ncp]") {
+  Posed parting = points();
+  parting.p.v_minus = {1, 0.5, 0, 2, 0, 1};
+  const std::vector<double> start{1, 0, 0, 4, 0, 0};
+  const NcpSolution got = parting.solve("nsgs", {}, start);
+  CHECK(got.status == NcpStatus::solved);
+  CHECK(got.r == std::vector<double>(6, 0.0));
+  CHECK(got.u == parting.p.v_minus);
+  CHECK(got.iterations == 1);
 }
