@@ -309,6 +309,8 @@ TEST_CASE("An answer that misses the tolerance is never called solved") {
   // Of that z and no other: both are rounding, of sums in another order.
   CHECK(found.residual == Approx(natural_residual(p, found.z)).epsilon(0.25).margin(0));
   CHECK(found.reason.find("ends refused by the check") != std::string::npos);
+  // Many ways lead to the same states where there are many answers.
+  CHECK(solve(stored("lcp_psd_asym_20"), impossible).reason.find(" states seen before") != std::string::npos);
 }
 
 TEST_CASE("The memory of the stored candidates is measured, and its limit stops the search") {

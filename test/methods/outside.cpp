@@ -162,6 +162,28 @@ TEST_CASE("a program that breaks off an answer in bytes has crashed, and gave no
   CHECK(answer.impulse == std::vector<double>(3, 0.0));
 }
 
+TEST_CASE("a program that is started for every problem has the time that it takes", "[outside]") {
+  MethodOptions options;
+  options.command = "sleep 1.2; echo 4 0 0 > {answer}; test -s {text}";
+  ContactSolution answer;
+  external_row(coulomb_law()).make(options)(sphere({0, -1, 0}, {0, 0, 0}), answer);
+  INFO(answer.reason);
+  CHECK(answer.status == Status::ok);
+  CHECK(answer.impulse[0] == 4);
+}
+
+TEST_CASE("a line that goes on for more than 64 MB is none", "[outside]") {
+  MethodOptions options;
+  for (const std::string size : {"66000000", "68000000"}) {
+    options.command = "printf 'ready text\nanswer ok 1 3\nr'; head -c " + size +
+                      " /dev/zero | tr '\\0' ' '; echo ' 4 0 0'; cat > /dev/null";
+    ContactSolution answer;
+    external_row(coulomb_law()).make(options)(sphere({0, -1, 0}, {0, 0, 0}), answer);
+    INFO(size << ": " << answer.reason);
+    CHECK(answer.impulse[0] == (size == "66000000" ? 4 : 0));
+  }
+}
+
 TEST_CASE("a problem larger than a pipe is heard whole, and so is an answer", "[outside]") {
   const TemporaryDirectory folder;
   const std::string heard = (folder.path() / "heard").string();

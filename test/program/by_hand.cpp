@@ -163,6 +163,16 @@ TEST_CASE("an answer that a looser tolerance takes is none where it is asked for
   CHECK(lcp["size"] == 2);
   CHECK(lcp["residual"].get<double>() < 1e-14);
   CHECK(lcp["claimed_residual"].get<double>() < 1e-14);
+  // Sweeps go on until the tolerance that was asked for is met, and no longer.
+  long sweeps = 0;
+  for (const char* tolerance : {"1e-5", "1e-12"}) {
+    const Json swept = said(directory.path(),
+                            {"solve", "--kind", "lcp", "--matrix", "M.mtx", "--vector", "q.mtx", "--solver", "pgs",
+                             "--tolerance", tolerance},
+                            0);
+    CHECK(swept["pivots"] > sweeps);
+    sweeps = swept["pivots"];
+  }
   CHECK(lcp["pivots"].get<int>() >= 2);
   CHECK(lcp["false_claim"] == false);
 }

@@ -16,11 +16,12 @@ namespace {
 const std::string stress = std::string(SOURCE_ROOT) + "/scenarios/stress/";
 
 /// A crate of 2 kg and a ball of 3 kg that touch the ground, and a bar of 4 kg and 1 kg m^2 on a spring of 100 N m/rad.
-void write_scene(const fs::path& folder) {
+void write_scene(const fs::path& folder, const char* rotate_cone = "0.25") {
   std::ofstream(folder / "yard.xml") << R"(<scenario title="A crate, a ball and an arm">
   <parameters><parameter name="push" type="number" default="3" minimum="0" unit="N" description="force on the crate"/>
   </parameters>
-  <simulation step="2e-3" duration="0.5" k="6" compression_bound="off" rotate_cone="0.25"/>
+  <simulation step="2e-3" duration="0.5" k="6" compression_bound="off" rotate_cone=")"
+                                     << rotate_cone << R"("/>
   <reference kind="missing"/>
   <gravity constant="0.5 -9 0.25"><harmonic axis="z" amplitude="0.125" frequency="3" phase="0.75"/></gravity>
   <bodies>
@@ -86,6 +87,9 @@ TEST_CASE("each thing that check finds in a scene stands in its own place", "[pr
   CHECK(json["duration_s"] == 0.5);
   CHECK(json["k"] == 6);
   CHECK(json["rotate_cone_rad"] == 0.25);
+  // It may be turned the other way, too.
+  write_scene(directory.path(), "-0.25");
+  CHECK(said(directory.path(), {"check", "yard.xml", "--json"})["rotate_cone_rad"] == -0.25);
   CHECK(json["compression_bound"] == false);
   CHECK(json["parameters"] == Json({{"push", "5"}}));
   CHECK(json["reference"] == Json({{"kind", "missing"}, {"name", ""}}));

@@ -325,6 +325,12 @@ class Tables(Folder):
         self.assertEqual(manifest["command"], f"scripts/stress.py --random 2 --seed 5 --family {FAMILY} --method mirtich "
                          f"--method ap/lemke --prune on --kind {TAME} --time-limit 5")
 
+    def test_scenes_none_of_which_is_of_the_family_are_named(self):
+        options = types.SimpleNamespace(first=3, random=2, seed=5, shapes=False, family=["none"], kind=None)
+        with contextlib.redirect_stderr(io.StringIO()) as said:
+            self.assertEqual(campaign.main(options), 2)
+        self.assertEqual(said.getvalue().partition(" is of")[0], "none of the scenes 3 to 4")
+
     def test_after_an_interruption_a_defect_is_reduced_as_its_own_run(self):
         code, _, _, ((pairs, _), ), _ = self.main("ok", None, "defect", reduces=True)
         self.assertEqual((code, [(row["scene"], job["key"]) for row, job in pairs]), (1, [("r5_0", "r5_0"), ("r5_2", "r5_2")]))

@@ -229,6 +229,9 @@ class Files(Folder):
                          (("sweep0", "sweep1", "sweep2"), True, 5, True))
         run, = self.runs(text.format("false", 2, "false"), text.format("false", 2, "false"))
         self.assertEqual((run.timed, run.record_contacts), (False, False))
+        for either, other, both in ((4, 6, 2), (10, 0, 10), (0, 10, 10), (3, 9, 3)):  # 0: none; else the moments of both
+            run, = self.runs(*(f"methods = ['convex']\nrecord_every = {every}\n[[runs]]\nscene = 'stack'\n" for every in (either, other)))
+            self.assertEqual(run.record_every, both, (either, other))
 
     def test_what_the_program_does_not_have_is_said_with_its_reason(self):
         (self.top / "mine.xml").write_text("<scenario/>")
