@@ -159,6 +159,7 @@ TEST_CASE("A capsule that turns down over the edge of a table finds the edge") {
   const Motion motion = moving(at(centre, tilted), w.cross(centre - end), w), still = moving(at(0, -1, 0));
   const double t = time_of_contact(rod, motion, table, still, tol, 0.01);
   CHECK(t == Approx(angle / speed).epsilon(4e-3));
+  CHECK(time_of_contact(table, still, rod, motion, tol, 0.01) == Approx(t).epsilon(1e-5));
   const auto found = points(rod, advance(motion, t), table, still.pose, tol);
   bool edge = false;
   for (const ContactPoint& p : found) edge |= std::abs(p.position.x() - 1) < 1e-3;
@@ -281,4 +282,23 @@ TEST_CASE("Balls in one place are pushed apart by both of their radii, the first
       // Halfway from the lowest point of the first, at 1.5, to the highest one of the other, at 2.2.
       CHECK((found[0].position - Vec3(1, 1.85, 3)).norm() < 1e-15);
     }
+}
+
+TEST_CASE("What has its middle on a capsule's axis is pushed apart across that axis, and across its own") {
+  // Exactly upright, and exactly along z.
+  const Quat upright = Quat::Identity(), level(0.5, 0.5, 0.5, 0.5);
+  const Shape ball = sphere(0.5), rod = capsule(0.2, 3);
+  const Vec3 x = Vec3::UnitX(), middle(1, 2, 3);
+  const auto in_one_place = [&](const Shape& one, const Quat& q, const Shape& other, const Quat& r) {
+    const auto found = points(one, at(middle, q), other, at(middle, r));
+    REQUIRE(found.size() == 1);
+    CHECK(found[0].gap == Approx(-0.7));
+    // Halfway between the outermost points of both, 0.5 m and 0.2 m from the middle.
+    CHECK((found[0].position - (middle + (one.radius == 0.5 ? -0.15 : 0.15) * found[0].normal)).norm() < 1e-15);
+    return found[0].normal;
+  };
+  CHECK(in_one_place(capsule(0.5, 2), upright, rod, level) == x);
+  CHECK(in_one_place(ball, upright, rod, upright) == x);
+  CHECK(in_one_place(rod, upright, ball, upright) == Vec3(-x));
+  CHECK(in_one_place(ball, upright, rod, level).z() == 0);
 }

@@ -7,37 +7,15 @@
 #include <cmath>
 #include <random>
 
+#include "geometry/ground_shapes.h"
 #include "geometry/shapes.h"
 
 using namespace cb;
+using cb::test::first_contact;
+using cb::test::roof;
+using cb::test::shapes_of;
 
 namespace {
-
-/// The prisms under triangles as shapes.
-std::vector<Shape> shapes_of(const std::vector<Triangle>& triangles) {
-  std::vector<Shape> shapes;
-  for (const auto& prism : ground_prisms(triangles, 1)) {
-    Shape shape;
-    shape.kind = ShapeKind::hull;
-    shape.hull = prism;
-    shape.half_extents = prism->polytope.half_extents();
-    shape.local.p = prism->frame.p;
-    shapes.push_back(shape);
-  }
-  return shapes;
-}
-
-/// Two squares of two triangles each: x from -1 to 0 and from 0 to 1, z from -1 to 1, falling by `drop` from x = 0
-/// towards both sides.
-std::vector<Shape> roof(double drop) {
-  std::vector<Triangle> triangles;
-  for (const double x : {-1.0, 0.0}) {
-    const auto at = [&](double u, double z) { return Vec3(u, -drop * std::abs(u), z); };
-    triangles.push_back({at(x, -1), at(x, 1), at(x + 1, 1)});
-    triangles.push_back({at(x, -1), at(x + 1, 1), at(x + 1, -1)});
-  }
-  return shapes_of(triangles);
-}
 
 Shape ball(double radius) {
   Shape shape;
@@ -63,14 +41,6 @@ std::vector<ContactPoint> points_on(const std::vector<Shape>& ground, const Shap
   std::vector<ContactPoint> points;
   for (const Shape& prism : ground) contact_points(shape, pose, 0, prism, prism.local, 1, 1e-9, points);
   return points;
-}
-double first_contact(const std::vector<Shape>& ground, const Shape& shape, const Motion& motion, double horizon) {
-  for (const Shape& prism : ground) {
-    Motion still;
-    still.pose = prism.local;
-    horizon = std::min(horizon, time_of_contact(shape, motion, prism, still, 1e-9, horizon));
-  }
-  return horizon;
 }
 
 }  // namespace
@@ -363,29 +333,30 @@ TEST_CASE("However far is looked, what lies on one side of a ridge has no points
 }
 
 TEST_CASE("On flat ground a cylinder stands on points of its rim and lies on those of its ends, beside a seam or not") {
-  const auto ground = roof(0);
   const Quat lying(Eigen::AngleAxisd(M_PI / 2, Vec3(0.6, 0, 0.8)));
-  for (const double x : {-0.3, -1e-5, -1e-9, 0.0, 1e-12, 1e-9, 1e-5, 0.2})
-    for (const double height : {-5e-10, 0.0, 5e-10})
-      for (const double half : {0.3, 0.0}) {
-        INFO(x << ' ' << height << ' ' << half);
-        Pose pose;
-        pose.p = Vec3(x, half + height, 0.1);
-        const auto standing = points_on(ground, cylinder(0.2, half), pose);
-        CHECK(standing.size() >= 4);
-        for (const ContactPoint& point : standing) {
-          CHECK((point.normal - Vec3::UnitY()).norm() < 1e-12);
-          CHECK(std::abs(std::hypot(point.position.x() - x, point.position.z() - 0.1) - 0.2) < 1e-12);
+  // One with a corner of the ground in its middle, under the end.
+  for (const auto& ground : {roof(0), roof(0, 2)})
+    for (const double x : {-0.3, -1e-5, -1e-9, 0.0, 1e-12, 1e-9, 1e-5, 0.2})
+      for (const double height : {-5e-10, 0.0, 5e-10})
+        for (const double half : {0.3, 0.0}) {
+          INFO(x << ' ' << height << ' ' << half);
+          Pose pose;
+          pose.p = Vec3(x, half + height, 0.1);
+          const auto standing = points_on(ground, cylinder(0.2, half), pose);
+          CHECK(standing.size() >= 4);
+          for (const ContactPoint& point : standing) {
+            CHECK((point.normal - Vec3::UnitY()).norm() < 1e-12);
+            CHECK(std::abs(std::hypot(point.position.x() - x, point.position.z() - 0.1) - 0.2) < 1e-12);
+          }
+          pose.p.y() = 0.2 + height;
+          pose.q = lying;
+          const auto on_side = points_on(ground, cylinder(0.2, half), pose);
+          CHECK(on_side.size() >= (half > 0 ? 2 : 1));
+          for (const ContactPoint& point : on_side) {
+            CHECK((point.normal - Vec3::UnitY()).norm() < 1e-7);
+            CHECK(std::abs((point.position - pose.p).dot(lying * Vec3::UnitY())) == Approx(half).margin(1e-9));
+          }
         }
-        pose.p.y() = 0.2 + height;
-        pose.q = lying;
-        const auto on_side = points_on(ground, cylinder(0.2, half), pose);
-        CHECK(on_side.size() >= (half > 0 ? 2 : 1));
-        for (const ContactPoint& point : on_side) {
-          CHECK((point.normal - Vec3::UnitY()).norm() < 1e-7);
-          CHECK(std::abs((point.position - pose.p).dot(lying * Vec3::UnitY())) == Approx(half).margin(1e-9));
-        }
-      }
 }
 
 TEST_CASE("Nothing arrives at a cylinder that slides and rolls over flat seams, and what falls arrives as on a plane") {

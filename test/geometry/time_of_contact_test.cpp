@@ -181,6 +181,8 @@ TEST_CASE("Edges a hair out of line are followed to where they touch, not to whe
   const Shape lower = box(0.3507, 0.1905, 0.3931), upper = box(0.3507, 0.06469, 0.3931);
   constexpr double closed = 3.931e-10, horizon = 9.19e-4;
   check_something_closes(lower, low, upper, high, closed, horizon, 1);
+  check_something_closes(box_hull(0.3507, 0.1905, 0.3931), low, box_hull(0.3507, 0.06469, 0.3931), high, closed,
+                         horizon, 1);
 }
 
 TEST_CASE("Edges that pass each other sideways, over faces that lean, are not waited for") {
@@ -199,6 +201,8 @@ TEST_CASE("Edges that pass each other sideways, over faces that lean, are not wa
              Vec3(0.0006232097553107367, 0.49759930373044248, -5.5323153260994111e-05));
   const Shape brick = box(0.4051, 0.1137, 0.1825);
   check_something_closes(brick, left, brick, right, 4.051e-10, 9.37e-4, 1);
+  const Shape as_hull = box_hull(0.4051, 0.1137, 0.1825);
+  check_something_closes(as_hull, left, as_hull, right, 4.051e-10, 9.37e-4, 1);
 }
 
 TEST_CASE("A corner that swings down is found, one that swings past is not") {
