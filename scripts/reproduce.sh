@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, runs the paper's scenes with every method that is built, and writes the report: Table I,
 # figures, claims. A run that fails is a row with its status and stops nothing; what is finished is not done again.
-#   scripts/reproduce.sh                   half an hour on two cores: one run a cell
+#   scripts/reproduce.sh                   a quarter of an hour on two cores, after the build: one run a cell
 #   scripts/reproduce.sh --profile paper   two hours and a half: three repeats, all steps, all stiff cases; again: goes on (docs/sweeps.md)
 #   scripts/reproduce.sh --out DIR         where report, figures and tables go (default: results)
 #   scripts/reproduce.sh --keep            keep finished runs although program or scenes have changed since
