@@ -141,10 +141,10 @@ TEST_CASE("Only a robot that is free, alone, level and alike on both sides has o
     s.model.trees[0].joints.push_back(joint);
   }));
   Scenario capped = robot;  // boxes on its wheels, listed before what is round
-  for (int wheel = 1; wheel < 3; ++wheel) {
+  for (int side = 1; side < 3; ++side) {
     Shape cap;
     cap.kind = ShapeKind::box;
-    cap.body = wheel;
+    cap.body = side;
     cap.half_extents = Vec3::Constant(0.02);
     capped.shapes.insert(capped.shapes.begin(), cap);
   }
