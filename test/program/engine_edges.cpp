@@ -166,25 +166,6 @@ TEST_CASE("more contacts than MuJoCo has room for are a crash that is named, and
   CHECK(row["reason"].get<std::string>().find("MuJoCo: no room for all contacts") != std::string::npos);
 }
 
-TEST_CASE("a scene that MuJoCo refuses is unsupported, with what MuJoCo says", "[program][engines]") {
-  // No matter has 5 kg m^2 about one axis and 1 about the others.
-  const TemporaryDirectory directory;
-  if (!engines_here(directory.path()).contains("mujoco")) return;
-  write_scene(directory.path(),
-              R"(<robot name="train"><link name="cart" mass="2" position="0 0 0" inertia="1 1 5"/>
-<joint name="rail" kind="prismatic" parent="world" child="cart" axis="1 0 0"/></robot>)",
-              "", "0.01");
-  const Result result = run_scene(directory.path(), {"--engine", "mujoco"});
-  INFO(result.err);
-  CHECK(result.code == 3);
-  const Json row = summary(directory.path() / "out");
-  CHECK(row["status"] == "unsupported");
-  const std::string reason = row["reason"];
-  INFO(reason);
-  CHECK(reason.starts_with("MuJoCo refuses the scene: "));
-  CHECK(reason.find("inertia") != std::string::npos);
-}
-
 TEST_CASE("the momentum that MuJoCo's own impulses give is that of its step where it keeps rows sparse, too",
           "[program][engines]") {
   if (!cb::fclib_available()) return;
