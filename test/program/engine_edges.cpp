@@ -149,23 +149,6 @@ TEST_CASE("numbers that run away in MuJoCo end the run as not finite, of what is
   }
 }
 
-TEST_CASE("more contacts than MuJoCo has room for are a crash that is named, and no answer", "[program][engines]") {
-  // 72 balls in each other have 2556, and room is for 64 and 32 a shape.
-  const TemporaryDirectory directory;
-  if (!engines_here(directory.path()).contains("mujoco")) return;
-  write_scene(directory.path(),
-              R"(<array count="72" offset="1e-3 0 0"><sphere name="ball" radius="0.5" mass="1" position="0 0 0"/>
-</array>)",
-              R"(<pair a="*" b="*" mu="0.5"/>)", "2e-3", "0 0 0");
-  const Result result =
-      run_scene(directory.path(), {"--engine", "mujoco", "--variant", "cg-elliptic", "--knob", "iterations=1"});
-  INFO(result.err);
-  CHECK(result.code == 3);
-  const Json row = summary(directory.path() / "out");
-  CHECK(row["status"] == "crash");
-  CHECK(row["reason"].get<std::string>().find("MuJoCo: no room for all contacts") != std::string::npos);
-}
-
 TEST_CASE("the momentum that MuJoCo's own impulses give is that of its step where it keeps rows sparse, too",
           "[program][engines]") {
   if (!cb::fclib_available()) return;
