@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, runs the paper's scenes with every method that is built, and writes the report: Table I,
 # figures, claims. A run that fails is a row with its status and stops nothing; what is finished is not done again.
-#   scripts/reproduce.sh                   a quarter of an hour on two cores, after the build: one run a cell
+#   scripts/reproduce.sh                   ten minutes on two cores, after the build: one run a cell
 #   scripts/reproduce.sh --profile paper   two hours and a half: three repeats, all steps, all stiff cases; again: goes on (docs/sweeps.md)
 #   scripts/reproduce.sh --out DIR         where report, figures and tables go (default: results)
 #   scripts/reproduce.sh --keep            keep finished runs although program or scenes have changed since
@@ -36,8 +36,9 @@ runs=$out/runs/$profile
 "$python" "$root/scripts/references.py" --program "$root/build/bin/contactbench" --out "$out/references"
 "$python" "$root/scripts/sweep.py" "$root"/scenarios/sweeps/{motion,paper,robots,claims,error_time,orders,polygons,stepping,today}.toml --profile "$profile" \
   --program "$root/build/bin/contactbench" --runs "$runs" --out "$out" --jobs "$jobs" --timed-alone "${keep[@]}" "${budget[@]}"
-solves=()
-[ "$profile" != quick ] || solves=(--k 8 --repeat 2)
+# What the quick profile has no time for: more solves of a problem, tuned engines, the pile that takes Siconos half a minute.
+solves=() checks=() isolated=()
+[ "$profile" != quick ] || { solves=(--k 8 --repeat 2) checks=(--setting default) isolated=(sliding_box stack); }
 "$python" "$root/scripts/solve_all.py" --program "$root/build/bin/contactbench" --out "$out/solve_all" "${solves[@]}"
 "$python" "$root/scripts/replay.py" --program "$root/build/bin/contactbench" --out "$out/replay"
 # What leaving out saves and costs, where bench/ is built; an old table would stand for this program.
@@ -48,16 +49,16 @@ else
   echo "reproduce: bench_prune is not built (libbenchmark-dev): the table of what is left out stays empty"
 fi
 # Engines that are installed beside our methods, everybody in one interleaved sweep; and what each does with the simplest scenes.
-"$python" "$root/scripts/engines.py" preflight --program "$root/build/bin/contactbench" --out "$out/engines" >/dev/null
+"$python" "$root/scripts/engines.py" preflight --program "$root/build/bin/contactbench" --out "$out/engines" "${checks[@]}" >/dev/null
 "$python" "$root/scripts/engines.py" findings --program "$root/build/bin/contactbench" --out "$out/engines" >/dev/null
-"$python" "$root/scripts/isolated.py" problems --program "$root/build/bin/contactbench" --out "$out/engines"
+"$python" "$root/scripts/isolated.py" problems "${isolated[@]}" --program "$root/build/bin/contactbench" --out "$out/engines"
 "$python" "$root/scripts/sweep.py" "$root/scenarios/sweeps/engines.toml" --profile "$profile" --program "$root/build/bin/contactbench" \
   --runs "$out/engines/runs/$profile" --out "$out/engines" --jobs "$jobs" --timed-alone "${keep[@]}" "${budget[@]}"
 # A fault that it finds (3) is in the report and stops nothing.
 stress() { "$python" "$root/scripts/stress.py" --program "$root/build/bin/contactbench" --jobs 2 "$@" || [ $? -eq 3 ]; }
-quick=()
-[ "$profile" != quick ] || quick=(--quick --time-limit 1)
-stress --out "$out/stress" --engines "${quick[@]}"
+cases=(--engines)
+[ "$profile" != quick ] || cases=(--quick --time-limit 1)
+stress --out "$out/stress" "${cases[@]}"
 # Streams and stiff cases as a member of the runs' ensembles has them: which of their numbers stay (docs/numbers.md). The quick profile
 # makes them once; what stands there of another would be taken for its own.
 rm -rf "$out/members"

@@ -46,8 +46,8 @@ def checked(path, engine, setting):
             for variant in engine["variants"]]
 
 
-def preflight(path, listed):
-    """Rows of every variant and setting of every engine that is here: lines, or a fault."""
+def preflight(path, listed, settings=SETTINGS):
+    """Rows of every variant and some settings of every engine that is here: lines, or a fault."""
     def rows_of(engine, setting):
         about = {"version": engine["version"], "precision": engine["precision"]}
         some = checked(path, engine, setting)
@@ -62,7 +62,7 @@ def preflight(path, listed):
         if engine["unavailable"]:
             tasks.append(functools.partial(missing, engine))
         else:
-            tasks += [functools.partial(rows_of, engine, setting) for setting in SETTINGS]
+            tasks += [functools.partial(rows_of, engine, setting) for setting in settings]
     return [row for some in program.together(tasks) for row in some]
 
 
@@ -231,6 +231,8 @@ def main():
     parser.add_argument("command", choices=("preflight", "findings", "tune"))
     parser.add_argument("--program", default=program.DEFAULT)
     parser.add_argument("--engine", action="append", default=[], help="of tune: these alone [all that are here]")
+    parser.add_argument("--setting", action="append", default=[], choices=SETTINGS,
+                        help="of preflight: these alone [both]")
     parser.add_argument("--out", type=Path, default=program.ROOT / "results" / "engines",
                         help="of preflight.json and findings.json")
     options = parser.parse_args()
@@ -241,7 +243,7 @@ def main():
     if options.command == "findings":
         findings.write(options.program, listed, options.out)
         return
-    found = preflight(options.program, listed)
+    found = preflight(options.program, listed, options.setting or SETTINGS)
     options.out.mkdir(parents=True, exist_ok=True)
     (options.out / "preflight.json").write_text(json.dumps(found, indent=1) + "\n")
     for row in found:

@@ -40,7 +40,7 @@ def arguments(words):
     parser.add_argument("--csv", type=Path, help="solvers: a table that was measured before, in place of a run")
     parser.add_argument("--limit", type=float, default=5, help="solvers: seconds of CPU a solve")
     parser.add_argument("--rounds", type=int, default=3, help="solvers: turns of each")
-    parser.add_argument("words", nargs="*", help="solvers: problems whose name contains one of these")
+    parser.add_argument("words", nargs="*", help="scenes or stored problems whose name contains one of these [all]")
     return parser.parse_args(words)
 
 
@@ -93,7 +93,8 @@ def problems(args):
     here = {engine["name"] for engine in said["engines"] if not engine["unavailable"]}
     folder = args.out / "own_problems"
     folder.mkdir(parents=True, exist_ok=True)
-    cells = [(*scene, *engine) for scene, engine in itertools.product(SCENES, ENGINES) if engine[0] in here]
+    scenes = [scene for scene in SCENES if not args.words or any(word in scene[0] for word in args.words)]
+    cells = [(*scene, *engine) for scene, engine in itertools.product(scenes, ENGINES) if engine[0] in here]
 
     def solved_by(number, scene, parameters, t, engine, variant):
         return own_problem(args.program, scene, list(parameters), t, engine, variant, Path(scratch) / str(number))

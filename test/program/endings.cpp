@@ -306,6 +306,22 @@ TEST_CASE("a memory limit beyond all bytes is none", "[program]") {
   CHECK(result.code == 0);
 }
 
+TEST_CASE("after a run with a limit the memory is what it was before, however small the stack", "[program]") {
+  TemporaryDirectory directory;
+  const Result result = run(directory.path(),
+                            {"run", "sticking_box.xml", "--method", "ap", "--memory-limit", "1000", "--format", "npz",
+                             "--quiet", "--out", "r"},
+                            [] {
+                              rlimit limit{1 << 20, RLIM_INFINITY};
+                              getrlimit(RLIMIT_STACK, &limit);
+                              limit.rlim_cur = 1 << 20;
+                              setrlimit(RLIMIT_STACK, &limit);
+                            });
+  INFO(result.err);
+  CHECK(result.code == 0);
+  CHECK(summary(directory.path() / "r")["status"] == "ok");
+}
+
 TEST_CASE("a disk that fills up ends the run with whole files and a summary", "[program]") {
   // No file may grow beyond 64 kB: the summary has its place by then, the rows run into it.
   TemporaryDirectory directory;

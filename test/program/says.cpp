@@ -90,6 +90,8 @@ TEST_CASE("each thing that check finds in a scene stands in its own place", "[pr
   // It may be turned the other way, too.
   write_scene(directory.path(), "-0.25");
   CHECK(said(directory.path(), {"check", "yard.xml", "--json"})["rotate_cone_rad"] == -0.25);
+  CHECK(has_line(run(directory.path(), {"check", "yard.xml"}).out,
+                 "  rotate_cone friction directions turned by -0.25 rad"));
   CHECK(json["compression_bound"] == false);
   CHECK(json["parameters"] == Json({{"push", "5"}}));
   CHECK(json["reference"] == Json({{"kind", "missing"}, {"name", ""}}));

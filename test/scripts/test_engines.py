@@ -372,6 +372,10 @@ class Preflight(unittest.TestCase):
                   for variant, setting in (("quick", "default"), ("world", "default"), ("world", "tuned"))),
                 ("dart", "", None, None, None, "unavailable: not installed")])
         self.assertIn((("prog", "check", "--engine", "ode", "--setting", "tuned", "--json"), 900), asked)
+        asked.clear()
+        with mock.patch.object(program, "call", call), mock.patch.object(engines, "tuned", lambda: {"ode/world": {}}):
+            engines.preflight("prog", self.listed, ["default"])
+        self.assertEqual([words[5] for words, _ in asked], ["default"])
 
     def test_a_line_without_a_number_says_so(self):
         line = {"name": "gravity", "passed": False, "measured": None, "expected": 9.8, "note": "x"}
@@ -381,9 +385,10 @@ class Preflight(unittest.TestCase):
         rows = [{"engine": "ode", "variant": "quick", "setting": "tuned", "fault": None, "lines": []}, {
             "engine": "dart", "variant": "", "fault": "unavailable: x", "lines": []}]
         with tempfile.TemporaryDirectory() as folder, mock.patch.object(program, "listed", lambda _: {}), \
-                mock.patch.object(engines, "preflight", lambda *_: rows), contextlib.redirect_stdout(io.StringIO()) as said:
+                mock.patch.object(engines, "preflight", return_value=rows) as asked, contextlib.redirect_stdout(io.StringIO()) as said:
             with mock.patch.object(sys, "argv", ["engines.py", "preflight", "--out", f"{folder}/new"]):
                 engines.main()
+            self.assertEqual(asked.call_args.args[2], engines.SETTINGS)
             self.assertEqual(program.read_json(Path(folder) / "new/preflight.json"), rows)
         self.assertEqual(said.getvalue(), "ode quick tuned: all lines hold\ndart: unavailable: x\n")
 

@@ -193,7 +193,7 @@ class Shell(Folder):
                     "3" if words else "0", "--timed-alone", *more])
             cases, *of_member, random = (line.partition("--jobs 2 ")[2] for line in said if line.startswith("stress.py "))
             quick = profile == "quick"
-            self.assertEqual(cases, "--out OUT/stress --engines" + (" --quick --time-limit 1" if quick else ""))
+            self.assertEqual(cases, "--out OUT/stress " + ("--quick --time-limit 1" if quick else "--engines"))
             self.assertEqual(of_member, [] if quick else ["--out OUT/members/1/stress --engines --member 1"])
             self.assertEqual(random.split()[:6], ["--out", "OUT/stress", "--seed", "1", "--random", "26" if quick else "52"])
             self.assertEqual(said[-1], f"report.py --results OUT --runs OUT/runs/{profile}")
@@ -204,8 +204,8 @@ class Shell(Folder):
                 f"references.py {by} --out OUT/references",
                 f"solve_all.py {by} --out OUT/solve_all" + (" --k 8 --repeat 2" if quick else ""),
                 f"replay.py {by} --out OUT/replay",
-                f"engines.py preflight {by} --out OUT/engines", f"engines.py findings {by} --out OUT/engines",
-                f"isolated.py problems {by} --out OUT/engines",
+                f"engines.py preflight {by} --out OUT/engines" + (" --setting default" if quick else ""), f"engines.py findings {by} --out OUT/engines",
+                f"isolated.py problems {'sliding_box stack ' if quick else ''}{by} --out OUT/engines",
                 *([] if quick else [f"replay.py {by} --member 1 --out OUT/members/1/replay"])])
 
     def test_tests_end_as_the_worst_of_them(self):

@@ -126,6 +126,13 @@ class Problems(Folder):
                          {f"{n}.{end}" for n in names for end in ("hdf5", "json")})
         self.assertIn("## pile__dart__dantzig.hdf5: 4 contacts, t = 1.999 s", (self.top / "out/own_problems.md").read_text())
         self.assertTrue(said.getvalue().startswith("9 rows: "))
+        # Scenes that are named are those alone.
+        wanted.clear()
+        with mock.patch.object(program, "listed", lambda _: LISTED), mock.patch.object(isolated, "own_problem", own_problem), \
+                mock.patch.object(isolated.solve_all, "ask", lambda *_: {"status": "unavailable"}), \
+                contextlib.redirect_stdout(io.StringIO()):
+            isolated.main(["problems", "box", "stack", "--program", "prog", "--out", str(self.top / "out")])
+        self.assertEqual({w[0] for w in wanted}, {"sliding_box", "stack"})
 
     def test_each_problem_has_a_table_of_its_own(self):
         def row(file, by, **more):
