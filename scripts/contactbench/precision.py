@@ -162,7 +162,12 @@ def moments(folder):
 
 def distances(a: Cell, b: Cell) -> dict[float, float]:
     """{t: largest distance of a body} between two runs of the same scene at the times that both recorded, in order."""
-    places = [moments(cell.folder) for cell in (a, b)]
+    return distances_of(a.folder, b.folder)
+
+
+@functools.cache
+def distances_of(*folders):
+    places = [moments(folder) for folder in folders]
     return {
         t: float(np.max(np.linalg.norm(np.subtract(places[0][t], places[1][t]), axis=1)))
         for t in sorted(set(places[0]) & set(places[1]))}

@@ -199,6 +199,17 @@ class Runs:
         """Cells in the order of the table: those of a scene (of all), of one sweep file (of all: None), with given
         columns."""
         wanted = wanted if scene is None else {"scene": scene, **wanted}
+        asked = (sweep, *sorted(wanted.items()))
+        if asked not in self.answered:
+            self.answered[asked] = self.found(sweep, wanted)
+        return list(self.answered[asked])
+
+    @functools.cached_property
+    def answered(self):
+        """{what was asked of `cells`: its answer}; a report asks the same a thousand times."""
+        return {}
+
+    def found(self, sweep, wanted):
         groups = {}
         for row in self.records:
             if all(row[column] == value
@@ -208,7 +219,7 @@ class Runs:
 
     @functools.cached_property
     def records(self):
-        """The rows of the table, which nobody changes after; a report asks for some of them a thousand times."""
+        """The rows of the table, which nobody changes after."""
         return self.table.to_dict("records")
 
     @functools.cached_property
@@ -223,7 +234,7 @@ class Runs:
         """The same results with another table, without ensemble. `aside`: the member whose other files are taken where
         there are some; `repeat`: the one whose times these are; `clock`: by which these are its times."""
         other = copy.copy(self)
-        for of_table in ("records", "members_of"):
+        for of_table in ("records", "members_of", "answered"):
             other.__dict__.pop(of_table, None)
         other.table, other.ensemble, other.whole, other.aside = table, [], False, aside
         other.repeat, other.clock = repeat, clock

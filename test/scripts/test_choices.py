@@ -187,7 +187,8 @@ class Ladder(Results):
         self.assertEqual((until, words, [c["method"] for c in two]), (0.4, "the whole run, 0.4 s", ["ap", "coulomb"]))
         self.assertEqual(ladder.alike(results, "box", "", 0.5), (0.0, "", ()))
         apart = some(lemke=("0.02", [0, 0], {}), convex=("0.02", [1, 0], {}))  # at the start already
-        ladder.precision.moments.cache_clear()
+        for read in (ladder.precision.moments, ladder.precision.distances_of):
+            read.cache_clear()
         self.assertEqual(ladder.alike(apart, "box", "", 0.5), (0.0, "", ()))
 
     def test_steps_down_say_by_what_they_judge_and_how_far_that_can_be_trusted(self):

@@ -193,9 +193,9 @@ class Shell(Folder):
                     "3" if words else "0", "--timed-alone", *more])
             cases, *of_member, random = (line.partition("--jobs 2 ")[2] for line in said if line.startswith("stress.py "))
             quick = profile == "quick"
-            self.assertEqual(cases, "--out OUT/stress " + ("--quick --time-limit 1" if quick else "--engines"))
+            self.assertEqual(cases, "--out OUT/stress " + ("--quick --time-limit 0.5" if quick else "--engines"))
             self.assertEqual(of_member, [] if quick else ["--out OUT/members/1/stress --engines --member 1"])
-            self.assertEqual(random.split()[:6], ["--out", "OUT/stress", "--seed", "1", "--random", "26" if quick else "52"])
+            self.assertEqual(random.split()[:6], ["--out", "OUT/stress", "--seed", "1", "--random", "13" if quick else "52"])
             self.assertEqual(said[-1], f"report.py --results OUT --runs OUT/runs/{profile}")
             # All else is made by the program that was built, and the member's streams beside the published ones.
             by = "--program build/bin/contactbench"

@@ -153,7 +153,8 @@ class Motions(Results):
             results = self.results(row("law", 1e-3, **COULOMB | {own: 7}), row("lemke", 2e-3, **{own: polygon}),
                                    row("loose", 9, **made.EPS), motions={
                                        "law": {0: 0, 1: 1}, "lemke": {0: 0, 1: ahead}, "loose": {0: 0, 1: 1.5}})
-            precision.moments.cache_clear()  # each time the same folder
+            for read in (precision.moments, precision.distances_of):
+                read.cache_clear()  # each time the same folder
             rows = {r["cell"]["run"]: r for r in precision.parts_of_error(results, "box", "")}
             np.testing.assert_equal([rows[run]["step_error"] for run in ("lemke", "loose", "law")], [step, 1e-3, 1e-3])
             self.assertEqual([rows[run]["model"] for run in ("lemke", "loose")], [ahead - 1, 0])
