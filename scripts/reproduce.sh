@@ -49,7 +49,6 @@ else
   echo "reproduce: bench_prune is not built (libbenchmark-dev): the table of what is left out stays empty"
 fi
 # Engines that are installed beside our methods, everybody in one interleaved sweep; and what each does with the simplest scenes.
-"$python" "$root/scripts/engines.py" preflight --program "$root/build/bin/contactbench" --out "$out/engines" "${checks[@]}" >/dev/null
 "$python" "$root/scripts/engines.py" findings --program "$root/build/bin/contactbench" --out "$out/engines" >/dev/null
 "$python" "$root/scripts/isolated.py" problems "${isolated[@]}" --program "$root/build/bin/contactbench" --out "$out/engines"
 "$python" "$root/scripts/sweep.py" "$root/scenarios/sweeps/engines.toml" --profile "$profile" --program "$root/build/bin/contactbench" \
@@ -58,7 +57,12 @@ fi
 stress() { "$python" "$root/scripts/stress.py" --program "$root/build/bin/contactbench" --jobs 2 "$@" || [ $? -eq 3 ]; }
 cases=(--engines)
 [ "$profile" != quick ] || cases=(--quick --time-limit 0.5)
+# Beside cases whose times do not count: one engine takes one core half a minute.
+"$python" "$root/scripts/engines.py" preflight --program "$root/build/bin/contactbench" --out "$out/engines" "${checks[@]}" >/dev/null & preflight=$!
+trap 'kill "$preflight" 2>/dev/null || true' EXIT
 stress --out "$out/stress" "${cases[@]}"
+wait "$preflight"
+trap - EXIT
 # Streams and stiff cases as a member of the runs' ensembles has them: which of their numbers stay (docs/numbers.md). The quick profile
 # makes them once; what stands there of another would be taken for its own.
 rm -rf "$out/members"

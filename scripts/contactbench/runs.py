@@ -161,15 +161,22 @@ class Clock:
             return cell and "turned"
 
 
+@functools.lru_cache(maxsize=1)  # who draws asks for body after body
+def lines_of(path, *_):
+    lines = path.read_text().splitlines(keepends=True)
+    if lines and not lines[-1].endswith("\n"):
+        lines.pop()  # a run that was killed can leave half a row
+    return lines
+
+
 def series(path: Path, *columns: str, of=None, most: int | None = None) -> np.ndarray:
     """Columns of a CSV file as arrays. `of`: only the rows of a body, joint or pair, by its words; `most`: at most
     about so many of them, evenly spaced, and the last."""
     try:
-        lines = path.read_text().splitlines(keepends=True)
+        file = path.stat()
+        lines = lines_of(path, file.st_mtime_ns, file.st_size)
     except OSError:
         lines = []
-    if lines and not lines[-1].endswith("\n"):
-        lines.pop()  # a run that was killed can leave half a row
     rows = lines[1:]
     for word in of or ():
         rows = [row for row in rows if f",{word}," in row]

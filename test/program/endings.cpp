@@ -309,8 +309,8 @@ TEST_CASE("a memory limit beyond all bytes is none", "[program]") {
 TEST_CASE("after a run with a limit the memory is what it was before, however small the stack", "[program]") {
   TemporaryDirectory directory;
   const Result result = run(directory.path(),
-                            {"run", "sticking_box.xml", "--method", "ap", "--memory-limit", "1000", "--format", "npz",
-                             "--quiet", "--out", "r"},
+                            {"run", "sticking_box.xml", "--method", "ap", "--duration", "30", "--memory-limit", "1000",
+                             "--format", "npz", "--quiet", "--out", "r"},
                             [] {
                               rlimit limit{1 << 20, RLIM_INFINITY};
                               getrlimit(RLIMIT_STACK, &limit);

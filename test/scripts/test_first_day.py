@@ -204,8 +204,9 @@ class Shell(Folder):
                 f"references.py {by} --out OUT/references",
                 f"solve_all.py {by} --out OUT/solve_all" + (" --k 8 --repeat 2" if quick else ""),
                 f"replay.py {by} --out OUT/replay",
-                f"engines.py preflight {by} --out OUT/engines" + (" --setting default" if quick else ""), f"engines.py findings {by} --out OUT/engines",
+                f"engines.py findings {by} --out OUT/engines",
                 f"isolated.py problems {'sliding_box stack ' if quick else ''}{by} --out OUT/engines",
+                f"engines.py preflight {by} --out OUT/engines" + (" --setting default" if quick else ""),
                 *([] if quick else [f"replay.py {by} --member 1 --out OUT/members/1/replay"])])
 
     def test_tests_end_as_the_worst_of_them(self):
