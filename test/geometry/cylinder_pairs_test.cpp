@@ -445,6 +445,21 @@ TEST_CASE("A cylinder that leans on one end lies down on a box when it does on t
   }
 }
 
+TEST_CASE("A capsule that leans on one end lies down on the end of a cylinder when it does on the ground") {
+  const Shape rod = capsule(0.25, 2), drum = cylinder(3, 1);
+  for (const double tilt : {1e-2, 1e-4}) {
+    // Turns down about the middle of its lower ball, in less time than any point of it takes to go as far as it is
+    // wide.
+    const Quat q = turn(tilt, Vec3(0, 0, 1)) * lying();
+    const Vec3 arm = q * Vec3(0, 1, 0), w(0, 0, -0.5), to_middle = arm.x() > 0 ? arm : Vec3(-arm);
+    const Motion tipping = moving(at(Vec3(0, 0.25, 0) + to_middle, q), w.cross(to_middle), w);
+    const double horizon = 3 * tilt / 0.5;
+    const double ground = time_of_contact(rod, tipping, half_space(), moving(at(0, 0, 0)), tol, horizon);
+    CHECK(ground == Approx(tilt / 0.5).epsilon(0.03));
+    CHECK(time_of_contact(rod, tipping, drum, moving(at(0, -0.5, 0)), tol, horizon) == Approx(ground).epsilon(1e-3));
+  }
+}
+
 TEST_CASE("A cylinder tips back onto its end on a box, and on another cylinder, when it stands flat on the ground") {
   const Shape can = cylinder(0.5, 2);
   for (const double tilt : {0.01, 1e-4, 1e-7}) {

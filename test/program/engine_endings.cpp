@@ -106,6 +106,15 @@ TEST_CASE("an engine that hears that it should stop ends its run by itself, and 
   CHECK(row["time"]["write_s"] > 0);  // which is known of an engine that answers alone
 }
 
+TEST_CASE("what an engine says on standard output is none of its errors", "[program][engines]") {
+  const TemporaryDirectory directory;
+  write_odd(directory.path(), "echo no licence >&2; echo good bye; kill -KILL $$");
+  CHECK(by_odd(directory.path(), {"run", fall, "--engine", "odd", "--out", "out", "--quiet"}).code == 3);
+  const std::string reason = summary(directory.path() / "out")["reason"];
+  CHECK(reason.find("no licence") != std::string::npos);
+  CHECK(reason.find("good bye") == std::string::npos);
+}
+
 TEST_CASE("an engine that does not hear that it should stop was stopped, in a run and in a preflight",
           "[program][engines]") {
   const TemporaryDirectory directory;
