@@ -440,6 +440,27 @@ TEST_CASE("a bound that leaves no room is missed by no more than what is accepte
     checked_answer(name, test_problem(name));
 }
 
+// Strong friction: what its multipliers make of rounding is up to thirty times smaller in some iterate than in the
+// last.
+TEST_CASE("of the dense method's iterates that with the best proof is the answer", "[convex]") {
+  if (!fclib_available()) {
+    WARN("no HDF5 in this build: the stored problems are not read");
+    return;
+  }
+  for (const auto& [name, gap] : {std::pair("2589", 1e-4), {"919578", 1e-3}, {"8540", 0.5}}) {  // J
+    const StoredProblem stored = read_contact_problem(std::string(TEST_DATA "/hardest/random_") + name + ".hdf5");
+    DrumwrightShell::Tolerances tolerances;
+    tolerances.epsilon_relative = 1e-14;
+    ContactSolution s;
+    DrumwrightShell{tolerances}(stored.problem, s);
+    INFO(name << " " << s.reason);
+    std::vector<double> v_plus;
+    const Residuals found = Referee().check(stored.problem, s, convex_law(), v_plus);
+    REQUIRE(found.gap);
+    CHECK(std::abs(*found.gap) <= gap);
+  }
+}
+
 // An impact between light bodies under heavy ones: what touches is said by the rounding of the impulses that there are.
 TEST_CASE("a contact that parts by more than its impulses round is open in the least sum", "[convex]") {
   if (!fclib_available()) {
