@@ -378,6 +378,48 @@ TEST_CASE("a box on a ramp creeps in MuJoCo by what its contacts give way, whate
   }
 }
 
+TEST_CASE("variants of engines have the knobs that published numbers were made with", "[program][engines]") {
+  TemporaryDirectory directory;
+  const Json wanted = Json::parse(read_file(TEST_DATA "/engine_variants.json"));
+  for (const Json& engine : engines_here(directory.path())) {
+    const std::string name = engine["name"];
+    if (!wanted.contains(name)) continue;
+    Json found = Json::object();
+    for (const Json& variant : engine["variants"]) found[variant["name"].get<std::string>()] = variant["knobs"];
+    INFO(name);
+    CHECK(found == wanted[name]);
+  }
+}
+
+TEST_CASE("contacts of scenes with several laws are as soft in MuJoCo as its knobs say", "[program][engines]") {
+  TemporaryDirectory directory;
+  const auto sinks = [&](const std::string& mu, const std::string& variant) {
+    std::ofstream(directory.path() / "two.xml") << R"(<scenario title="Two balls at rest">
+  <simulation step="1e-3" duration="1"/>
+  <reference kind="missing"/>
+  <gravity constant="0 -9.8 0"/>
+  <bodies>
+    <half_space name="ground" point="0 0 0" normal="0 1 0"/>
+    <sphere name="a" radius="0.5" mass="1" position="0 0.5 0"/>
+    <sphere name="b" radius="0.5" mass="1" position="2 0.5 0"/>
+  </bodies>
+  <contacts><pair a="a" b="ground" mu="0.25"/><pair a="b" b="ground" mu=")"
+                                                << mu << R"("/></contacts>
+</scenario>)";
+    const Result ended = run(directory.path(),
+                             {"run", "two.xml", "--engine", "mujoco", "--variant", variant, "--out", "out", "--quiet"});
+    INFO(ended.err);
+    REQUIRE(ended.code == 0);
+    return summary(directory.path() / "out")["max_penetration"].get<double>();
+  };
+  for (const Json& engine : engines_here(directory.path())) {
+    if (engine["name"] != "mujoco") continue;
+    for (const std::string variant : {"newton-elliptic", "newton-elliptic-stiff"})
+      CHECK(sinks("0.75", variant) == Approx(sinks("0.25", variant)).epsilon(0.01));
+    CHECK(sinks("0.75", "newton-elliptic-stiff") < 0.1 * sinks("0.75", "newton-elliptic"));
+  }
+}
+
 // Joints by anchors and axes, principal inertias, motors: all has to be right for a hand to come to the same place.
 // What is left is how each takes the damping of the joints in a step, of first order in h.
 TEST_CASE("an arm that touches nothing moves in MuJoCo as in our own dynamics, the better the smaller the step",
