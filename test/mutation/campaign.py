@@ -223,7 +223,7 @@ def order(copy, fault, nearest_only):
         can = [name for name in copy.tests if name not in stand_in]
         near = {"app": ["program"], "bench": ["program"], "cone": ["cone", "methods", "answers"], "ncp": ["ncp", "methods", "answers"],
                 "contact": ["contact", "second_referee", "answers"], "python": ["python", "python_numbers"],
-                **{name: [name, "answers"] for name in ("lcp", "linalg", "methods")}}.get(room, [room])
+                **{name: [name, "answers"] for name in ("dynamics", "geometry", "lcp", "linalg", "methods", "simulation")}}.get(room, [room])
     near = [name for name in near if name in can]
     if nearest_only:
         return near

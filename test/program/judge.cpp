@@ -169,6 +169,8 @@ TEST_CASE("where an answer is right to the last bit no contact is the worst", "[
 }
 
 TEST_CASE("judge refuses what it cannot read, in one line", "[program]") {
+  judge_refused({}, {"problem is required"});
+  judge_refused({slide}, {"answer is required"});
   judge_refused({slide, slide}, {"--law is missing", "newton"});
   judge_refused({slide, slide, "--law", "coulom"}, {"--law coulom", "no such law"});
   judge_refused({slide, slide, "--law", ""}, {"--law '': no such law"});
