@@ -4,7 +4,6 @@ Runs `contactbench solve`, one process a problem and solver, and reads what it p
 (NAME.ref.json), the convex model's energy change and velocities are compared with it.
 """
 import collections
-import functools
 import json
 import math
 import statistics
@@ -160,7 +159,6 @@ def main(words=None):
 # The tables as they are read: results/solve_all, and results/replay/SCENE of scripts/replay.py.
 
 
-@functools.cache
 def rows_of(results, folder="solve_all"):
     """Solves of a folder, but those of a solver that is not installed here: it has no place in a comparison."""
     table = results.read(f"{folder}/solve_all.csv")

@@ -29,8 +29,8 @@ LONGEST = 0.02  # s: a solve that takes longer is left out
 
 def answer(flags, limit=60):
     """What the program says of a problem; the flags name files from the root of the project."""
-    words = [str(ROOT / word) if word.startswith(FOLDERS) else word for word in flags.split()]
-    return solve_all.ask(PROGRAM, [*words, "--repeat", "1"], limit)
+    placed = [str(ROOT / word) if word.startswith(FOLDERS) else word for word in flags.split()]
+    return solve_all.ask(PROGRAM, [*placed, "--repeat", "1"], limit)
 
 
 def words(said, names):

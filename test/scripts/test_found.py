@@ -152,7 +152,8 @@ class Lines(Folder):
             "4 are engines that are off, 3 are wrong, silent or a defect.", "stiff_cases"))
 
     def test_solvers_of_stored_problems_are_those_that_solve_all_and_the_one_that_solves_the_smallest_share(self):
-        self.assertIsNone(found_out.stored(self.results({})))
+        results = self.results({})
+        self.assertIsNone(found_out.stored(results))
         rows = ["kind,method,solver,variant,k,compression_bound,status,false_claim,busy,residual,law_residual,time_median_s"]
         of = {
             "a": "ok ok", "b": "ok ok", "c": "ok ray", "d": "ok ok ok ray", "e": "ray ok ray", "f": "ok ok",
@@ -162,7 +163,7 @@ class Lines(Folder):
         (self.top / "solve_all").mkdir()
         (self.top / "solve_all/solve_all.csv").write_text("\n".join(rows) + "\n")
         self.assertEqual(
-            found_out.stored(self.results({})),
+            found_out.stored(results),
             ("Of the stored contact problems 7 of 10 solvers solve all: m a, m b, m f, m h, m i, m j; fewest by m e (1 of 3).",
              "stored_problems"))
 
