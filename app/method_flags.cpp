@@ -46,8 +46,12 @@ void refuse_foreign(const MethodRow& method, std::string_view flag, const std::s
   std::vector<std::string> others;
   for (const MethodRow& row : all_methods())
     if (understands(row, flag)) others.emplace_back(row.name);
-  throw UsageError(fmt::format("--{} {}: --method {} has no use for it, only {} has; leave it out", flag, value,
-                               method.name, join(others)));
+  // A law's row is named by its flag: external --law coulomb.
+  const std::size_t law = std::string_view(method.name).find("--law ");
+  const std::string whose =
+      law == std::string_view::npos ? fmt::format("--method {}", method.name) : std::string(method.name.substr(law));
+  throw UsageError(
+      fmt::format("--{} {}: {} has no use for it, only {} has; leave it out", flag, value, whose, join(others)));
 }
 
 double number(const OptionRow& row, const std::string& value) {
