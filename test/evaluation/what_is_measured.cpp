@@ -5,6 +5,7 @@
 #include <map>
 #include <string>
 
+#include "evaluation/references.h"
 #include "evaluation/scene_errors.h"
 
 using namespace cb;
@@ -106,4 +107,23 @@ TEST_CASE("A sphere's flight is measured where it starts above its plane and gra
   CHECK_FALSE(flies(0.1, 0.2));
   CHECK_FALSE(flies(-1e-3, 0.2));
   CHECK_FALSE(flies(0, -0.1));
+}
+
+TEST_CASE("a scene that names a reference which there is not is refused, one that names none is not", "[references]") {
+  Scenario scenario;
+  for (const ReferenceRow& row : references()) {
+    const std::string name(row.name);
+    scenario.reference = {ReferenceKind::analytic, name, "scene.xml:7"};
+    CHECK_NOTHROW(check_reference(scenario));
+    for (const std::string& other :
+         {name.substr(0, name.size() - 1), name + "s", std::string(name, 1), std::string()}) {
+      CAPTURE(other);
+      scenario.reference.name = other;
+      CHECK_THROWS_WITH(check_reference(scenario),
+                        Catch::StartsWith("scene.xml:7: there is no reference \"" + other + "\"; "));
+      scenario.reference.kind = ReferenceKind::certified;
+      CHECK_NOTHROW(check_reference(scenario));
+      scenario.reference.kind = ReferenceKind::analytic;
+    }
+  }
 }

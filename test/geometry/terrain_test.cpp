@@ -8,6 +8,7 @@
 #include <random>
 
 #include "geometry/ground_shapes.h"
+#include "geometry/placed_shapes.h"
 #include "geometry/shapes.h"
 
 using namespace cb;
@@ -206,6 +207,38 @@ TEST_CASE("Nothing arrives at a body that slides over flat seams, and what falls
         motion.v.y() = -1;
         CHECK(first_contact(ground, shape, motion, 0.5) == Approx(0.05).margin(2e-9));
       }
+}
+
+TEST_CASE("What turns about its edge on flat seams lies down when it does on a plane") {
+  const auto ground = roof(0);
+  Shape plane;
+  plane.kind = ShapeKind::half_space;
+  Motion still;
+  std::mt19937 random(11);
+  const auto in = [&](double low, double high) {
+    return low + (high - low) * (static_cast<double>(random()) / 4294967295.0);
+  };
+  int lain = 0;
+  for (int k = 0; k < 400; ++k) {
+    const Shape shape = k % 4 == 0 ? box(Vec3(0.2, 0.1, 0.15)) : cb::test::box_hull(0.4, 0.2, 0.3);
+    const double tilt = in(0.01, 0.2), turns = in(0.2, 2), side = k % 2 == 0 ? 1 : -1;
+    // The edge is along a seam to rounding, or ends at it; it slides as the other comes down.
+    const double at[] = {0, 1e-10, -1e-10, 4e-10, -4e-10};
+    const Vec3 edge(at[k % 5], in(-5e-10, 5e-10), in(-0.3, 0.3));
+    const bool along = k % 3 == 0;
+    const Vec3 axis = along ? Vec3(0, 0, 1) : Vec3(-1, 0, 0);
+    Motion motion;
+    motion.pose.q = Quat(Eigen::AngleAxisd(-side * tilt, axis));
+    motion.pose.p =
+        edge + motion.pose.q * (along ? Vec3(-side * 0.2, 0.1, 0) : Vec3(k % 7 < 4 ? -0.2 : 0.2, 0.1, -side * 0.15));
+    motion.w = side * turns * axis;
+    motion.v = motion.w.cross(motion.pose.p - edge) + Vec3(in(-0.5, 0.5), 0, in(-0.5, 0.5));
+    INFO(k);
+    const double level = time_of_contact(shape, motion, plane, still, 1e-9, 0.5);
+    CHECK(first_contact(ground, shape, motion, 0.5) == Approx(level).margin(1e-7));
+    lain += level < 0.5;
+  }
+  CHECK(lain > 100);
 }
 
 TEST_CASE("A ridge carries between the normals of its two sides, a valley's seam along these alone") {

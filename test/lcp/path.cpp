@@ -372,6 +372,9 @@ TEST_CASE("path-lib with a library", "[.stub]") {
   CHECK(s.pivots == 20000);
   // z_2 = 0: z = (1/4, 0, (3 - 1/2) / 5)
   CHECK((s.z - (VectorXd(3) << 0.25, 0, 0.5).finished()).lpNorm<Eigen::Infinity>() < 1e-12);
+  // Nothing bounds an unknown from above.
+  const LcpSolution large = library_solve(dense(M, 1e9 * p.q));
+  CHECK((1e-9 * large.z - s.z).lpNorm<Eigen::Infinity>() < 1e-12);
 
   const LcpSolution refused = library_solve(dense(MatrixXd::Identity(11, 11), -VectorXd::Ones(11)));
   CHECK(refused.status == LcpStatus::unavailable);

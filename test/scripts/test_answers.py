@@ -21,7 +21,8 @@ FOLDERS = ("test/data/contact", "test/data/events", "test/data/hardest", "test/d
 PROGRAM = os.environ.get("PROGRAM")
 SAID = ("status", "solver_status", "reason", "iterations", "claimed_residual", "residual", "law_residual", "gap", "infeasibility",
         "energy_change_j", "false_claim", "rank")
-LONGEST = 0.02  # s: a solve that takes longer is left out
+LONGEST = 0.02  # s: a solve that takes longer is left out,
+HARDEST = 0.3  # s, but for the problems that coulomb by newton finds the hardest: only they take all its ways
 
 
 def answer(flags, limit=60):
@@ -53,7 +54,7 @@ def make_answers():
         rows = csv.writer(file, lineterminator="\n")
         rows.writerow(["flags", *SAID])
         for (flags, _), said in zip(cells, on_all_cores(answer, cells)):
-            if said.get("time_min_s", 1) < LONGEST:
+            if said.get("time_min_s", 1) < (HARDEST if "/hardest/" in flags and "--solver newton" in flags else LONGEST):
                 rows.writerow([flags, *words(said, SAID)])
 
 

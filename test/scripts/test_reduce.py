@@ -28,6 +28,15 @@ class Smaller(Folder):
         # Half-spaces alone are no scene.
         self.assertFalse(reduce.without(["b1"])(root))
 
+    def test_each_robot_keeps_its_own_controller(self):
+        root = ET.fromstring('<scenario><bodies><robot name="a"/><robot name="b"/><robot name="c"/></bodies><controllers>'
+                             '<pd robot="c"/><pd robot="b"/><pd robot="a"/></controllers></scenario>')
+        reduce.tidy(root)
+        self.assertEqual([c.get("robot") for c in root.find("controllers")], ["c", "b", "a"])
+        self.assertTrue(reduce.without(["b"])(root))
+        reduce.tidy(root)
+        self.assertEqual([c.get("robot") for c in root.find("controllers")], ["c", "a"])
+
     def test_links_of_a_robot_s_own_file_have_its_names(self):
         root = ET.fromstring('<scenario><bodies><box name="b1"/><robot name="r" urdf="r.urdf"/></bodies></scenario>')
         self.assertEqual(reduce.names_in(root), ["b1", *(f"l{n}" for n in range(10))])

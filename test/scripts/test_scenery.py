@@ -4,7 +4,7 @@ import math
 import unittest
 from unittest import mock
 
-from contactbench import program, references, scenery, view
+from contactbench import program, references, scenery, still, view
 from folder import Folder
 from made import csv_of, results, trajectory
 
@@ -60,6 +60,14 @@ class Scenery(Folder):
         self.assertEqual({name: (one["title"], [cell["run"] for cell in one["cells"]]) for name, one in found.items()},
                          {"box n=2": ("Two of them", ["r0__r1"]), "still": ("", ["r1__r1"])})
         self.assertTrue(all(one["picture"].startswith("<svg") for one in found.values()))
+
+    def test_the_picture_is_of_the_run_that_is_shown_first(self):
+        made = self.results({"k": "8", "files": shown(0, 5, title="The other")},
+                            {"method": "convex", "solver": "ipm", "files": shown(title="The first")})
+        found = scenery.motions(made)["box"]
+        first, other = (still.svg(view.Motion(cell.folder, cell.with_k, 2)) for cell in found["cells"])
+        self.assertNotEqual(first, other)
+        self.assertEqual((found["title"], found["picture"]), ("The first", first))
 
     def test_the_page_of_all_motions_has_two_runs_a_scene_with_what_they_are(self):
         made = self.results({"k": "8", "step": "0.001", "files": shown()},

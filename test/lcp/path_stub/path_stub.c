@@ -70,7 +70,7 @@ int Path_Solve(Mcp* mcp, void* information) {
   for (sweep = 0; sweep < iterations; ++sweep)
     for (i = 0; i < n; ++i) {
       double z = mcp->z[i] - f[i] / diagonal[i];
-      z = z < lower[i] ? lower[i] : z;
+      z = z < lower[i] ? lower[i] : z > upper[i] ? upper[i] : z;
       /* f follows by the column: the Jacobian is used, not only the function. */
       for (k = column[i] - 1; k < column[i] - 1 + length[i]; ++k) f[row[k] - 1] += value[k] * (z - mcp->z[i]);
       mcp->z[i] = z;
