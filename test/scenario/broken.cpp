@@ -141,6 +141,7 @@ const Broken table[] = {
     {"robot_zero_inertia", 8, 19, "moments of inertia 0.1 0 0.2"},
     {"robot_not_definite", 9, 19, "all have to be more than 0"},
     {"robot_inertia_of_no_body", 8, 19, "at most the sum of the other two"},
+    {"robot_inertia_of_no_body_turned", 9, 19, "at most the sum of the other two"},
     {"robot_two_links", 9, 19, "a second link named arm (first at " TEST_DATA "/broken/robot_two_links.xml:8:19)"},
     {"robot_nothing_moves", 7, 18, "nothing of robot can move"},
     {"robot_rate_without_limit", 14, 109, "limit_rate without a limit"},
