@@ -444,6 +444,34 @@ void face_patch(const PlacedCore& reference, const PlacedCore& other, int face, 
   }
 }
 
+void beside_patch(const PlacedCore& reference, const PlacedCore& other, const CorePatch& patch,
+                  std::vector<CorePatchPoint>& beside) {
+  beside.clear();
+  const bool seams = reference.seams() != nullptr || other.seams() != nullptr;
+  const auto take = [&](const CorePatchPoint& point) {
+    const bool in_patch =
+        std::any_of(patch.point.begin(), patch.point.end(), [&](const CorePatchPoint& p) { return p.id == point.id; });
+    if (!in_patch && (!seams || point_carries(reference, other, patch, point))) beside.push_back(point);
+  };
+  CorePatchPoint point{};
+  const Polytope::Face &incident = other.form->faces[patch.incident], &around = reference.form->faces[patch.face];
+  for (int k = 0; k < incident.count; ++k) {
+    const int vertex = other.form->corner(incident, k);
+    point.gap = patch.n.dot(other.x[vertex]) - reference.offset[patch.face];
+    point.foot = other.x[vertex] - point.gap * patch.n;
+    set_feature(point, CorePatchPoint::vertex_over_face, vertex, 0);
+    take(point);
+  }
+  const Vec3& n = other.n[patch.incident];
+  for (int k = 0; k < around.count; ++k) {
+    const int vertex = reference.form->corner(around, k);
+    point.foot = reference.x[vertex];
+    point.gap = (other.offset[patch.incident] - n.dot(point.foot)) / n.dot(patch.n);
+    set_feature(point, CorePatchPoint::face_over_vertex, 0, vertex);
+    take(point);
+  }
+}
+
 bool clip_to_face(const PlacedCore& solid, int face, double slack, Vec3& p, Vec3& q, ClippedEnds* at) {
   ClippedEnds side_of;
   const Polytope::Face& around = solid.form->faces[face];

@@ -100,6 +100,10 @@ struct CorePatch {
 /// within `slack` outside count as inside, and are one if they are closer than that. Of a core with seams, what of it
 /// does not carry is left out.
 void face_patch(const PlacedCore& reference, const PlacedCore& other, int face, double slack, CorePatch& patch);
+/// Vertices of the patch's two faces that are not in it, as points of it: what gets over the other face by sliding. The
+/// faces look at each other.
+void beside_patch(const PlacedCore& reference, const PlacedCore& other, const CorePatch& patch,
+                  std::vector<CorePatchPoint>& beside);
 /// Clips a segment from p to q against the sides of a face; false: nothing is over it.
 struct ClippedEnds {
   int p = -1, q = -1;  ///< the sides of the face that the ends were clipped at; -1: they were not

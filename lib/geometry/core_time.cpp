@@ -5,9 +5,9 @@
 // through the nearest point that turns with either of the two (vertices of the other over it), and the two edges that
 // come closest, along their common normal.
 // While it is closed:
-//   two solid cores: as box_box_time.cpp does it, the corners of the patch that two faces share and that are open;
-//   a point or a segment with a radius: each end of the segment that is open, as a ball of its own; each vertex of the
-//   other that is open, over the segment; each edge of the other that it crosses.
+//   two solid cores: as box_box_time.cpp does it, the corners of the patch that two faces share and that are open, and
+//   the vertices of both faces beside it; a point or a segment with a radius: each end of the segment that is open, as
+//   a ball of its own; each vertex of the other that is open, over the segment; each edge of the other that it crosses.
 // Whatever else arrives is found as the time at which the two get deeper than what touches explains.
 // Of a core with seams (polytope.h) all axes keep the two apart. Where they come together and nothing that carries
 // approaches (a body slides on to the next triangle of a ground), nothing arrives: from then on they are closed, and
@@ -215,10 +215,12 @@ Approach of_corner(const CorePatch& patch, const CorePatchPoint& point, const Mo
   return edge_over_edge(q, distance, goal);
 }
 
-// Two solid cores, closed: follows the corners of the common patch that are open.
+// Two solid cores, closed: follows the corners of the common patch that are open, and vertices beside it, which slide
+// over the other's face and are corners by the time they come down on it.
 double patch_to_flat(const Pair& pair, bool reference_is_a, int face, const Goal& goal) {
   constexpr double steepest = 0.5;  // cosine between the two normals; steeper faces do not come together in a step
   thread_local CorePatch patch;     // do not allocate after their first calls
+  thread_local std::vector<CorePatchPoint> beside;
   thread_local std::vector<std::uint64_t> open;
   open.clear();
   patch.reference_is_a = reference_is_a;
@@ -230,6 +232,12 @@ double patch_to_flat(const Pair& pair, bool reference_is_a, int face, const Goal
     face_patch(reference, other, face, pair.margin, patch);
     if (-other.n[patch.incident].dot(patch.n) < steepest) return never_arrives;
     double step = rest;
+    const auto follow = [&](const CorePatchPoint& point) {
+      open.push_back(point.id);
+      const Approach gap = of_corner(patch, point, reference, other, goal, rest);
+      if (gap.value <= 0) return;  // vertices stand for these edges
+      step = std::min(step, first_root(gap.value, gap.rate, gap.curvature - gap.K * rest / 3));
+    };
     const std::size_t seen = open.size();
     for (const CorePatchPoint& point : patch.point) {
       if (point.gap <= goal.closed) {
@@ -238,11 +246,11 @@ double patch_to_flat(const Pair& pair, bool reference_is_a, int face, const Goal
           return has_arrived;
         continue;
       }
-      open.push_back(point.id);
-      const Approach gap = of_corner(patch, point, reference, other, goal, rest);
-      if (gap.value <= 0) continue;  // vertices stand for these edges
-      step = std::min(step, first_root(gap.value, gap.rate, gap.curvature - gap.K * rest / 3));
+      follow(point);
     }
+    beside_patch(reference, other, patch, beside);
+    for (const CorePatchPoint& point : beside)
+      if (point.gap > goal.closed) follow(point);
     return Look{false, step};
   });
 }
