@@ -5,9 +5,10 @@
 // through the nearest point that turns with either of the two (vertices of the other over it), and the two edges that
 // come closest, along their common normal.
 // While it is closed:
-//   two solid cores: as box_box_time.cpp does it, the corners of the patch that two faces share and that are open, and
-//   the vertices of both faces beside it; a point or a segment with a radius: each end of the segment that is open, as
-//   a ball of its own; each vertex of the other that is open, over the segment; each edge of the other that it crosses.
+//   two solid cores: as box_box_time.cpp does it, the corners of the patch that two faces share and that are open,
+//   and vertices of both faces beside it, which may slide over the other;
+//   a point or a segment with a radius: each end of the segment that is open, as a ball of its own; each vertex of the
+//   other that is open, over the segment; each edge of the other that it crosses.
 // Whatever else arrives is found as the time at which the two get deeper than what touches explains.
 // Of a core with seams (polytope.h) all axes keep the two apart. Where they come together and nothing that carries
 // approaches (a body slides on to the next triangle of a ground), nothing arrives: from then on they are closed, and
