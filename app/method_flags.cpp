@@ -47,7 +47,7 @@ void refuse_foreign(const MethodRow& method, std::string_view flag, const std::s
   for (const MethodRow& row : all_methods())
     if (understands(row, flag)) others.emplace_back(row.name);
   // A law's row is named by its flag: external --law coulomb.
-  const std::size_t law = std::string_view(method.name).find("--law ");
+  const std::size_t law = method.name.find("--law ");
   const std::string whose =
       law == std::string_view::npos ? fmt::format("--method {}", method.name) : std::string(method.name.substr(law));
   throw UsageError(

@@ -334,6 +334,14 @@ void set_feature(CorePatchPoint& point, CorePatchPoint::Kind kind, int incident,
   point.id = id_of(kind, incident, reference);
 }
 
+// A vertex of the other as a point over the plane of the patch's reference face.
+CorePatchPoint vertex_over(const PlacedCore& reference, const CorePatch& patch, const PlacedCore& other, int vertex) {
+  const double gap = patch.n.dot(other.x[vertex]) - reference.offset[patch.face];
+  CorePatchPoint point{other.x[vertex] - gap * patch.n, gap, 0, 0, 0, CorePatchPoint::vertex_over_face};
+  set_feature(point, CorePatchPoint::vertex_over_face, vertex, 0);
+  return point;
+}
+
 // What lies within the side k of a face, which looks out along m.
 void clip(const Clipped& in, const Polytope& form, const Polytope::Face& face, int k, const Vec3& corner, const Vec3& m,
           double slack, Clipped& out) {
@@ -417,11 +425,7 @@ void face_patch(const PlacedCore& reference, const PlacedCore& other, int face, 
   first.edge.clear();
   const Polytope::Face& incident = other.form->faces[patch.incident];
   for (int k = 0; k < incident.count; ++k) {
-    const int vertex = other.form->corner(incident, k);
-    const double gap = patch.n.dot(other.x[vertex]) - reference.offset[face];
-    CorePatchPoint point{other.x[vertex] - gap * patch.n, gap, 0, 0, 0, CorePatchPoint::vertex_over_face};
-    set_feature(point, CorePatchPoint::vertex_over_face, vertex, 0);
-    first.point.push_back(point);
+    first.point.push_back(vertex_over(reference, patch, other, other.form->corner(incident, k)));
     first.edge.push_back(k);
   }
   const Polytope::Face& around = reference.form->faces[face];
@@ -447,28 +451,12 @@ void face_patch(const PlacedCore& reference, const PlacedCore& other, int face, 
 void beside_patch(const PlacedCore& reference, const PlacedCore& other, const CorePatch& patch,
                   std::vector<CorePatchPoint>& beside) {
   beside.clear();
-  const bool seams = reference.seams() != nullptr || other.seams() != nullptr;
-  const auto take = [&](const CorePatchPoint& point) {
-    const bool in_patch =
-        std::any_of(patch.point.begin(), patch.point.end(), [&](const CorePatchPoint& p) { return p.id == point.id; });
-    if (!in_patch && (!seams || point_carries(reference, other, patch, point))) beside.push_back(point);
-  };
-  CorePatchPoint point{};
-  const Polytope::Face &incident = other.form->faces[patch.incident], &around = reference.form->faces[patch.face];
+  const Polytope::Face& incident = other.form->faces[patch.incident];
   for (int k = 0; k < incident.count; ++k) {
-    const int vertex = other.form->corner(incident, k);
-    point.gap = patch.n.dot(other.x[vertex]) - reference.offset[patch.face];
-    point.foot = other.x[vertex] - point.gap * patch.n;
-    set_feature(point, CorePatchPoint::vertex_over_face, vertex, 0);
-    take(point);
-  }
-  const Vec3& n = other.n[patch.incident];
-  for (int k = 0; k < around.count; ++k) {
-    const int vertex = reference.form->corner(around, k);
-    point.foot = reference.x[vertex];
-    point.gap = (other.offset[patch.incident] - n.dot(point.foot)) / n.dot(patch.n);
-    set_feature(point, CorePatchPoint::face_over_vertex, 0, vertex);
-    take(point);
+    const CorePatchPoint point = vertex_over(reference, patch, other, other.form->corner(incident, k));
+    const auto is_it = [&](const CorePatchPoint& p) { return p.id == point.id; };
+    if (std::any_of(patch.point.begin(), patch.point.end(), is_it)) continue;
+    if (point_carries(reference, other, patch, point)) beside.push_back(point);
   }
 }
 

@@ -100,8 +100,8 @@ struct CorePatch {
 /// within `slack` outside count as inside, and are one if they are closer than that. Of a core with seams, what of it
 /// does not carry is left out.
 void face_patch(const PlacedCore& reference, const PlacedCore& other, int face, double slack, CorePatch& patch);
-/// Vertices of the patch's two faces that are not in it, as points of it: what gets over the other face by sliding. The
-/// faces look at each other.
+/// Of cores with seams, vertices of the incident face that are not over the reference face now, as points of the patch
+/// that they are in once they have slid over a seam. Without seams a corner on the face's side stands for them.
 void beside_patch(const PlacedCore& reference, const PlacedCore& other, const CorePatch& patch,
                   std::vector<CorePatchPoint>& beside);
 /// Clips a segment from p to q against the sides of a face; false: nothing is over it.

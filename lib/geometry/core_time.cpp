@@ -5,8 +5,8 @@
 // through the nearest point that turns with either of the two (vertices of the other over it), and the two edges that
 // come closest, along their common normal.
 // While it is closed:
-//   two solid cores: as box_box_time.cpp does it, the corners of the patch that two faces share and that are open,
-//   and vertices of both faces beside it, which may slide over the other;
+//   two solid cores: as box_box_time.cpp does it, the corners of the patch that two faces share and that are open; of a
+//   core with seams also vertices beside the patch, which have no corner on a seam that stands for them;
 //   a point or a segment with a radius: each end of the segment that is open, as a ball of its own; each vertex of the
 //   other that is open, over the segment; each edge of the other that it crosses.
 // Whatever else arrives is found as the time at which the two get deeper than what touches explains.
@@ -216,8 +216,7 @@ Approach of_corner(const CorePatch& patch, const CorePatchPoint& point, const Mo
   return edge_over_edge(q, distance, goal);
 }
 
-// Two solid cores, closed: follows the corners of the common patch that are open, and vertices beside it, which slide
-// over the other's face and are corners by the time they come down on it.
+// Two solid cores, closed: follows the corners of the common patch that are open, and what slides into it over a seam.
 double patch_to_flat(const Pair& pair, bool reference_is_a, int face, const Goal& goal) {
   constexpr double steepest = 0.5;  // cosine between the two normals; steeper faces do not come together in a step
   thread_local CorePatch patch;     // do not allocate after their first calls
@@ -249,9 +248,11 @@ double patch_to_flat(const Pair& pair, bool reference_is_a, int face, const Goal
       }
       follow(point);
     }
-    beside_patch(reference, other, patch, beside);
-    for (const CorePatchPoint& point : beside)
-      if (point.gap > goal.closed) follow(point);
+    if (pair.seams) {
+      beside_patch(reference, other, patch, beside);
+      for (const CorePatchPoint& point : beside)
+        if (point.gap > goal.closed) follow(point);
+    }
     return Look{false, step};
   });
 }

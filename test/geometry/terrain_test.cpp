@@ -242,6 +242,32 @@ TEST_CASE("What turns about its edge on flat seams lies down when it does on a p
   CHECK(lain > 500);
 }
 
+TEST_CASE("What turns about a ridge lies down on the slope when it does on its plane, whatever seams it slides over") {
+  Shape plane;
+  plane.kind = ShapeKind::half_space;
+  std::mt19937 random(31);
+  const auto in = [&](double low, double high) {
+    return low + (high - low) * (static_cast<double>(random()) / 4294967295.0);
+  };
+  int lain = 0;
+  for (int k = 0; k < 4000; ++k) {
+    const double drop = in(0.02, 0.2), slope = std::atan(drop), tilt = in(0.01 - slope, slope - 0.01);
+    const Shape brick = k % 2 == 0 ? box(Vec3(0.2, 0.1, 0.15)) : cb::test::box_hull(0.4, 0.2, 0.3);
+    const Vec3 on_ridge(0, in(-5e-10, 5e-10), in(-0.3, 0.3));
+    Motion motion, falls;
+    falls.pose.q = Quat(Eigen::AngleAxisd(-slope, Vec3::UnitZ()));
+    motion.pose.q = Quat(Eigen::AngleAxisd(tilt, Vec3::UnitZ()));
+    motion.pose.p = on_ridge - motion.pose.q * Vec3(in(-0.15, 0.1), -0.1, 0);
+    motion.w = Vec3(0, 0, -in(0.2, 2));
+    motion.v = motion.w.cross(motion.pose.p - on_ridge) + Vec3(0, 0, in(-0.5, 0.5));
+    INFO(k);
+    const double level = time_of_contact(brick, motion, plane, falls, 1e-9, 0.5);
+    CHECK(first_contact(roof(drop, 1 + k % 4), brick, motion, 0.5) == Approx(level).margin(1e-6));
+    lain += level < 0.5;
+  }
+  CHECK(lain > 2000);
+}
+
 TEST_CASE("A ridge carries between the normals of its two sides, a valley's seam along these alone") {
   const double slope = 0.5, length = std::sqrt(1 + slope * slope);
   for (const double turn : {-0.9, -0.4, 0.0, 0.3, 0.9}) {

@@ -130,6 +130,7 @@ def make():
     print(f"{len(kept)} of {len(names)} commands; not the same twice:", *(name for name in names if name not in kept), sep="\n  ")
 
 
+@unittest.skipUnless(PROGRAM, "PROGRAM is not set: ctest names the program")
 class Words(unittest.TestCase):
     setUp = test_answers.Answers.setUp
 
