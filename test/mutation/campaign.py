@@ -50,9 +50,8 @@ PATIENCE = 4           # times what a test takes undisturbed: a fault that makes
 LEAST_PATIENCE = 20    # s
 DRAWN = 180           # faults that nobody chose
 MEMORY = 4 << 30       # bytes of data a test may hold: a fault that makes it eat more is killed
-# Look at the text of the sources and not at what the program does: they would be killed by any fault that breaks a line. The last
-# compares with results/, which another optimisation than that of the copy rounds in other ways.
-APART = {"rooms", "scripts_style", "published"}
+# Look at the text of the sources and not at what the program does: they would be killed by any fault that breaks a line.
+APART = {"rooms", "scripts_style"}
 PARTS = ("lib/", "app/", "bench/", "test/", "scripts/", "scenarios/", "CMake")
 MODULE = "contactbench_python"  # the target that makes the Python module
 ENGINES = "engines"  # and that of all engines beside the program
@@ -108,7 +107,7 @@ class Copy:
     def __init__(self, folder, jobs):
         self.tree, self.build, self.jobs = folder / "tree", folder / "build", str(jobs)
         listed = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=ROOT, capture_output=True, check=True).stdout.decode().split("\0")
-        self.files = [f for f in listed if f and (ROOT / f).is_file() and not f.startswith("results/")]
+        self.files = [f for f in listed if f and (ROOT / f).is_file()]
         for name in self.files:
             target = self.tree / name
             if target.exists() and target.read_bytes() == (ROOT / name).read_bytes():
@@ -218,12 +217,12 @@ def order(copy, fault, nearest_only):
     if scripts:
         can = [name for name in copy.tests if name not in compiled]
         name = Path(file).stem
-        near = [test for name in SCRIPTS.get(name, (name,)) for test in (name, f"scripts_{name}")]
+        near = [test for name in SCRIPTS.get(name, (name,)) for test in (name, f"scripts_{name}")] + ["written"]
     else:
         can = [name for name in copy.tests if name not in stand_in]
         near = {"app": ["program"], "bench": ["program"], "cone": ["cone", "methods"], "ncp": ["ncp", "methods"],
                 "contact": ["contact", "second_referee"], "python": ["python", "python_numbers"]}.get(room, [room])
-        near += ["words", "answers"]  # which see what changes, whatever it is
+        near += ["words", "answers"]  # which see what changes, whatever it is, as `written` does of scripts
     near = [name for name in near if name in can]
     if nearest_only:
         return near

@@ -238,6 +238,35 @@ TEST_CASE("a gap that only a turn by more than arcs can have made would close is
   }
 }
 
+// The plate as above beside a ball that is in a link, and pushes it into its stop: the try that turns the plate too far
+// holds the stop, and so must the next.
+TEST_CASE("a stop that holds at one try holds at the next, when points of another body have been let go", "[drift]") {
+  const double thickness = 1e-4, lean = 0.05, off = 1e-6, reach = 1e-5, depth = 1e-6;
+  const Quat tilt(Eigen::AngleAxisd(lean, Vec3::UnitX()));
+  Scenario s = without_gravity();
+  test::add_box(s, {1, 1, thickness}, 1, {{0, 0.5 * (std::cos(lean) + thickness * std::sin(lean)), 0}, tilt});
+  test::add_sphere(s, 0.5, 1, {4, 5, 0});
+  test::add_sphere(s, 0.5, 1, {5, 5, 0});
+  join(s, 2, JointKind::prismatic, Vec3::UnitX());
+  s.model.trees[0].joints[0].lower = -1;
+  s.model.trees[0].joints[0].upper = 0;
+  test::add_ground(s);
+  test::collide_all(s, 0);
+  State state = s.initial;
+  std::vector<Motion> motions = motions_at(s, state);
+  std::vector<ContactPoint> touching;
+  contact_points(s.shapes[0], motions[0].pose, 0, s.shapes[3], motions[3].pose, 3, reach, touching);
+  contact_points(s.shapes[1], motions[1].pose, 1, s.shapes[2], motions[2].pose, 2, reach, touching);
+  REQUIRE(touching.size() == 5);
+  state.pose[0].p[1] += off;
+  state.pose[1].p[0] += depth;
+  for (std::size_t i = 0; i < 2; ++i) shape_motion(s.shapes[i], state, motions[i]);
+  Drift().close(s, motions, motions, touching, {1e-9, 1e-9, 1e-9, 1e-9}, 1e-9, {{0, 3}, {1, 2}}, {0}, reach, state);
+  CHECK(state.pose[0].q.angularDistance(tilt) < 10 * off);
+  CHECK(state.q[0] == Approx(0).margin(1e-10));
+  CHECK(state.pose[2].p[0] - state.pose[1].p[0] == Approx(1).epsilon(1e-9));
+}
+
 // A cube lies on half a millimetre of another one's upper face: within the window it overlaps it beside that, too.
 TEST_CASE("a gap over the edge of a face is closed along the axis along which the two are apart", "[drift]") {
   const double overhang = 5e-4, off = 5e-6, reach = 1e-3;
