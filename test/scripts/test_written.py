@@ -2,7 +2,8 @@
 with their page and map, runs to look at, and of kept runs the report with its figures and what is recommended. What changes a
 number, a word or a line of a picture is seen here, in whatever script it was changed.
 
-Where a change is meant to move it: PROGRAM=build/bin/contactbench python3 -B test/scripts/test_written.py make"""
+Where a change is meant to move it: PROGRAM=build/bin/contactbench python3 -B test/scripts/test_written.py make. Other runs are kept by
+`test_written.py keep RESULTS RUNS`, of what scripts/reproduce.sh made there."""
 import contextlib
 import functools
 import hashlib
