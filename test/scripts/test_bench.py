@@ -1,5 +1,6 @@
 """The measurements that bench/ makes in Python (small.py, overhead.py): what a time is divided by and less by, which run counts,
 and what the tables say. On programs that are made up."""
+import ast
 import collections
 import contextlib
 import importlib.util
@@ -34,6 +35,23 @@ def program(summary, returncode=0, stderr="", asked=None):
         return types.SimpleNamespace(returncode=returncode, stderr=stderr, stdout="")
 
     return mock.patch("subprocess.run", run)
+
+
+class Flags(unittest.TestCase):
+    def test_a_flag_whose_default_is_a_number_takes_numbers(self):
+        seen, wrong = 0, []
+        for path in [*BENCH.glob("*.py"), *(BENCH.parent / "scripts").rglob("*.py")]:
+            for call in ast.walk(ast.parse(path.read_text())):
+                if not isinstance(call, ast.Call) or getattr(call.func, "attr", "") != "add_argument":
+                    continue
+                named = {keyword.arg: keyword.value for keyword in call.keywords}
+                default = getattr(named.get("default"), "value", None)
+                if isinstance(default, (int, float)) and not isinstance(default, bool):
+                    seen += 1
+                    if "type" not in named:
+                        wrong.append(f"{path.name}: {ast.unparse(call.args[0])}")
+        self.assertGreater(seen, 10)
+        self.assertEqual(wrong, [])
 
 
 class Small(unittest.TestCase):

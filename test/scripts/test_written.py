@@ -25,7 +25,7 @@ from types import SimpleNamespace
 
 import standin
 import test_answers
-from contactbench import campaign, gltf, heatmap, look, plan, program, recommend, scenes, stress, view
+from contactbench import campaign, gltf, heatmap, look, plan, problems, program, recommend, scenes, stress, view
 from contactbench import runs as runs_module
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -186,7 +186,14 @@ def report():
         yield from recommended(top)
 
 
-PARTS = (random_scenes, runs_of_sweeps, looks, stiff_cases, runs_to_look_at, report)
+def made_problems():
+    for name, text, ends, speed in problems.made():
+        yield name, [digest(text), *ends, speed]
+    for ratio, mu, count in ((0.1, 1.0, 27), (0.2, 0.3, 5)):
+        yield f"arch {ratio} {mu} {count}", digest(json.dumps([rounded(float(word)) for word in problems.arch(ratio, mu, count).split()]))
+
+
+PARTS = (random_scenes, made_problems, runs_of_sweeps, looks, stiff_cases, runs_to_look_at, report)
 
 
 def keep(results, runs):
@@ -235,6 +242,9 @@ class Written(unittest.TestCase):
 
     def test_random_scenes(self):
         self.same(random_scenes)
+
+    def test_made_problems(self):
+        self.same(made_problems)
 
     def test_the_runs_that_sweep_files_name(self):
         self.same(runs_of_sweeps)
