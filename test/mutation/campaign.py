@@ -161,6 +161,8 @@ class Copy:
             own += ["contactbench", ENGINES]
         if name.startswith("python"):
             own = ["contactbench", MODULE]
+        if name == "words":
+            own = ["contactbench", ENGINES]
         return own or (["contactbench_wrong"] if name == "wrong_methods" else ["contactbench"])
 
     def of_programs(self, name):
