@@ -126,6 +126,16 @@ class Bounds(unittest.TestCase):
         np.testing.assert_allclose(table.draw.call_args.args[2], [0.3])  # what is within 0.05 s of it
         plt.close(figure)
 
+    def test_a_run_of_one_row_has_no_impact_to_look_at(self):
+        cell = FakeCell()
+        cell.series = lambda *_: np.array([[0.0], [5.0]])
+        table = unittest.mock.MagicMock()
+        table.__iter__.return_value = iter([(0, cell, {})])
+        figure, axes = plt.subplots(1, 2)
+        figures.figure01(table, axes)
+        self.assertEqual(table.draw.call_count, 1)  # of the whole run
+        plt.close(figure)
+
     def test_the_exact_way_of_the_pushed_box(self):
         # 1 N on 1 kg from 1 to 5 s against mu g = 0.98: 0.02 m/s^2, then 0.08 m/s against 0.98 m/s^2.
         slides, stops = 0.02 * 4**2 / 2, 0.08**2 / (2 * 0.98)
